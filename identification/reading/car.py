@@ -71,7 +71,7 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
         InvalidInputError: the way of the rack or the force on it is in no column, or in another unit or
             of the other sign; or the car never stands.
     """
-    _require_steering(table, vehicle)
+    require_steering(table, vehicle)
     require_plausible_car(table, vehicle)
     columns, standstills = table.columns, standstills_of(table.columns, vehicle)
     stands = standstills.stretch >= 0
@@ -81,8 +81,24 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
             f" {vehicle.standstill:g} m/s"
         )
     s, force = way_and_force(columns, vehicle)
-    acceleration = _acceleration(columns["t"], s) if vehicle.rack_mass > 0 else 0.0
+    follow = RackAcceleration()
+    followed = vehicle.rack_mass > 0
+    acceleration = [follow(*at) if followed else 0.0 for at in zip(columns["t"], s, strict=True)]
     held = np.append(standstills.brakes, False)[standstills.stretch]
+    psi, M_z = of_mean_wheel(vehicle, s, force, np.array(acceleration), held)
+    of_wheel = {
+        "t": columns["t"],
+        "psi": psi,
+        "M_z": np.where(stands, M_z, np.nan),
+        "F_N": np.full(s.size, vehicle.wheel_load),
+    }
+    return replace(table, columns=of_wheel), standstills
+
+
+def of_mean_wheel(
+    vehicle: Vehicle, s: Array, force: Array, acceleration: Array, held: NDArray[np.bool_]
+) -> tuple[Array, Array]:
+    """Angle [rad] and torque [N m] of the mean wheel; `held` says where the brakes hold the wheels."""
     angles, torques = (
         [of(vehicle, *given, brakes=brakes) for brakes in (True, False)]
         for of, given in (
@@ -90,17 +106,15 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
             (aligning_torque, (s, force, acceleration)),
         )
     )
-    of_wheel = {
-        "t": columns["t"],
-        "psi": np.where(held, *angles),
-        "M_z": np.where(stands, np.where(held, *torques), np.nan),
-        "F_N": np.full(s.size, vehicle.wheel_load),
-    }
-    return replace(table, columns=of_wheel), standstills
+    return np.where(held, *angles), np.where(held, *torques)
 
 
-def _require_steering(table: Table, vehicle: Vehicle) -> None:
-    """Refuse a table without way or force of the rack, or with a motor on one side alone."""
+def require_steering(table: Table, vehicle: Vehicle) -> None:
+    """Refuse a table without way or force of the rack, or with a motor on one side alone.
+
+    Raises:
+        InvalidInputError: it is such a table.
+    """
     columns, signals = table.columns, SignalMap(signals=table.sources)
     if absent := absent_of_steering(columns):
         raise missing_channels(table.path, absent, table.names, signals)
@@ -143,15 +157,21 @@ def _held(values: Array | None, count: int, default: float) -> Array:
     return np.where(place >= 0, values[known[np.maximum(place, 0)]], default)
 
 
-def _acceleration(t: Array, s: Array) -> Array:
-    """Causal second derivative of the way of the rack [m/s^2]."""
-    rates, result = [0.0, 0.0], np.zeros_like(s)
-    for i in range(1, s.size):
-        dt, step = t[i] - t[i - 1], s[i] - s[i - 1]
-        if not np.isfinite(step):
-            continue
-        before = rates[0]
-        rates[0] += (step - rates[0] * dt) / (RATE_MEMORY + dt)
-        rates[1] += (rates[0] - before - rates[1] * dt) / (RATE_MEMORY + dt)
-        result[i] = rates[1]
-    return result
+class RackAcceleration:
+    """Causal second derivative of the way of the rack, sample by sample."""
+
+    def __init__(self) -> None:
+        """Begin at rest."""
+        self._t = self._s = np.nan
+        self._rate = self._acceleration = 0.0
+
+    def __call__(self, t: float, s: float) -> float:
+        """The acceleration at a time [s] and a way [m], [m/s^2]; 0 where the way is not known."""
+        dt, step, known = t - self._t, s - self._s, np.isfinite(s)
+        self._t, self._s = t, s
+        if not (known and np.isfinite(step)):
+            return 0.0
+        before = self._rate
+        self._rate += (step - self._rate * dt) / (RATE_MEMORY + dt)
+        self._acceleration += (self._rate - before - self._acceleration * dt) / (RATE_MEMORY + dt)
+        return self._acceleration

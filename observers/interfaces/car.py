@@ -81,10 +81,10 @@ def run_standstills(
             rows[i, at] = getattr(part, name)
     begin = int(np.argmax(stretch >= 0))
     prior = run_prior(observers[0])
+    last = np.maximum.accumulate(np.where(rows[ESTIMATE.index("mu")] > 0, np.arange(t.size), 0))
     for name in HOLDING:
         row = rows[ESTIMATE.index(name)]
         row[:begin] = np.where(np.isfinite(row[:begin]), row[:begin], prior.get(name, np.nan))
-        last = np.maximum.accumulate(np.where(rows[ESTIMATE.index("mu")] > 0, np.arange(t.size), 0))
         held = stretch < 0
         row[held] = row[last[held]]
     return as_estimates(np.asarray(t, dtype=float), rows)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.reading.channels import ChannelFile, Samples, resolve
 from identification.reading.files import read_text, require_readable
@@ -40,8 +41,8 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
 
     The database is `dbc` of the map, or the only .dbc file beside the log.
     """
-    can, cantools = library("can", "can", path), library("cantools", "can", path)
-    database = _database(cantools, signals.dbc or database_beside(path))
+    can = library("can", "can", path)
+    database = read_database(signals.dbc or database_beside(path))
     listed = [(f"{m.name}.{s.name}", (m, s)) for m in database.messages for s in m.signals]
     names, places = [name for name, _ in listed], dict(listed)
     buses = dict.fromkeys(names, "")
@@ -78,12 +79,13 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
     )
 
 
-def _database(cantools: Any, dbc: Path) -> Any:
+def read_database(dbc: Path) -> Any:
     """The messages of a DBC file; cantools takes minutes for one of absurd length, and is not asked.
 
     Raises:
-        InvalidInputError: it is none, or a message is longer than any bus carries.
+        InvalidInputError: it is none, a message is longer than any bus carries, or cantools is missing.
     """
+    cantools = library("cantools", "can", dbc)
     require_readable(dbc, LARGEST_DATABASE)
     text = read_text(dbc)
     for identifier, name, size in _MESSAGE.findall(text):
@@ -114,7 +116,7 @@ def _decoded(
         InvalidInputError: the bus carries no such frame.
     """
     times, columns = array("d"), {signal.name: array("d") for signal in message.signals}
-    extended = message.is_extended_frame or message.frame_id > _LARGEST_STANDARD
+    extended = is_extended(message)
     buses: dict[str, None] = {}
     other_kind = False
     for frame in log:
@@ -140,6 +142,11 @@ def _decoded(
             f"{path}: holds no {kinds[0] * other_kind}frame {_title(message)}{there}"
         )
     return np.array(times), {name: np.array(v) for name, v in columns.items()}, list(buses)
+
+
+def is_extended(message: Any) -> bool:
+    """Whether a message has an extended identifier, also where the database does not say so."""
+    return bool(message.is_extended_frame or message.frame_id > _LARGEST_STANDARD)
 
 
 def _title(message: Any) -> str:
@@ -168,17 +175,28 @@ def _on_bus(bus: str, message: Any, places: dict[str, Any], signals: SignalMap) 
     )
 
 
+def range_of(signal: Any) -> tuple[float, float]:
+    """The range of a signal in the database, infinite where it names none."""
+    low = -np.inf if signal.minimum is None else float(signal.minimum)
+    return low, np.inf if signal.maximum is None else float(signal.maximum)
+
+
+def within_range(signal: Any, values: Array) -> NDArray[np.bool_]:
+    """Where values of a signal are not outside its range, up to half a step; NaN is not."""
+    low, high = range_of(signal)
+    step = 0.5 * abs(float(signal.scale))
+    slack = [abs(end) * _ROUNDING if signal.is_float else step for end in (low, high)]
+    return ~((values < low - slack[0]) | (values > high + slack[1]))
+
+
 def _valid(path: Path, name: str, signal: Any, times: Array, values: Array) -> Samples:
     """A signal without what lies outside the range of the database, as 0xFFFF for "not available".
 
     Raises:
         InvalidInputError: no value lies within it.
     """
-    low = -np.inf if signal.minimum is None else float(signal.minimum)
-    high = np.inf if signal.maximum is None else float(signal.maximum)
-    step = 0.5 * abs(float(signal.scale))
-    slack = [abs(end) * _ROUNDING if signal.is_float else step for end in (low, high)]
-    outside = (values < low - slack[0]) | (values > high + slack[1])
+    low, high = range_of(signal)
+    outside = ~within_range(signal, values)
     unit = signal.unit or ""
     span = f"the range of the database, {low:g} to {high:g} {unit}".rstrip()
     if outside.any() and not np.isfinite(values[~outside]).any():

@@ -1,0 +1,125 @@
+"""`brushgrip live`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from brushgrip.commands.options import (
+    ChannelMap,
+    EffectModules,
+    ModelFile,
+    RigFile,
+    TuningProfile,
+    TuningValues,
+    VehicleFile,
+    file_option,
+    option,
+)
+from brushgrip.inputs.choices import ObserverName
+
+if TYPE_CHECKING:
+    from brushgrip.live.session import Session
+
+
+@dataclass(frozen=True, kw_only=True)
+class LiveRequest:
+    """Estimate friction while it is measured, and show it on a page in the browser.
+
+    SOURCE is a recording, replayed in real time (replay:FILE, or FILE alone); can:INTERFACE:CHANNEL, a
+    bus that python-can knows, such as can:socketcan:can0, with --dbc; udp:PORT or udp:HOST:PORT, lines
+    of text in datagrams; or - for lines on standard input. Lines are JSON objects, {"t": 0.01, "psi":
+    0.02, "M_z": -0.7, "F_N": 560}, or CSV behind a header. Names, units and times are mapped by --map.
+
+    The estimate is that of `estimate` on the recorded file. Friction is for use while usable is said.
+    The page is for this machine alone unless --host says otherwise, and controls nothing but the
+    recording. Ctrl-C ends; with --no-browser, which prints a line a second, so does the end of a file.
+    """
+
+    source: Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
+    rig: RigFile = None
+    vehicle: VehicleFile = None
+    model: ModelFile = None
+    channel_map: ChannelMap = None
+    effects: EffectModules = None
+    ground: Annotated[str | None, option("--ground", help="What the wheel stands on.")] = None
+    observer: Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")] = (
+        ObserverName.EKF
+    )
+    tuning: TuningProfile = None
+    tune: TuningValues = None
+    dbc: Annotated[
+        Path | None, option("--dbc", metavar="DBC", help="Database of the signals of a CAN bus.")
+    ] = None
+    speed: Annotated[
+        float, option("--speed", metavar="N", help="Replay a file so many times as fast.")
+    ] = 1.0
+    record: Annotated[
+        Path | None,
+        file_option(
+            "--record",
+            "OUT.parquet",
+            "Record from the beginning; where the file is there, or the source begins anew, to OUT_2"
+            " and so on.",
+        ),
+    ] = None
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Serve no page; print a line a second.")
+    ] = False
+
+    def run(self) -> None:
+        """Follow the source until it is told to end."""
+        from brushgrip.outputs.console import say
+
+        session = self._session()
+        session.start()
+        try:
+            self._print(session)
+        except KeyboardInterrupt:
+            say("ended")
+        finally:
+            session.stop()
+            self._conclude(session)
+
+    def _session(self) -> "Session":
+        from dataclasses import replace
+
+        from brushgrip.estimation.estimates import observer_factory
+        from brushgrip.inputs.pipeline import locate_inputs
+        from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.live.following import follow
+        from brushgrip.live.session import Session
+
+        inputs = locate_inputs(
+            rig=self.rig, vehicle=self.vehicle, model=self.model, channel_map=self.channel_map,
+            effects=self.effects,
+        )  # fmt: skip
+        signals = replace(inputs.signals, dbc=self.dbc or inputs.signals.dbc)
+        factory = observer_factory(self.observer, chosen_tuning(self.tuning, self.tune))
+        opened, feed = follow(
+            self.source, replace(inputs, signals=signals), factory, speed=self.speed, ground=self.ground
+        )
+        return Session(opened, feed, record=self.record)
+
+    def _print(self, session: "Session") -> None:
+        """A line a second, until the source ends."""
+        import time
+
+        from brushgrip.live.state import line_of
+        from brushgrip.outputs.console import say
+
+        while not (state := session.state()).ended:
+            say(line_of(state))
+            time.sleep(1.0)
+
+    def _conclude(self, session: "Session") -> None:
+        from brushgrip.live.state import line_of
+        from brushgrip.outputs.console import say, show
+
+        state = session.state()
+        say(line_of(state))
+        say(", ".join(f"{number} {name}" for name, number in state.counts.items()))
+        for path in session.recorded:
+            say(f"wrote {path}")
+        show({"counts": state.counts, "wrote": [str(path) for path in session.recorded]})

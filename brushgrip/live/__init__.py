@@ -1,0 +1,1 @@
+"""Friction while it is measured: sources of samples, the observer that follows them, and who is told."""

@@ -1,0 +1,104 @@
+"""Samples from a CAN bus, by python-can and cantools."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from brushgrip.live.columns import Columns, Row
+from brushgrip.live.sources import MOST_AT_ONCE, WAIT
+from identification.reading.formats.can import is_extended, read_database, within_range
+from identification.reading.formats.opening import library
+
+LONGEST_SKEW = 0.1
+"""An angle and a torque of a bus that are further apart are no one sample [s]."""
+
+
+class CanSource:
+    """Signals of a bus. A sample is complete when its angle and its torque have both come anew.
+
+    The others have their newest values. The time is that of the frame that completes the sample; where
+    one of the two stays away for `LONGEST_SKEW` the sample lacks it.
+    """
+
+    waits = False
+
+    def __init__(self, interface: str, channel: str, dbc: Path, columns: Columns) -> None:
+        """Join the bus.
+
+        Raises:
+            InvalidInputError: the database lacks a column, or a library is missing.
+            OSError: there is no such bus.
+        """
+        self.refused, self.fault = 0, ""
+        can, database = library("can", "can", dbc), read_database(dbc)
+        listed = {f"{m.name}.{s.name}": (m, s) for m in database.messages for s in m.signals}
+        found = columns.find({name: s.unit or "" for name, (_, s) in listed.items()}, by_part=True)
+        self._messages: dict[tuple[int, bool], tuple[Any, list[tuple[Any, str, float]]]] = {}
+        for column, (name, factor) in found.items():
+            message, signal = listed[name]
+            of_message = self._messages.setdefault(
+                (message.frame_id, is_extended(message)), (message, [])
+            )
+            of_message[1].append((signal, column, factor))
+        self._angle, self._torque = (
+            next(c for c in any_of if c in found) for any_of in (columns.angles, columns.torques)
+        )
+        self._values = dict.fromkeys(found, np.nan)
+        self._new: dict[str, float] = {}
+        try:
+            self._bus = can.Bus(interface=interface, channel=channel)
+        except Exception as error:  # Every interface has errors of its own.
+            raise OSError(f"can:{interface}:{channel}: {error}") from None
+        self._lost = (can.CanError, OSError)
+
+    def read(self) -> list[Row]:
+        """The samples that frames have completed."""
+        rows: list[Row] = []
+        try:
+            frame = self._bus.recv(WAIT)
+            for _ in range(MOST_AT_ONCE):
+                if frame is None:
+                    break
+                self._take(frame, rows)
+                frame = self._bus.recv(0)
+            if frame is not None:
+                self._take(frame, rows)
+        except self._lost as error:
+            raise OSError(f"the bus is lost: {error}") from None
+        return rows
+
+    def _take(self, frame: Any, rows: list[Row]) -> None:
+        """Put the values of a frame into the present sample, and add it where it is complete."""
+        wanted = self._messages.get((frame.arbitration_id, frame.is_extended_id))
+        if wanted is None or frame.is_error_frame or frame.is_remote_frame:
+            return
+        now, (message, signals) = frame.timestamp, wanted
+        if self._new and now - min(self._new.values()) > LONGEST_SKEW:
+            self._add(min(self._new.values()), rows)
+        padded = frame.is_fd and len(frame.data) > message.length
+        try:
+            if len(frame.data) != message.length and not padded:
+                raise ValueError(f"{len(frame.data)} bytes, the database has {message.length}")
+            content = message.decode(bytes(frame.data), decode_choices=False)
+        except Exception as error:  # cantools has several of its own.
+            self.refused, self.fault = self.refused + 1, f"{message.name}: {error}"
+            return
+        for signal, column, factor in signals:
+            value = float(content.get(signal.name, np.nan))
+            usable = bool(within_range(signal, np.array(value)))
+            self._values[column] = value * factor if usable else np.nan
+            if column in (self._angle, self._torque):
+                self._new[column] = now
+        if len(self._new) == 2:
+            self._add(now, rows)
+
+    def _add(self, now: float, rows: list[Row]) -> None:
+        both = (self._angle, self._torque)
+        missing = {column: np.nan for column in both if column not in self._new}
+        rows.append({"t": now, **self._values, **missing})
+        self._new.clear()
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()

@@ -1,0 +1,72 @@
+"""Times of a source in order: late samples left out, gaps and clocks set anew told from wrong times."""
+
+from math import isfinite
+from typing import NamedTuple
+
+from brushgrip.live.columns import Row
+from identification.reading.table import SHORTEST_STEP
+
+GAP = 2.0
+"""After a longer pause the patch may have been turned unseen, and the observer begins anew [s]."""
+LATE = 1.0
+"""Samples of so much before are late ones; earlier times are those of a clock that was set anew [s]."""
+FURTHEST = 1e12
+"""Size of a time [s]."""
+LARGEST_START = 1e6
+"""Times that begin beyond it, as those since 1970, are counted from the first sample [s]."""
+
+
+class Timed(NamedTuple):
+    """A row with its time, and whether it begins a stretch without memory of what was before."""
+
+    row: Row
+    begins: bool
+
+
+class Clock:
+    """Puts the times of a source into order.
+
+    Attributes:
+        late: samples left out because they repeat a time or come after a later one.
+        wrong: samples left out because of their time alone.
+    """
+
+    def __init__(self) -> None:
+        """No sample has been seen."""
+        self.late = self.wrong = 0
+        self._last: float | None = None
+        self._origin = 0.0
+        self._jumped: Row | None = None
+
+    def __call__(self, row: Row) -> list[Timed]:
+        """The rows that may be used with one more.
+
+        A row beyond a gap waits for a second one that follows it: one alone has a wrong time.
+        """
+        t = row.get("t", float("nan"))
+        if not (isfinite(t) and abs(t) < FURTHEST):
+            self.wrong += 1
+            return []
+        if self._last is None:
+            return [self._begin(row)]
+        if SHORTEST_STEP <= t - self._last <= GAP:
+            self.wrong += self._jumped is not None
+            self._jumped = None
+            return [self._next(row)]
+        if -LATE < t - self._last < SHORTEST_STEP:
+            self.late += 1
+            return []
+        jumped, self._jumped = self._jumped, row
+        if jumped is not None and SHORTEST_STEP <= t - jumped["t"] <= GAP:
+            self._jumped = None
+            return [self._begin(jumped), self._next(row)]
+        self.wrong += jumped is not None
+        return []
+
+    def _begin(self, row: Row) -> Timed:
+        self._origin = row["t"] if abs(row["t"]) > LARGEST_START else 0.0
+        return Timed(self._next(row).row, True)
+
+    def _next(self, row: Row) -> Timed:
+        self._last = row["t"]
+        return Timed({**row, "t": row["t"] - self._origin}, False)

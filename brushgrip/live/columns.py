@@ -1,0 +1,73 @@
+"""Values of a source by the names it gives them, as columns of a recording in SI units."""
+
+from collections.abc import Mapping
+
+from identification.reading.channels import map_hint, resolve
+from identification.reading.signal_map import SignalMap
+from identification.reading.table import columns_of
+from identification.reading.units import unit_of_name
+from symbolic import InvalidInputError
+
+Row = Mapping[str, float]
+"""One sample: values by column, SI units, NaN where one is missing; `t` is its time [s]."""
+MOST_NAMES = 200
+"""Names of a source that are remembered."""
+OF_WHEEL, OF_CAR = (("psi",), ("M_z", "M")), (("rack", "handwheel"), ("F_rack", "T_bar"))
+"""Columns of angle and torque, of each the first that a source has."""
+
+
+class Columns:
+    """The columns that a map finds among the names of a source."""
+
+    def __init__(self, where: str, signals: SignalMap, *, car: bool) -> None:
+        """Remember the map; `where` names the source in messages."""
+        self.angles: tuple[str, ...]
+        self.torques: tuple[str, ...]
+        self.angles, self.torques = OF_CAR if car else OF_WHEEL
+        self._where, self._signals = where, signals
+        self._needed = ("t",) if car else ("t", "psi", "F_N")
+        self._units: dict[str, str] = {}
+        self._plans: dict[tuple[str, ...], tuple[tuple[str, str, float], ...]] = {}
+
+    def find(self, units: Mapping[str, str], *, by_part: bool = False) -> dict[str, tuple[str, float]]:
+        """Name and factor to SI of each column that is there.
+
+        Args:
+            units: unit of each name, empty for none.
+            by_part: whether the last part of a name is enough, as of a signal in a message.
+
+        Raises:
+            InvalidInputError: neither an angle nor a torque, or not both, or no load; the message
+                proposes a map. Or a unit is none of the column's.
+        """
+        names, found = list(units), {}
+        for column in columns_of(self._needed):
+            source = self._signals.of(column)
+            name = resolve(self._where, source.channel.split("/")[-1], names, by_part=by_part)
+            if name is not None:
+                found[column] = (name, source.scale(column, units[name]))
+        alternatives = (self.angles, self.torques, *(() if "rack" in self.angles else (("F_N",),)))
+        lacking = [any_of[0] for any_of in alternatives if not any(c in found for c in any_of)]
+        if lacking:
+            hint = map_hint(lacking, names, self._signals)
+            raise InvalidInputError(f"{self._where}: {', '.join(lacking)} missing{hint}")
+        return found
+
+    def __call__(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The columns of values by name; a line may hold some of the names that others hold.
+
+        Raises:
+            InvalidInputError: as of `find`, for all names that were seen.
+        """
+        names = tuple(values)
+        if (plan := self._plans.get(names)) is None:
+            own = {name: unit_of_name(name) for name in names[:MOST_NAMES]}
+            self._units = dict([*self._units.items(), *own.items()][:MOST_NAMES])
+            try:
+                found = self.find(own)
+            except InvalidInputError:
+                found = self.find(self._units)
+            plan = tuple((column, *of) for column, of in found.items() if of[0] in values)
+            # A source whose names change with every line is no reason to remember them all.
+            self._plans = {**dict(list(self._plans.items())[-9:]), names: plan}
+        return {column: values[name] * factor for column, name, factor in plan}

@@ -1,0 +1,236 @@
+"""From samples as they come to estimates, the same as `estimate` makes of the recorded file."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from math import isfinite, nan
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgrip.live.columns import OF_CAR, OF_WHEEL, Row
+from identification.reading.car import RackAcceleration, of_mean_wheel, require_steering
+from identification.reading.car_plausibility import require_plausible_car, way_and_force
+from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
+from observers import Estimate, Loop, Observer, Sample, Status
+from observers.interfaces.car import HOLDING
+from observers.protocol import prior_estimate
+from symbolic import InvalidInputError, Vehicle
+
+
+class Point(NamedTuple):
+    """A sample and what the observer says after it.
+
+    Attributes:
+        recorded: values in the order of the feed's columns.
+        psi: angle [rad].
+        torque: that the observer used [N m].
+        estimate: after the sample.
+    """
+
+    recorded: tuple[float, ...]
+    psi: float
+    torque: float
+    estimate: Estimate
+
+
+class Feed(Protocol):
+    """What turns rows into points."""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Columns of the recording; empty before the first usable row."""
+
+    @property
+    def suspicions(self) -> tuple[str, ...]:
+        """Causes of `Status.SUSPECT`, a sentence each."""
+
+    def __call__(self, row: Row) -> list[Point]:
+        """The points that are known with one more row: none, one or several."""
+
+    def implausible(self, recorded: NDArray[np.float64], /) -> str:
+        """What samples show of wrong units and signs that the observer cannot see; empty for nothing."""
+
+    def reset(self) -> None:
+        """Begin anew, at rest at the next row."""
+
+
+class _Stretch:
+    """Samples of one observer without a break.
+
+    The first one takes its step from the second, as in `observers.run`; it waits for it.
+    """
+
+    def __init__(self, observer: Observer) -> None:
+        self.loop = Loop(observer, history=1)
+        self._channel = observer.channel
+        self._waiting: tuple[tuple[float, ...], float, float, float, float] | None = None
+        self._t = nan
+
+    def __call__(
+        self, recorded: tuple[float, ...], psi: float, F_N: float, torque: float, psi_dot: float = nan
+    ) -> list[Point]:
+        """Points that are known with one more sample; its time is the first value that is recorded."""
+        t, before, waiting = recorded[0], self._t, self._waiting
+        self._t, sample = t, (recorded, psi, F_N, torque, psi_dot)
+        if waiting is not None:
+            self._waiting = None
+            # As numpy.diff has it with such a sample before the first.
+            return [self._point(before - (2 * before - t), *waiting), self._point(t - before, *sample)]
+        if not isfinite(before):
+            self._waiting = sample
+            return []
+        return [self._point(t - before, *sample)]
+
+    def _point(
+        self, dt: float, recorded: tuple[float, ...], psi: float, F_N: float, torque: float, rate: float
+    ) -> Point:
+        M_z, M = (torque, nan) if self._channel == "M_z" else (nan, torque)
+        sample = Sample(psi=psi, psi_dot=rate, F_N=F_N, dt=dt, M_z=M_z, M=M)
+        return Point(recorded, psi, torque, self.loop(sample))
+
+
+class WheelFeed:
+    """The wheel of a rig."""
+
+    def __init__(self, observer_of: Callable[[str], Observer]) -> None:
+        """Begin; `observer_of` gives the observer for a torque, M_z or M."""
+        self._observer_of = observer_of
+        self._observers: dict[str, Observer] = {}
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew, at rest at the next row with an angle and a load."""
+        self.columns: tuple[str, ...] = ()
+        self._stretch: _Stretch | None = None
+        self._held: dict[str, float] = {}
+
+    @property
+    def suspicions(self) -> tuple[str, ...]:
+        """Causes of `Status.SUSPECT`, a sentence each."""
+        return () if self._stretch is None else self._stretch.loop.suspicions
+
+    def implausible(self, _: NDArray[np.float64], /) -> str:
+        """Nothing: the observer itself suspects units, signs and gears."""
+        return ""
+
+    def __call__(self, row: Row) -> list[Point]:
+        """The points that are known with one more row; load and rate keep their last values."""
+        if self._stretch is None:
+            self._begin(row)
+        if (stretch := self._stretch) is None:
+            return []
+        self._held |= {n: row[n] for n in ("F_N", "psi_dot") if isfinite(row.get(n, nan))}
+        recorded = tuple(row.get(name, nan) for name in self.columns)
+        rate = self._held["psi_dot"] if "psi_dot" in self.columns else nan
+        return stretch(recorded, row.get("psi", nan), self._held["F_N"], recorded[3], rate)
+
+    def _begin(self, row: Row) -> None:
+        """The columns, by the first row with an angle and a load."""
+        if not (isfinite(row.get("psi", nan)) and isfinite(row.get("F_N", nan))):
+            return
+        torques = OF_WHEEL[1]
+        there = [n for n in torques if isfinite(row.get(n, nan))] or [n for n in torques if n in row]
+        torque = there[0] if there else torques[0]
+        rate = ("psi_dot",) if isfinite(row.get("psi_dot", nan)) else ()
+        self.columns = ("t", "psi", "F_N", torque, *rate)
+        observer = self._observers.get(torque) or self._observer_of(torque)
+        self._observers[torque] = observer
+        self._stretch = _Stretch(observer)
+
+
+class CarFeed:
+    """The mean front wheel of a car, each standstill by an observer of its own."""
+
+    def __init__(self, vehicle: Vehicle, observers: Mapping[bool, Observer], where: str) -> None:
+        """Begin; observers by whether the brakes hold, and the source's name for messages."""
+        self._vehicle, self._observers = vehicle, observers
+        self._path = Path(where)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew, at rest at the next row with an angle."""
+        self.columns: tuple[str, ...] = ()
+        self._stretch: _Stretch | None = None
+        self._last = replace(prior_estimate(self._observers[self._vehicle.brakes]), status=Status.HELD)
+        self._held = {"speed": 0.0, "brake": float(self._vehicle.brakes)}
+        self._state: bool | None = None
+        self._waiting: list[tuple[tuple[float, ...], float, float]] = []
+        self._acceleration = RackAcceleration()
+
+    @property
+    def suspicions(self) -> tuple[str, ...]:
+        """Causes of `Status.SUSPECT`, a sentence each."""
+        return () if self._stretch is None else self._stretch.loop.suspicions
+
+    def __call__(self, row: Row) -> list[Point]:
+        """The points that are known with one more row.
+
+        A standstill is one from its tenth sample on, and its first ones wait for that.
+        """
+        if not self.columns:
+            if not any(isfinite(row.get(n, nan)) for n in OF_CAR[0]):
+                return []
+            columns = ("t", *(n for n in CAR_COLUMNS if n in row))
+            require_steering(self._table(columns, np.array([[row[n] for n in columns]])), self._vehicle)
+            self.columns = columns
+        recorded = tuple(row.get(name, nan) for name in self.columns)
+        self._held |= {n: row[n] for n in ("speed", "brake") if isfinite(row.get(n, nan))}
+        stands = abs(self._held["speed"]) <= self._vehicle.standstill
+        state = self._held["brake"] > 0.5 if stands else None
+        points: list[Point] = []
+        if state is not self._state:
+            points += self._rolled()
+            self._state, self._stretch = state, None
+        psi, M_z = self._wheel(recorded, bool(state))
+        self._waiting.append((recorded, psi, M_z if stands else nan))
+        if state is None:
+            return points + self._rolled()
+        if self._stretch is None and len(self._waiting) >= MIN_SAMPLES:
+            self._stretch = _Stretch(self._observers[state])
+        return points if self._stretch is None else points + self._stood(self._stretch)
+
+    def implausible(self, recorded: NDArray[np.float64], /) -> str:
+        """Why the columns look like ones in other units or of other signs; empty where they do not.
+
+        Args:
+            recorded: samples, shape (n, columns).
+        """
+        try:
+            require_plausible_car(self._table(self.columns, recorded), self._vehicle)
+        except InvalidInputError as error:
+            return str(error)
+        return ""
+
+    def _table(self, columns: Sequence[str], rows: NDArray[np.float64]) -> Table:
+        named = dict(zip(columns, rows.T, strict=True))
+        return Table(
+            path=self._path, columns=named, declared={}, faults=(), place=str, names=tuple(columns)
+        )
+
+    def _wheel(self, recorded: tuple[float, ...], brakes: bool) -> tuple[float, float]:
+        """Angle [rad] and torque [N m] of the mean wheel."""
+        columns = {name: np.array([v]) for name, v in zip(self.columns, recorded, strict=True)}
+        s, force = way_and_force(columns, self._vehicle)
+        follows = self._vehicle.rack_mass > 0
+        acceleration = self._acceleration(recorded[0], float(s[0])) if follows else 0.0
+        psi, M_z = of_mean_wheel(self._vehicle, s, force, np.array([acceleration]), np.array([brakes]))
+        return float(psi[0]), float(M_z[0])
+
+    def _stood(self, stretch: _Stretch) -> list[Point]:
+        points: list[Point] = []
+        for recorded, psi, M_z in self._waiting:
+            points += stretch(recorded, psi, self._vehicle.wheel_load, M_z)
+        self._waiting = []
+        if points:
+            of_last = {name: getattr(points[-1].estimate, name) for name in HOLDING}
+            self._last = replace(self._last, **of_last)
+        return points
+
+    def _rolled(self) -> list[Point]:
+        """What waits, with the last estimate: the car rolls, or stood too shortly."""
+        held = replace(self._last, M_z_predicted=nan, nis=nan, informed=False)
+        points = [Point(recorded, psi, nan, held) for recorded, psi, _ in self._waiting]
+        self._waiting = []
+        return points

@@ -1,0 +1,158 @@
+"""A session as the command line describes it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from brushgrip.estimation.estimates import ObserverFactory
+from brushgrip.inputs.pipeline import Inputs
+from brushgrip.inputs.recordings import locate
+from brushgrip.live.bus import CanSource
+from brushgrip.live.columns import Columns
+from brushgrip.live.feeds import CarFeed, Feed, WheelFeed
+from brushgrip.live.sources import FileSource, LineSource, Source, UdpSource
+from identification import READERS, Recording, Standstills, read_rig, read_vehicle
+from identification.reading.readers import read_table
+from identification.reading.rigfile import rig_of_table
+from identification.reading.table import Table, required_columns
+from observers import Observer
+from symbolic import FoundModel, InvalidInputError, Rig, Tyre, Vehicle, rig_of
+
+
+def follow(
+    spec: str,
+    inputs: Inputs,
+    factory: ObserverFactory,
+    *,
+    speed: float = 1.0,
+    ground: str | None = None,
+) -> tuple[Callable[[], Source], Feed]:
+    """A source with the observer that `estimate` would use for its recording.
+
+    Args:
+        spec: the source, see `opener`.
+        inputs: rig or vehicle, model and map, without recordings.
+        factory: of the observer.
+        speed: of the clock of a file.
+        ground: what the wheel stands on.
+
+    Returns:
+        What opens the source, and what makes estimates of its samples.
+
+    Raises:
+        InvalidInputError: source, rig or model cannot be used.
+    """
+    require_speed(speed)
+    car = inputs.vehicle is not None
+    where = spec.removeprefix("replay:")
+    columns = Columns(where, inputs.signals, car=car)
+    tables: list[Table] = []
+
+    def replay(name: str) -> Source:
+        if not tables:
+            tables.append(_table(name, inputs))
+        return FileSource(tables[0], speed)
+
+    open_source = opener(spec, columns, inputs.signals.dbc, replay)
+    if not spec.startswith(("udp:", "can:")) and spec != "-":
+        replay(where)
+    found = inputs.found()
+    if inputs.vehicle is not None:
+        vehicle = read_vehicle(inputs.vehicle)
+        observers = {brakes: _of_car(factory, found, vehicle, brakes) for brakes in (True, False)}
+        return open_source, CarFeed(vehicle, observers, where)
+    nominal = None if inputs.rig is None else read_rig(inputs.rig)
+    if tables:
+        nominal, ground = rig_of_table(tables[0], nominal), ground or tables[0].ground
+    if nominal is None:
+        raise InvalidInputError(f"{where}: needs the rig, --rig rig.toml, or --vehicle car.toml")
+    rig, tyre = nominal
+    feed = WheelFeed(lambda torque: factory(_stub(rig, tyre, torque, ground), found))
+    return open_source, feed
+
+
+def _table(name: str, inputs: Inputs) -> Table:
+    needed = ("t",) if inputs.vehicle else required_columns(torque_required=False)
+    return read_table(locate(name), needed, READERS, inputs.signals)
+
+
+def _of_car(
+    factory: ObserverFactory, found: FoundModel | None, vehicle: Vehicle, brakes: bool
+) -> Observer:
+    stands = Standstills(vehicle=vehicle, stretch=np.zeros(3, dtype=np.int64), brakes=(brakes,))
+    stub = _stub(*rig_of(vehicle, brakes=brakes), "M_z", None)
+    return factory(replace(stub, standstills=stands), found)
+
+
+def _stub(rig: Rig, tyre: Tyre, torque: str, ground: str | None) -> Recording:
+    """A recording that tells a factory what it has to know before there is one."""
+    zeros, nothing = np.zeros(3), np.full(3, np.nan)
+    return Recording(
+        name="live",
+        t=np.arange(3.0),
+        psi=zeros,
+        psi_dot=zeros,
+        F_N=np.ones(3),
+        M_z=zeros if torque == "M_z" else nothing,
+        M=zeros,
+        rig=rig,
+        tyre=tyre,
+        ground=ground,
+    )
+
+
+def opener(
+    spec: str, columns: Columns, dbc: Path | None, replay: Callable[[str], Source]
+) -> Callable[[], Source]:
+    """What opens the source of a command line, again and again where it is lost.
+
+    Args:
+        spec: `udp:PORT`, `udp:HOST:PORT`, `can:INTERFACE:CHANNEL`, `-`, `replay:FILE` or the file.
+        columns: of the source.
+        dbc: database of a bus.
+        replay: opens a file.
+
+    Raises:
+        InvalidInputError: it is none such.
+    """
+    kind, _, rest = spec.partition(":")
+    if spec == "-":
+        return lambda: LineSource(0, columns)
+    if kind == "udp":
+        address = address_of(spec, rest)
+        return lambda: UdpSource(address, columns)
+    if kind == "can":
+        interface, _, channel = rest.partition(":")
+        if not interface or not channel:
+            raise InvalidInputError(
+                f"{spec}: expected can:INTERFACE:CHANNEL, such as can:socketcan:can0"
+            )
+        if dbc is None:
+            raise InvalidInputError(f"{spec}: --dbc names the database of the bus, such as car.dbc")
+        return lambda: CanSource(interface, channel, dbc, columns)
+    return lambda: replay(rest if kind == "replay" else spec)
+
+
+def address_of(spec: str, rest: str) -> tuple[str, int]:
+    """Host and port of `HOST:PORT` or `PORT`, which means this machine alone.
+
+    Raises:
+        InvalidInputError: it is none such.
+    """
+    host, _, port = rest.rpartition(":")
+    if not (port.isascii() and port.isdigit() and 0 < int(port[:9]) < 65536):
+        raise InvalidInputError(f"{spec}: expected a port from 1 to 65535, such as udp:5005")
+    return host or "127.0.0.1", int(port)
+
+
+def require_speed(speed: float) -> float:
+    """The speed of a clock.
+
+    Raises:
+        InvalidInputError: it is not finite and greater than 0.
+    """
+    if not 0 < speed < np.inf:
+        raise InvalidInputError(f"--speed must be finite and greater than 0, got {speed:g}")
+    return speed

@@ -1,0 +1,77 @@
+"""What the observer saw and said, as a Parquet file that appears whole at its end."""
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgrip.outputs.atomic import staged_file
+from identification.reading.formats.opening import library
+from observers import ESTIMATE
+
+Array = NDArray[np.float64]
+GROUP = 5_000
+"""Samples of a row group, which is written at once."""
+
+
+class Recorder:
+    """An open recording.
+
+    Attributes:
+        path: the file, which is none of those that are there already.
+        samples: so far.
+    """
+
+    def __init__(self, wanted: Path, columns: Sequence[str]) -> None:
+        """Begin a file.
+
+        Args:
+            wanted: its name; where it is taken, `_2`, `_3` and so on are put behind it.
+            columns: of the recording, which go before those of the estimates.
+
+        Raises:
+            InvalidInputError: it cannot be written, or pyarrow is missing.
+        """
+        names = (wanted if n == 1 else wanted.with_stem(f"{wanted.stem}_{n}") for n in count(1))
+        self.path, self.samples = next(path for path in names if not path.exists()), 0
+        self._names, self._waiting = (*columns, *ESTIMATE), list[Array]()
+        self._arrow, parquet = (
+            library("pyarrow", "live", wanted),
+            library("pyarrow.parquet", "live", wanted),
+        )
+        with ExitStack() as stack:
+            stage = stack.enter_context(staged_file(self.path))
+            schema = self._arrow.schema([(name, self._arrow.float64()) for name in self._names])
+            self._writer: Any = stack.enter_context(parquet.ParquetWriter(stage, schema))
+            self._stack = stack.pop_all()
+
+    def write(self, rows: Array) -> None:
+        """Add samples, shape (n, columns and estimates).
+
+        Raises:
+            OSError: the disk is full, or gone.
+        """
+        self._waiting.append(rows)
+        self.samples += len(rows)
+        if sum(map(len, self._waiting)) >= GROUP:
+            self._flush()
+
+    def close(self) -> None:
+        """End the file.
+
+        Raises:
+            OSError: the disk is full, or gone.
+        """
+        with self._stack:
+            self._flush()
+
+    def _flush(self) -> None:
+        if not self._waiting:
+            return
+        rows, self._waiting = np.concatenate(self._waiting), []
+        columns = [self._arrow.array(column) for column in rows.T]
+        self._writer.write_table(self._arrow.table(columns, names=list(self._names)))

@@ -1,0 +1,278 @@
+"""A live estimation: reads a source, follows it with an observer, keeps the newest points, records."""
+
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable
+from contextlib import closing
+from math import nan
+from pathlib import Path
+
+import numpy as np
+
+from brushgrip.live.clock import Clock
+from brushgrip.live.columns import Row
+from brushgrip.live.feeds import Feed, Point
+from brushgrip.live.recorder import Recorder
+from brushgrip.live.ring import Points, Ring
+from brushgrip.live.sources import WAIT, Source
+from brushgrip.live.state import State
+from identification.reading.table import LARGEST
+from observers import ESTIMATE, Estimate
+from symbolic import InvalidInputError
+
+CAPACITY = 200_000
+"""Points that are kept, 200 s at 1 kHz."""
+MOST_WAITING = 20_000
+"""Samples that wait for the observer; of a source that cannot wait what comes then is lost."""
+AT_ONCE = 20
+"""Samples between two looks at what else is to be done."""
+OLD = 0.5
+"""An estimate without a sample for so long is not usable any more [s]."""
+LOOKS = 1.0
+"""Between looks at whether the columns are plausible [s]."""
+AGAIN = 1.0
+"""Between attempts to open a source that is lost [s]."""
+Advice = Callable[[Estimate], str]
+"""What to do next, in a sentence; empty for nothing."""
+Listener = Callable[[State], None]
+"""Is told the state after each batch of samples, and now and then without any; must not block."""
+
+
+class Session:
+    """Two threads: one reads the source, one estimates.
+
+    Attributes:
+        ring: the newest points.
+        feed: what makes them.
+        recorded: files of recordings that are done.
+    """
+
+    def __init__(
+        self,
+        open_source: Callable[[], Source],
+        feed: Feed,
+        *,
+        record: Path | None = None,
+        advice: Advice = lambda _: "",
+        listeners: tuple[Listener, ...] = (),
+    ) -> None:
+        """Prepare; nothing runs before `start`.
+
+        Args:
+            open_source: opens the source, and again where it is lost.
+            feed: turns its samples into estimates.
+            record: file to record to from the beginning; None waits until `record` is called.
+            advice: of the newest estimate.
+            listeners: are told of every batch.
+        """
+        self.ring, self.feed = Ring(CAPACITY), feed
+        self._open, self._advice, self._listeners = open_source, advice, listeners
+        self._file, self._wanted = record, record is not None
+        self._recorder: Recorder | None = None
+        self.recorded: list[Path] = []
+        self._clock, self._counts = Clock(), Counter[str]()
+        self._waiting: deque[Row] = deque()
+        self._arrived, self._stop = threading.Event(), threading.Event()
+        self._threads: list[threading.Thread] = []
+        self._stretch, self._done = 0, -np.inf
+        self._looked, self._implausible = 0.0, ""
+        self._t, self._fault, self._ended = nan, "", False
+        self._newest: Estimate | None = None
+
+    def start(self) -> None:
+        """Open the source and run.
+
+        Raises:
+            InvalidInputError: it cannot be opened.
+        """
+        try:
+            source = self._open()
+        except OSError as error:
+            raise InvalidInputError(f"the source cannot be opened: {error}") from None
+        for name, target in (("read", lambda: self._read(source)), ("estimate", self._work)):
+            self._threads.append(threading.Thread(target=target, name=f"live-{name}", daemon=True))
+            self._threads[-1].start()
+
+    def stop(self) -> None:
+        """Close the source, estimate what waits, and end the recording."""
+        self._stop.set()
+        for thread in self._threads:
+            thread.join()
+
+    def record(self, wanted: bool) -> None:
+        """Begin a recording or end it.
+
+        A new one begins with what is still in memory of the present stretch, so that the observer of
+        who reads it begins where ours did.
+        """
+        self._wanted = wanted
+
+    def state(self) -> State:
+        """How the session stands now."""
+        estimate, age = self._newest, time.monotonic() - self._done
+        recorder = self._recorder
+        counts = {**self._counts, "late": self._clock.late, "wrong time": self._clock.wrong}
+        usable = estimate is not None and estimate.usable and age < OLD and not self._implausible
+        return State(
+            t=self._t,
+            estimate=estimate,
+            usable=usable,
+            age=age,
+            status=self._words(estimate, age),
+            advice="" if estimate is None or age >= OLD else self._advice(estimate),
+            counts={name: number for name, number in counts.items() if number},
+            recording=f"{recorder.path}, {recorder.samples} samples" if recorder else "",
+            ended=self._ended and not self._waiting,
+        )
+
+    def _words(self, estimate: Estimate | None, age: float) -> str:
+        parts = [self._fault, self._implausible]
+        if age >= OLD:
+            parts.append("no sample has come yet" if estimate is None else f"no sample for {age:.0f} s")
+        elif estimate is not None:
+            parts += [estimate.status.remedy, *self.feed.suspicions]
+            if not estimate.informed and not estimate.status:
+                parts.append("the torque says too little about friction yet: turn the wheel on")
+        return "; ".join(filter(None, parts))
+
+    def _read(self, source: Source) -> None:
+        """Hand on what comes, until the end."""
+        while not self._stop.is_set():
+            try:
+                with closing(source):
+                    self._hand_on(source)
+                return
+            except EOFError:
+                self._ended = True
+                return
+            except (OSError, InvalidInputError) as error:
+                self._fault = f"{error}; it is opened again"
+            while not self._stop.wait(AGAIN):
+                try:
+                    source = self._open()
+                except (OSError, InvalidInputError):
+                    continue
+                self._counts["reopened"] += 1
+                self._fault = ""
+                break
+
+    def _hand_on(self, source: Source) -> None:
+        refused = 0
+        while not self._stop.is_set():
+            rows = source.read()
+            if source.refused > refused:
+                self._counts["unreadable"] += source.refused - refused
+                self._fault, refused = (
+                    f"{source.refused} not readable, the last: {source.fault}",
+                    source.refused,
+                )
+            elif rows:
+                self._fault = ""
+            while source.waits and len(self._waiting) > MOST_WAITING - len(rows):
+                if self._stop.wait(WAIT):
+                    return
+            room = MOST_WAITING - len(self._waiting)
+            self._counts["lost"] += max(len(rows) - room, 0)
+            self._waiting.extend(rows[:room])
+            if rows:
+                self._arrived.set()
+
+    def _work(self) -> None:
+        """Estimate what has come, in small batches."""
+        try:
+            while not self._stop.is_set() or self._waiting:
+                if not self._waiting:
+                    self._arrived.wait(WAIT)
+                    self._arrived.clear()
+                for _ in range(min(AT_ONCE, len(self._waiting))):
+                    self._take(self._waiting.popleft())
+                self._follow_wish()
+                self._look_back()
+                state = self.state() if self._listeners else None
+                for listener in self._listeners:
+                    listener(state)  # type: ignore[arg-type]
+        except Exception as error:
+            # Said on every page, and no estimate is usable any more.
+            self._fault, self._done, self._ended = f"stopped: {error}", -np.inf, True
+            raise
+        finally:
+            self._end_recording()
+
+    def _take(self, row: Row) -> None:
+        self._counts["samples"] += 1
+        for timed in self._clock(row):
+            if timed.begins:
+                self._begin_stretch()
+            usable = {name: self._within(name, value) for name, value in timed.row.items()}
+            try:
+                self._store(self.feed(usable))
+            except InvalidInputError as error:
+                self._counts["unreadable"] += 1
+                self._fault = str(error)
+
+    def _within(self, name: str, value: float) -> float:
+        """The value, NaN where a file would be refused for it."""
+        if value != value or name == "t":
+            return value
+        if abs(value) <= LARGEST.get(name, (np.inf,))[0] and not (name == "F_N" and value <= 0):
+            return value
+        self._counts["out of range"] += 1
+        return nan
+
+    def _begin_stretch(self) -> None:
+        if self._stretch:
+            self._counts["begun anew"] += 1
+        self._end_recording()
+        self._stretch += 1
+        self.feed.reset()
+
+    def _store(self, points: list[Point]) -> None:
+        if not points:
+            return
+        begin, now = self.ring.end, time.monotonic()
+        self.ring.append(points, self._stretch, now)
+        self._newest, self._t, self._done = points[-1].estimate, points[-1].recorded[0], now
+        if self._recorder is not None:
+            self._write(self.ring.since(begin))
+
+    def _look_back(self) -> None:
+        """Now and then, see whether the columns are what they are taken for."""
+        if self._done < self._looked + LOOKS:
+            return
+        self._looked = self._done
+        points = self.ring.since(self.ring.end - MOST_WAITING, self._stretch)
+        self._implausible = self.feed.implausible(points.recorded[:, : len(self.feed.columns)])
+
+    def _follow_wish(self) -> None:
+        """Begin or end a recording where that is wanted."""
+        if not self._wanted:
+            self._end_recording()
+        elif self._recorder is None and self.feed.columns and self.ring.end:
+            name = self._file or Path(time.strftime("live_%Y-%m-%d_%H%M%S.parquet"))
+            try:
+                self._recorder = Recorder(name, self.feed.columns)
+            except InvalidInputError as error:
+                self._fault, self._wanted = f"not recorded: {error}", False
+                return
+            self._write(self.ring.since(0, self._stretch))
+
+    def _write(self, points: Points) -> None:
+        if self._recorder is None:
+            return
+        said = points.fields[:, -len(ESTIMATE) :]
+        rows = np.hstack([points.recorded[:, : len(self.feed.columns)], said])
+        try:
+            self._recorder.write(rows)
+        except OSError as error:
+            self._fault, self._wanted, self._recorder = f"the recording broke off: {error}", False, None
+
+    def _end_recording(self) -> None:
+        recorder, self._recorder = self._recorder, None
+        if recorder is None:
+            return
+        try:
+            recorder.close()
+            self.recorded.append(recorder.path)
+        except OSError as error:
+            self._fault, self._wanted = f"the recording broke off: {error}", False

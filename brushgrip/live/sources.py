@@ -1,0 +1,152 @@
+"""Where samples come from while they are measured: a file in real time, UDP, standard input."""
+
+import os
+import select
+import socket
+import time
+from contextlib import ExitStack
+from itertools import islice
+from typing import Protocol
+
+import numpy as np
+
+from brushgrip.live.columns import Columns, Row
+from brushgrip.live.text_lines import LONGEST_LINE, TextLines
+from identification.reading.table import Table
+
+WAIT = 0.02
+"""A source without samples returns after so long [s]."""
+MOST_AT_ONCE = 200
+"""Messages that are read before they are handed on."""
+BUFFER = 8_000_000
+"""Of datagrams in the system's hands [bytes]."""
+
+
+class Source(Protocol):
+    """An open source.
+
+    Attributes:
+        waits: whether it may be read later without loss, as a file.
+        refused: messages that could not be used.
+        fault: why the last one of them could not.
+    """
+
+    waits: bool
+    refused: int
+    fault: str
+
+    def read(self) -> list[Row]:
+        """Samples that have come, after at most `WAIT` none.
+
+        Raises:
+            EOFError: there will be no more.
+            OSError: the source is lost.
+        """
+
+    def close(self) -> None:
+        """Let it go."""
+
+
+class FileSource:
+    """A recording in real time."""
+
+    waits, refused, fault = True, 0, ""
+
+    def __init__(self, table: Table, speed: float) -> None:
+        """Begin at the first sample; `speed` is that of the clock [1]."""
+        names = list(table.columns)
+        self._rows = zip(*(table.columns[name].tolist() for name in names), strict=True)
+        self._names, self._t = names, table.columns["t"]
+        self._speed, self._begin, self._at = speed, time.monotonic(), 0
+
+    def read(self) -> list[Row]:
+        """The samples whose time has come."""
+        if self._at == self._t.size:
+            raise EOFError
+        now = self._t[0] + (time.monotonic() - self._begin) * self._speed
+        due = min(int(np.searchsorted(self._t, now, side="right")), self._at + MOST_AT_ONCE)
+        if due == self._at:
+            time.sleep(min(WAIT, max((self._t[self._at] - now) / self._speed, 1e-4)))
+            return []
+        rows = [dict(zip(self._names, row, strict=True)) for row in islice(self._rows, due - self._at)]
+        self._at = due
+        return rows  # type: ignore[return-value]
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+class _TextSource:
+    """Lines of text as samples; what cannot be read is counted."""
+
+    def __init__(self, columns: Columns) -> None:
+        self.refused, self.fault = 0, ""
+        self._columns, self._values_of = columns, TextLines()
+
+    def _rows(self, lines: list[bytes]) -> list[Row]:
+        rows: list[Row] = []
+        for line in lines:
+            try:
+                if values := self._values_of(line.decode()):
+                    rows.append({"t": time.monotonic(), **self._columns(values)})
+            except ValueError as error:  # Also of letters, and of columns that are missing.
+                self.refused, self.fault = self.refused + 1, str(error)
+        return rows
+
+
+class UdpSource(_TextSource):
+    """Datagrams with a line or more of text; a sample without `t` has the time of its arrival."""
+
+    waits = False
+
+    def __init__(self, address: tuple[str, int], columns: Columns) -> None:
+        """Listen at an address."""
+        super().__init__(columns)
+        with ExitStack() as stack:
+            self._socket = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+            self._socket.bind(address)
+            stack.pop_all()
+
+    def read(self) -> list[Row]:
+        """The samples of datagrams that have come."""
+        if not select.select([self._socket], [], [], WAIT)[0]:
+            return []
+        lines: list[bytes] = []
+        try:
+            while len(lines) < MOST_AT_ONCE:
+                lines += self._socket.recv(65536, socket.MSG_DONTWAIT).splitlines()
+        except BlockingIOError:
+            pass
+        return self._rows(lines)
+
+    def close(self) -> None:
+        """Let the port go."""
+        self._socket.close()
+
+
+class LineSource(_TextSource):
+    """Lines of standard input, or of another file that is written while it is read."""
+
+    waits = True
+
+    def __init__(self, file: int, columns: Columns) -> None:
+        """Read from a descriptor."""
+        super().__init__(columns)
+        self._file, self._rest = file, b""
+
+    def read(self) -> list[Row]:
+        """The samples of lines that have come whole."""
+        if not select.select([self._file], [], [], WAIT)[0]:
+            return []
+        if not (content := os.read(self._file, 65536)):
+            if not self._rest:
+                raise EOFError
+            content = b"\n"
+        *lines, self._rest = (self._rest + content).split(b"\n")
+        if len(self._rest) > 10 * LONGEST_LINE:
+            self.refused, self.fault, self._rest = self.refused + 1, "a line without an end", b""
+        return self._rows(lines)
+
+    def close(self) -> None:
+        """Leave it to its owner."""

@@ -1,0 +1,54 @@
+"""How a session stands, and that in words."""
+
+from dataclasses import dataclass
+from math import isfinite
+
+from brushgrip.wording.friction import band
+from observers import Estimate
+
+
+@dataclass(frozen=True, kw_only=True)
+class State:
+    """How a session stands.
+
+    Attributes:
+        t: time of the newest sample [s].
+        estimate: after it; None before any.
+        usable: whether a controller may act on it now: usable, and not old.
+        age: since it was estimated [s].
+        status: what is wrong and what mends it; empty for nothing.
+        advice: what to do next; empty for nothing.
+        counts: samples by what became of them.
+        recording: file and samples; empty where none is written.
+        ended: whether the source has come to its end.
+    """
+
+    t: float
+    estimate: Estimate | None
+    usable: bool
+    age: float
+    status: str
+    advice: str
+    counts: dict[str, int]
+    recording: str
+    ended: bool
+
+
+def friction_of(estimate: Estimate | None) -> tuple[float, float]:
+    """Effective friction and its standard deviation; mu of an observer that states no effective one."""
+    if estimate is None:
+        return float("nan"), float("nan")
+    if isfinite(estimate.mu_eff):
+        return estimate.mu_eff, estimate.mu_eff_std
+    return estimate.mu, estimate.mu_std
+
+
+def verdict(state: State) -> str:
+    """Whether friction may be used now."""
+    return "usable" if state.usable else "not usable"
+
+
+def line_of(state: State) -> str:
+    """A state on one line."""
+    friction = f"{state.t:.2f} s: μ {band(*friction_of(state.estimate))}, {verdict(state)}"
+    return "; ".join(filter(None, [friction, state.status, state.advice, state.recording]))

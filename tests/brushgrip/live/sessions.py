@@ -1,0 +1,89 @@
+"""What tests of live estimation share: a recording, sessions over it, what `estimate` says."""
+
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from brushgrip.estimation.estimates import observe, observer_factory
+from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.pipeline import Inputs, locate_inputs
+from brushgrip.live.columns import Row
+from brushgrip.live.following import follow
+from brushgrip.live.session import Session
+from observers import ESTIMATE, Estimates
+
+RECORDINGS = Path(__file__).parents[3] / "examples" / "recordings"
+RIG = RECORDINGS / "rig.toml"
+LONGEST = 20.0
+"""What a test waits for at most [s]."""
+
+
+def rows_of(samples: int, begin: int = 0) -> list[dict[str, float]]:
+    """The first samples of a recording of the demo, which turn the wheel from the 150th on."""
+    t, psi, M_z, F_N = np.loadtxt(RECORDINGS / "train_a.csv", delimiter=",", skiprows=1).T
+    columns = {"t": t, "psi": psi, "M_z": M_z, "F_N": F_N}
+    kept = {name: values[begin : begin + samples].tolist() for name, values in columns.items()}
+    return [dict(zip(kept, row, strict=True)) for row in zip(*kept.values(), strict=True)]
+
+
+def session_of(
+    spec: str, observer: str = "ekf", *, record: Path | None = None, **options: Any
+) -> Session:
+    """A session on a source; options of `locate_inputs`, and speed."""
+    speed = options.pop("speed", 1.0)
+    inputs = locate_inputs(**({"rig": RIG} | options))
+    opened, feed = follow(spec, inputs, observer_factory(ObserverName(observer)), speed=speed)
+    return Session(opened, feed, record=record)
+
+
+class ListSource:
+    """Gives rows once, then ends, or is lost."""
+
+    waits, refused, fault = True, 0, ""
+
+    def __init__(self, rows: Iterable[Row], end: type[Exception] = EOFError) -> None:
+        """Of these rows, and how it ends."""
+        self._rows, self._end = list(rows), end
+
+    def read(self) -> list[Row]:
+        if not self._rows:
+            raise self._end("gone")
+        taken, self._rows = self._rows[:50], self._rows[50:]
+        return taken
+
+    def close(self) -> None:
+        pass
+
+
+def wait_for(condition: Callable[[], object]) -> None:
+    """Until it holds."""
+    end = time.monotonic() + LONGEST
+    while not condition():
+        assert time.monotonic() < end, "it has not come"
+        time.sleep(0.005)
+
+
+def run_to_end(session: Session) -> None:
+    """Start, wait for the end of the source, stop."""
+    session.start()
+    wait_for(lambda: session.state().ended)
+    session.stop()
+
+
+def estimated(path: Path, observer: str = "ekf", inputs: Inputs | None = None) -> Estimates:
+    """What `brushgrip estimate` says of a file."""
+    inputs = inputs or locate_inputs([str(path)], rig=RIG)
+    (recording,) = inputs.recordings(causal=True, torque_required=False)
+    return observe(observer_factory(ObserverName(observer)), recording, inputs.found())
+
+
+def same_to_the_last_digit(session: Session, said: Estimates) -> None:
+    """What the session showed, of its last stretch, is what `estimate` says."""
+    points = session.ring.since(0)
+    points = session.ring.since(0, int(points.of("stretch")[-1]))
+    np.testing.assert_array_equal(points.t, said.t)
+    for name in ESTIMATE:
+        np.testing.assert_array_equal(points.of(name), getattr(said, name), err_msg=name)

@@ -1,0 +1,317 @@
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.live.clock import Clock
+from brushgrip.live.feeds import WheelFeed
+from brushgrip.live.session import OLD, Session
+from observers import Status
+from tests.brushgrip.helpers import Run
+from tests.brushgrip.live.sessions import (
+    RIG,
+    ListSource,
+    estimated,
+    rows_of,
+    run_to_end,
+    same_to_the_last_digit,
+    session_of,
+    wait_for,
+)
+from tests.simulated_car import SimulatedCar, steering, vehicle_text
+
+pytest.importorskip("pyarrow", reason="needs brushgrip[live]")
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+
+def session_over(rows: list[dict[str, float]], observer: str, record: Path) -> Session:
+    """A session on rows that are all there at once."""
+    session = session_of("udp:5005", observer, record=record)
+    session._open = lambda: ListSource(rows)
+    return session
+
+
+def spoilt(rows: list[dict[str, float]]) -> list[dict[str, float]]:
+    """The rows with gaps, values beyond their range and samples out of order."""
+    rows = [dict(row) for row in rows]
+    for at, column, value in (
+        (160, "psi", math.nan), (170, "F_N", math.nan), (171, "F_N", -5.0), (172, "F_N", 0.0),
+        (180, "M_z", math.nan), (190, "M_z", 1e9), (200, "psi", math.inf), (210, "M_z", -math.inf),
+        (0, "psi", math.nan), (1, "F_N", math.nan), (220, "t", 1e9), (230, "t", math.nan),
+        (240, "t", 0.3),
+    ):  # fmt: skip
+        rows[at][column] = value
+    return [*rows[:250], rows[249], rows[245], *rows[250:]]
+
+
+@pytest.mark.parametrize(
+    ("observer", "spoil"),
+    [
+        ("ekf", True),
+        *(pytest.param(*case, marks=pytest.mark.long) for case in (("ekf", False), ("mhe", False))),
+        pytest.param("mhe", True, marks=pytest.mark.long),
+    ],
+)
+def test_says_what_estimate_says_of_the_recording(tmp_path: Path, observer: str, spoil: bool) -> None:
+    rows = spoilt(rows_of(320)) if spoil else rows_of(320)
+    session = session_over(rows, observer, tmp_path / "live.parquet")
+    run_to_end(session)
+
+    assert session.recorded == [tmp_path / "live.parquet"]
+    same_to_the_last_digit(session, estimated(tmp_path / "live.parquet", observer))
+    counts = session.state().counts
+    if spoil:
+        assert counts == {
+            "samples": 322, "out of range": 5, "late": 2, "wrong time": 3,
+        }  # fmt: skip
+        assert session.ring.end == 322 - 2 - 3 - 2
+    else:
+        assert counts == {"samples": 320}
+
+
+def test_a_measured_rate_and_a_steering_torque(tmp_path: Path) -> None:
+    rig = tmp_path / "rig.toml"
+    rig.write_text(RIG.read_text().replace("[rig]", "[rig]\nJ_A = 0.15\nb_t = 1.0"))
+    rows = rows_of(300)
+    for before, row in zip([rows[0], *rows], rows, strict=False):
+        row["psi_dot"] = (row["psi"] - before["psi"]) / 0.01
+        row["M"] = -row.pop("M_z")
+    rows[200]["psi_dot"] = math.nan
+    session = session_of("udp:5005", record=tmp_path / "live.parquet", rig=rig)
+    session._open = lambda: ListSource(rows)
+    run_to_end(session)
+
+    inputs = locate_inputs([str(tmp_path / "live.parquet")], rig=rig)
+    assert session.feed.columns == ("t", "psi", "F_N", "M", "psi_dot")
+    same_to_the_last_digit(session, estimated(tmp_path / "live.parquet", inputs=inputs))
+
+
+@pytest.mark.long
+def test_a_car_that_stands_rolls_and_brakes(tmp_path: Path) -> None:
+    vehicle = tmp_path / "car.toml"
+    vehicle.write_text(vehicle_text())
+    t, rack = steering(seconds=6.0)
+    force, speed, brake = SimulatedCar().force(rack), np.zeros(t.size), np.ones(t.size)
+    speed[:15], speed[100:140], speed[145:180] = 2.0, 3.0, 3.0
+    brake[300:] = 0.0
+    rack[150] = rack[200] = force[210] = np.nan
+    columns = {"t": t, "rack": rack, "F_rack": force, "speed": speed, "brake": brake}
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    rows = [dict(zip(columns, row, strict=True)) for row in values]
+    session = session_of("udp:5005", record=tmp_path / "car.parquet", rig=None, vehicle=vehicle)
+    session._open = lambda: ListSource(rows)
+    run_to_end(session)
+
+    inputs = locate_inputs([str(tmp_path / "car.parquet")], vehicle=vehicle)
+    same_to_the_last_digit(session, estimated(tmp_path / "car.parquet", inputs=inputs))
+    held = session.ring.since(0).of("status") == Status.HELD
+    assert np.array_equal(np.flatnonzero(held[:300]), [*range(15), *range(100, 180)])
+
+
+@pytest.mark.long
+def test_a_car_whose_force_has_the_other_sign_is_never_usable(tmp_path: Path) -> None:
+    vehicle = tmp_path / "car.toml"
+    vehicle.write_text(vehicle_text())
+    t, rack = steering(seconds=6.0)
+    columns = {"t": t, "rack": rack, "F_rack": -SimulatedCar().force(rack)}
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    rows = [dict(zip(columns, row, strict=True)) for row in values]
+    session = session_of("udp:5005", rig=None, vehicle=vehicle)
+    session._open, session._looked = lambda: ListSource(rows), -math.inf
+    run_to_end(session)
+    session._looked = -math.inf
+    session._look_back()
+
+    assert "rack and F_rack have opposite signs" in session.state().status
+    assert not session.state().usable
+    session = session_of("udp:5005", rig=None, vehicle=vehicle)
+    session._open = lambda: ListSource([{"t": 0.0, "rack": 0.0, "T_bar": 1.0, "T_motor": 1.0}] * 3)
+    run_to_end(session)
+    assert "T_motor, and motor_ratio of the vehicle go together" in session.state().status
+    assert not session.ring.end
+
+
+def test_a_source_that_dies_comes_back_and_begins_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("brushgrip.live.session.AGAIN", 0.01)
+    rows = rows_of(320)
+    parts = iter([ListSource(rows[:300], OSError), OSError("not yet"), ListSource(rows[50:])])
+
+    def open_source() -> ListSource:
+        if isinstance(part := next(parts), Exception):
+            raise part
+        return part
+
+    session = session_of("udp:5005", record=tmp_path / "live.parquet")
+    session._open = open_source
+    run_to_end(session)
+
+    assert [path.name for path in session.recorded] == ["live.parquet", "live_2.parquet"]
+    assert session.state().counts == {"samples": 570, "reopened": 1, "begun anew": 1}
+    same_to_the_last_digit(session, estimated(tmp_path / "live_2.parquet"))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("at", range(200, 1300, 100))
+def test_what_begins_twisted_is_not_usable_and_wrong(at: int) -> None:
+    # The source died while the wheel stood turned: the torque there is not that of an untwisted patch.
+    session = session_over(rows_of(2000, at), "ekf", Path("none"))
+    session._wanted = False
+    run_to_end(session)
+    points = session.ring.since(0)
+    usable = points.of("usable") == 1
+    whole = estimated(RIG.with_name("train_a.csv"))
+    reference = whole.mu_eff[whole.usable].mean()
+    off = np.abs(points.of("mu_eff") - reference) / np.maximum(points.of("mu_eff_std"), 0.02 * reference)
+
+    assert not (usable & (off > 4)).any(), (reference, points.of("mu_eff")[usable][:5])
+
+
+@pytest.mark.long
+def test_an_old_estimate_is_not_usable(monkeypatch: pytest.MonkeyPatch) -> None:
+    session = session_over(rows_of(1400), "ekf", Path("none"))
+    session._wanted = False
+    run_to_end(session)
+    usable = np.flatnonzero(session.ring.since(0).of("usable") == 1)
+    assert usable.size
+    session._newest = session._newest and type(session._newest)(
+        mu=1.0, mu_std=0.01, M_z_predicted=0.0, informed=True
+    )
+    done = session._done
+    monkeypatch.setattr("time.monotonic", lambda: done + 0.9 * OLD)
+    assert session.state().usable
+    monkeypatch.setattr("time.monotonic", lambda: done + 1.1 * OLD)
+    assert not session.state().usable
+    assert session.state().status == "no sample for 1 s"
+
+
+def test_a_source_that_cannot_wait_loses_what_is_too_much_and_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("brushgrip.live.session.MOST_WAITING", 100)
+
+    class Flood(ListSource):
+        waits = False
+
+        def read(self) -> list:  # type: ignore[type-arg]
+            rows, self._rows = self._rows, []
+            if not rows:
+                raise EOFError
+            return rows
+
+    row = rows_of(1)[0]
+    flood = [{**row, "t": 1e-3 * at} for at in range(600)]
+    session = session_over([], "ekf", Path("none"))
+    session._wanted = False
+    session._open = lambda: Flood(flood)
+    run_to_end(session)
+
+    counts = session.state().counts
+    assert (counts["lost"], counts["samples"]) == (500, 100)
+
+
+def test_recording_begun_later_holds_the_stretch_from_its_beginning(tmp_path: Path) -> None:
+    rows = rows_of(400)
+    source = ListSource(rows)
+    later = source._rows
+    source._rows = later[:300]
+    source.read, read = lambda: read() if source._rows else [], source.read  # type: ignore[method-assign]
+    session = session_over([], "ekf", tmp_path / "late.parquet")
+    session._wanted, session._open = False, lambda: source
+    session.start()
+    wait_for(lambda: session.ring.end == 300)
+    session.record(True)
+    wait_for(lambda: session.state().recording)
+    source._rows = later[300:]
+    wait_for(lambda: session.ring.end == 400)
+    session.record(False)
+    wait_for(lambda: session.recorded)
+    session.stop()
+
+    same_to_the_last_digit(session, estimated(tmp_path / "late.parquet"))
+
+
+def test_a_recording_that_cannot_go_on_does_not_stop_the_estimate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr("brushgrip.live.recorder.Recorder.write", full)
+    session = session_over(rows_of(30), "ekf", tmp_path / "live.parquet")
+    run_to_end(session)
+
+    assert session.ring.end == 30
+    assert "the recording broke off: disk full" in session.state().status
+    assert session.recorded == []
+    assert list(tmp_path.glob("*.parquet")) == []
+
+
+def test_an_observer_that_fails_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError("oops")
+
+    monkeypatch.setattr(WheelFeed, "__call__", fail)
+    monkeypatch.setattr("threading.excepthook", lambda *_: None)
+    session = session_over(rows_of(30), "ekf", Path("none"))
+    session.start()
+    wait_for(lambda: "stopped: oops" in session.state().status)
+    session.stop()
+
+    assert not session.state().usable
+
+
+def test_clock() -> None:
+    clock = Clock()
+    times = [
+        1.7e9,
+        1.7e9 + 0.5,
+        1.7e9 + 0.5,
+        1.7e9 + 0.4,
+        5.0,
+        1.7e9 + 1.0,
+        7.0,
+        7.5,
+        7.25,
+        100.0,
+        math.inf,
+    ]
+    told = [(timed.row["t"], timed.begins) for t in times for timed in clock({"t": t})]
+
+    assert told == [(0.0, True), (0.5, False), (1.0, False), (7.0, True), (7.5, False)]
+    assert (clock.late, clock.wrong) == (3, 2)
+
+
+@pytest.mark.long
+def test_the_command_replays_records_and_ends(run: Run, tmp_path: Path) -> None:
+    source, out = RIG.with_name("train_a.csv"), tmp_path / "live.parquet"
+    outcome = run("live", source, "--rig", RIG, "--speed", 200, "--no-browser", "--record", out)
+
+    assert (outcome.status, outcome.err) == (0, "")
+    assert f"wrote {out}" in outcome.out
+    assert ": μ " in outcome.out
+    assert estimated(out).t.size == estimated(source).t.size
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        ("udp:99999", "expected a port from 1 to 65535"),
+        ("can:virtual", "expected can:INTERFACE:CHANNEL"),
+        ("can:virtual:x", "--dbc names the database"),
+        ("replay:nowhere", "no such recording"),
+        ("nowhere", "no such recording"),
+        ("udp:no.such.host:5005", "the source cannot be opened"),
+    ],
+)
+def test_what_is_no_source_is_refused(run: Run, source: str, words: str) -> None:
+    run("live", source, "--rig", RIG, "--no-browser").refused(words)
+
+
+def test_speed_and_rig_are_required(run: Run) -> None:
+    recording = RIG.with_name("train_a.csv")
+    run("live", recording, "--rig", RIG, "--speed", 0).refused("--speed must be finite")
+    run("live", "udp:5005").refused("needs the rig")

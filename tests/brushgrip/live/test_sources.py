@@ -1,0 +1,206 @@
+import json
+import math
+import os
+import socket
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from brushgrip.live.bus import CanSource
+from brushgrip.live.columns import Columns
+from brushgrip.live.sources import LineSource, Source, UdpSource
+from brushgrip.live.text_lines import LONGEST_LINE, TextLines
+from identification import SignalMap, parse_signals
+from symbolic import InvalidInputError
+from tests.brushgrip.live.sessions import wait_for
+
+JSON_LINE = '{"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560}'
+DBC = """VERSION ""
+NS_ :
+BS_:
+BU_: rig
+BO_ 291 Motion: 4 rig
+ SG_ Angle : 0|16@1- (0.01,0) [-90|90] "deg" rig
+ SG_ Load : 16|16@1+ (1,0) [0|10000] "N" rig
+BO_ 292 Torque: 2 rig
+ SG_ Mz : 0|16@1- (0.001,0) [-30|30] "Nm" rig
+"""
+MAP = "psi=Angle,M_z=Torque.Mz,F_N=Load"
+
+
+def read_all(source: Source, count: int) -> list[dict[str, float]]:
+    rows: list[Any] = []
+    wait_for(lambda: len(rows.extend(source.read()) or rows) >= count)  # type: ignore[func-returns-value]
+    assert source.read() == []
+    return rows
+
+
+def columns(text: str = "", *, car: bool = False) -> Columns:
+    return Columns("udp:5005", parse_signals(text) if text else SignalMap(), car=car)
+
+
+@pytest.fixture
+def udp() -> Iterator[tuple[UdpSource, socket.socket]]:
+    source = UdpSource(("127.0.0.1", 0), columns())
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.connect(source._socket.getsockname())
+        yield source, sender
+    source.close()
+
+
+def test_lines_of_json_and_csv_are_the_same_values() -> None:
+    as_json, as_csv, german = TextLines(), TextLines(), TextLines()
+    wanted = {"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560.0}
+
+    assert as_json(JSON_LINE) == wanted
+    assert as_csv("t,psi,M_z,F_N") is as_csv("# a comment") is as_csv("") is None
+    assert as_csv("0.5,0.02,-0.7,560") == wanted
+    assert as_csv("t, M_z") is None
+    assert as_csv("1,2") == {"t": 1.0, "M_z": 2.0}
+    assert german("t;psi;M_z;F_N") is None
+    assert german("0,5;0,02;-0,7;560") == wanted
+    assert math.isnan(as_json('{"psi": null, "name": "x", "t": NaN}')["psi"])  # type: ignore[index]
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["1,2", "{", "[1]", '{"a": [', "{" * 5000, "t,t", "x" * (LONGEST_LINE + 1), "1,x", '{"t": 1e999999',
+     '{"t": ' + "9" * 400 + "}", '{"t": ' + "9" * 6000 + "}", '"', "\0", "[" * 9000, '{"a":' * 1600],
+)  # fmt: skip
+def test_hostile_lines_are_refused(line: str) -> None:
+    values_of = TextLines()
+    values_of("t,psi,M_z,F_N")
+    with pytest.raises(ValueError, match=r"^.{1,200}"):
+        values_of(line)
+
+
+def test_datagrams(udp: tuple[UdpSource, socket.socket]) -> None:
+    source, sender = udp
+    for datagram in (JSON_LINE, "\xff\xfe", "", "t,psi [deg],M_z,F_N\n0.6,90,-1,560\n0.7,x,1,2", "1,2"):
+        sender.send(datagram.encode("latin-1"))
+    sender.send(b'{"psi": 0.03, "M_z": -1, "F_N": 560}')
+    before = time.monotonic()
+    rows = read_all(source, 3)
+
+    assert rows[0] == {"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560.0}
+    assert rows[1] == {"t": 0.6, "psi": pytest.approx(math.pi / 2), "M_z": -1.0, "F_N": 560.0}
+    assert rows[2]["t"] == pytest.approx(before, abs=5.0)
+    assert source.refused == 3
+
+
+def test_columns_by_a_map_and_what_is_missing() -> None:
+    mapped = columns("psi=Steer:deg,t=time:ms,M_z=-Mz,F_N=Load:kN")
+    assert mapped({"Steer": 180.0, "time": 20.0, "Mz": 3.0, "Load": 0.5, "x": 1.0}) == {
+        "t": 0.02, "psi": math.pi, "M_z": -3.0, "F_N": 500.0,
+    }  # fmt: skip
+    assert mapped({"time": 30.0, "Load": 0.4}) == {"t": 0.03, "F_N": 400.0}
+    with pytest.raises(InvalidInputError, match="M_z, F_N missing; say which is which, such as --map"):
+        columns()({"t": 1.0, "psi": 2.0, "Moment": 3.0})
+    car = columns(car=True)({"t": 1.0, "handwheel": 0.5, "T_bar": 2.0, "speed": 0.0, "psi": 9.0})
+    assert car == {"t": 1.0, "handwheel": 0.5, "T_bar": 2.0, "speed": 0.0}
+
+
+def test_lines_of_standard_input_until_its_end() -> None:
+    reading, writing = os.pipe()
+    source = LineSource(reading, columns())
+    os.write(writing, b"t,psi,M_z,F_N\n0.1,0,0,56")
+    assert source.read() == []
+    os.write(writing, b"0\n0.2,0,0,560")
+    assert read_all(source, 1) == [{"t": 0.1, "psi": 0.0, "M_z": 0.0, "F_N": 560.0}]
+    os.close(writing)
+    assert [row["t"] for row in source.read()] == [0.2]
+    with pytest.raises(EOFError):
+        source.read()
+    os.close(reading)
+
+
+class Bus:
+    """The other end of a virtual bus."""
+
+    def __init__(self, channel: str) -> None:
+        """Join it."""
+        can = pytest.importorskip("can", reason="needs brushgrip[live]")
+        self.message, self.bus = (
+            can.Message,
+            can.Bus(interface="virtual", channel=channel, preserve_timestamps=True),
+        )
+
+    def send(self, identifier: int, data: bytes, t: float, **flags: Any) -> None:
+        given = {"is_extended_id": False} | flags
+        self.bus.send(self.message(arbitration_id=identifier, data=data, timestamp=t, **given))
+
+    def motion(self, degrees: float, newton: int, t: float) -> None:
+        number = round(100 * degrees) % 65536
+        self.send(291, number.to_bytes(2, "little") + newton.to_bytes(2, "little"), t)
+
+    def torque(self, newton_metres: float, t: float) -> None:
+        self.send(292, (round(1000 * newton_metres) % 65536).to_bytes(2, "little"), t)
+
+
+@pytest.fixture
+def can_bus(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[tuple[CanSource, Bus]]:
+    pytest.importorskip("cantools", reason="needs brushgrip[live]")
+    (tmp_path / "rig.dbc").write_text(DBC)
+    bus = Bus(request.node.name)
+    source = CanSource("virtual", request.node.name, tmp_path / "rig.dbc", columns(MAP))
+    yield source, bus
+    source.close()
+    bus.bus.shutdown()
+
+
+def test_a_sample_of_a_bus_has_angle_and_torque_anew(can_bus: tuple[CanSource, Bus]) -> None:
+    source, bus = can_bus
+    bus.motion(1.0, 500, 100.0)
+    bus.torque(-2.5, 100.004)
+    bus.torque(-2.6, 100.005)
+    bus.motion(2.0, 501, 100.010)
+    bus.torque(-2.7, 100.011)
+    bus.torque(-2.8, 100.2)
+    rows = read_all(source, 3)
+
+    assert [row["M_z"] for row in rows[:2]] == [-2.5, -2.6]
+    np.testing.assert_allclose([row["psi"] for row in rows[:2]], np.radians([1.0, 2.0]), rtol=1e-15)
+    assert [row["F_N"] for row in rows] == [500.0, 501.0, 501.0]
+    assert math.isnan(rows[2]["psi"])
+    assert rows[2]["M_z"] == -2.7
+    assert len(rows) == 3
+
+
+def test_hostile_frames_are_not_used(can_bus: tuple[CanSource, Bus]) -> None:
+    source, bus = can_bus
+    bus.send(291, b"\1", 1.0)
+    bus.send(291, b"\1" * 8, 1.0)
+    bus.send(291, b"", 1.0, is_remote_frame=True, dlc=4)
+    bus.send(291, b"\1\1\1\1", 1.0, is_extended_id=True)
+    bus.send(291, b"\1\1\1\1", 1.0, is_error_frame=True)
+    bus.send(999, b"\1\1", 1.0)
+    bus.motion(-100.0, 500, 1.0)
+    bus.torque(31.0, 1.001)
+    bus.send(291, b"\1\0\1\0" + bytes(4), 1.01, is_fd=True)
+    bus.torque(1.0, 1.011)
+    rows = read_all(source, 2)
+
+    assert source.refused == 2
+    assert source.fault == "Motion: 8 bytes, the database has 4"
+    assert math.isnan(rows[0]["psi"])
+    assert math.isnan(rows[0]["M_z"])
+    assert rows[1]["psi"] == pytest.approx(math.radians(0.01))
+    assert rows[1]["M_z"] == 1.0
+
+
+def test_a_bus_that_is_not_there_and_a_database_that_lacks_a_signal(tmp_path: Path) -> None:
+    pytest.importorskip("can", reason="needs brushgrip[live]")
+    (tmp_path / "rig.dbc").write_text(DBC)
+    with pytest.raises(OSError, match="can:nothing:x"):
+        CanSource("nothing", "x", tmp_path / "rig.dbc", columns(MAP))
+    with pytest.raises(InvalidInputError, match=r"psi missing; say which is which.*psi=Motion\.Angle"):
+        CanSource("virtual", "x", tmp_path / "rig.dbc", columns("F_N=Load,M_z=Mz"))
+
+
+def test_json_of_every_number_is_read_to_the_last_digit() -> None:
+    values = np.random.default_rng(1).normal(size=200).tolist()
+    assert [TextLines()(json.dumps({"a": v})) for v in values] == [{"a": v} for v in values]
