@@ -4,7 +4,6 @@ from observers.estimates import Estimates
 from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
-from observers.estimators.udu import covariance_of
 from observers.interfaces.car import car_observer, run_standstills
 from observers.interfaces.factory import from_files
 from observers.interfaces.loop import Loop
@@ -35,6 +34,7 @@ from observers.quality.innovations import Innovations, innovations
 from observers.quality.plausibility import suspicions_of
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
 from observers.tuning import Tuning
+from observers.udu import covariance_of
 
 __all__ = [
     "CLEAN",

@@ -4,7 +4,7 @@ The memory of the patch is not filtered: `observers.patch.update` propagates it.
 are the model's; the filter contains no tyre model.
 
 Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3, iterated filter
-theorem 8.2; the covariance is kept as a factor, see `observers.estimators.udu`.
+theorem 8.2; the covariance is kept as a factor, see `observers.udu`.
 """
 
 from collections.abc import Callable
@@ -15,12 +15,6 @@ import casadi as ca
 
 from observers.estimators.model_observer import ModelObserver
 from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
-from observers.estimators.udu import (
-    add_variance,
-    build_predict_covariance,
-    build_update_covariance,
-    covariance,
-)
 from observers.layout import Layout, Parts, outputs_of
 from observers.measurement.linearisation import (
     angle_is_state,
@@ -48,6 +42,12 @@ from observers.quality.innovation_gate import (
     innovation_variance,
 )
 from observers.quality.innovation_monitor import MONITOR
+from observers.udu import (
+    add_variance,
+    build_predict_covariance,
+    build_update_covariance,
+    covariance,
+)
 from symbolic import GEOMETRY, InvalidInputError
 from symbolic.functions import named_function
 

@@ -4,7 +4,6 @@ from functools import cache
 
 import casadi as ca
 
-from observers.estimators.udu import covariance
 from observers.layout import Layout, named, symbols, vector_of
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
@@ -15,6 +14,7 @@ from observers.patch.update import tyre_states
 from observers.protocol import SAMPLE
 from observers.quality import supervision
 from observers.tuning import TUNING_FIELDS
+from observers.udu import covariance
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
 from symbolic.functions import named_function
 

@@ -34,7 +34,6 @@ from observers.estimators.mhe_terms import (
     is_unsettled,
 )
 from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
-from observers.estimators.udu import add_variance
 from observers.layout import Layout, Parts, symbols
 from observers.measurement.linearisation import angle_is_state, directions
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
@@ -45,6 +44,7 @@ from observers.protocol import OUTPUT
 from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import MONITOR
 from observers.tuning import TUNING_FIELDS
+from observers.udu import add_variance
 from symbolic.functions import named_function
 
 

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from observers.estimators.mhe import Mhe
 from observers.estimators.mhe_step import layout
 from observers.estimators.step_terms import STIFFNESS_BOUNDS
-from observers.estimators.udu import covariance_of
 from observers.layout import ObserverState, symbols
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_measurement, build_motion, state_index
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.patch.history import PatchHistory
 from observers.patch.model import PatchModel, constants_size, split_constants
+from observers.udu import covariance_of
 from symbolic.functions import named_function
 
 Array = NDArray[np.float64]

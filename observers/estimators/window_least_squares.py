@@ -17,8 +17,8 @@ from functools import cache
 
 import casadi as ca
 
-from observers.estimators.udu import covariance, predict_covariance, update_covariance
 from observers.layout import symbols
+from observers.udu import covariance, predict_covariance, update_covariance
 from symbolic.functions import named_function
 
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.estimates import Estimates
 from observers.estimators.ekf import Ekf
-from observers.estimators.udu import covariance_of
 from observers.interfaces.run import arrange, as_estimates, run
 from observers.layout import Layout
 from observers.measurement.linearisation import build_motion, state_index
@@ -27,6 +26,7 @@ from observers.patch.effective_friction import build_effective_friction
 from observers.protocol import ESTIMATE, OUTPUT
 from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import change_variance
+from observers.udu import covariance_of
 from symbolic import GEOMETRY, InvalidInputError
 
 Array = NDArray[np.float64]

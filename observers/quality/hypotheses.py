@@ -13,6 +13,7 @@ Gaussian sum [Alspach 1972]. Without a prior of s the same mixture tells whether
 that k, half-length and load allow: a torque in another unit, or before a gear, is s times too large.
 """
 
+from collections.abc import Mapping
 from functools import cache
 from itertools import combinations_with_replacement
 
@@ -29,6 +30,7 @@ from observers.layout import (
 )
 from observers.measurement.torque_error import is_stated, retained
 from observers.quality.branches import MEMORY, PATHS, POINTS, SLID, TRACK, build_branch
+from observers.udu import update_covariance
 from symbolic import full_slide_torque
 from symbolic.functions import named_function
 
@@ -62,28 +64,37 @@ PATH_ERROR = 0.05
 
 
 def unknowns(gear: bool) -> tuple[str, ...]:
-    """What a hypothesis leaves open.
+    """What a hypothesis leaves open, in the order of the factor of its covariance.
 
-    s [1], M_0 [N m], s times the share of the twist [1], and, where there is a gear, its friction over
-    the declared one [1].
+    s times the share of the twist [1], where there is a gear its friction over the declared one [1],
+    M_0 [N m], and s [1], which is last: the others given s are then entries of the factor.
     """
-    return ("gain", "zero", "twist", *(("gear",) if gear else ()))
+    return ("twist", *(("gear",) if gear else ()), "zero", "gain")
 
 
-def covariance_name(one: str, other: str) -> str:
-    """Name of the covariance of two unknowns of a hypothesis."""
-    first, second = sorted((one, other), key=unknowns(gear=True).index)
-    return f"var_{one}" if one == other else f"cov_{first}_{second}"
+def factor_name(one: str, other: str) -> str:
+    """Name of an entry of the factor U D U' of the covariance of a hypothesis."""
+    return f"D_{one}" if one == other else f"U_{one}_{other}"
+
+
+def variance_of(parts: Mapping[str, Expression], name: str, given: tuple[str, ...] = ()) -> Expression:
+    """Variance of an unknown; `given` are those after it whose values are known."""
+    order = unknowns(gear="gear" in parts)
+    others = [other for other in order[order.index(name) + 1 :] if other not in given]
+    return sum(
+        (parts[factor_name(name, o)] ** 2 * parts[factor_name(o, o)] for o in others),
+        parts[factor_name(name, name)],
+    )
 
 
 def per_hypothesis(gear: bool) -> tuple[str, ...]:
     """Numbers of a hypothesis.
 
-    Logarithm of its likelihood, the unknowns with their covariance, and the torque that the twist may
-    make [N m].
+    Logarithm of its likelihood, the unknowns with the factor of their covariance, see `observers.udu`,
+    and the torque that the twist may make [N m].
     """
     pairs = combinations_with_replacement(unknowns(gear), 2)
-    return ("log_likelihood", *unknowns(gear), *(covariance_name(*pair) for pair in pairs), "left")
+    return ("log_likelihood", *unknowns(gear), *(factor_name(*pair) for pair in pairs), "left")
 
 
 @cache
@@ -116,9 +127,9 @@ def build_start(gear: bool = False) -> ca.Function:
     psi, gain, gain_std, zero, zero_std, *spread = inputs.values()
     names = per_hypothesis(gear)
     part: dict[str, Expression] = dict.fromkeys(names, 0)
-    part |= {"gain": gain, "zero": zero, "var_gain": gain_std**2, "var_zero": zero_std**2}
-    part |= {"gear": 1, "var_gear": spread[0] ** 2} if gear else {}
-    part["var_twist"] = TWIST_STD**2
+    part |= {"gain": gain, "zero": zero, "D_gain": gain_std**2, "D_zero": zero_std**2}
+    part |= {"gear": 1, "D_gear": spread[0] ** 2} if gear else {}
+    part["D_twist"] = TWIST_STD**2
     track: dict[str, Expression] = dict.fromkeys(TRACK, 0)
     track |= {"count": 1, "count_slid": 1, "extreme": psi, "origin": psi}
     parts = {
@@ -151,7 +162,7 @@ def build_restart(gear: bool = False) -> ca.Function:
     points = ca.vertcat(origin + direction * SLID, ca.repmat(origin, POINTS - 1))
     # What the patch was before is no question.
     hypotheses = ca.MX(fresh["hypotheses"])
-    hypotheses[per_hypothesis(gear).index("var_twist"), :] = 0
+    hypotheses[per_hypothesis(gear).index("D_twist"), :] = 0
     parts = {
         "track": vector_of(TRACK, track),
         "points": ca.repmat(points, 1, PATHS),
@@ -190,37 +201,28 @@ def build_hypothesis(gear: bool = False) -> ca.Function:
     names = per_hypothesis(gear)
     inputs = symbols(ca.SX, part=len(names), free=1, slid=1, measured=1, variance=1, share=1)
     part, free, slid, measured, variance, share = inputs.values()
-    older = retained(share, MEMORY)
-    was = {
-        name: (older if name == "log_likelihood" else 1 / older if name[:3] in ("var", "cov") else 1)
-        * value
-        for name, value in named(names, part).items()
-    }
-    # The measured torque by each unknown, and the covariance of the unknowns with it.
+    older, was, order = retained(share, MEMORY), named(names, part), unknowns(gear)
+    # The measured torque by each unknown.
     by: dict[str, Expression] = {"gain": free, "zero": 1, "twist": slid - free}
     if gear:
         inputs["dry"] = by["gear"] = ca.SX.sym("dry")
-    toward = {
-        one: sum((was[covariance_name(one, other)] * slope for other, slope in by.items()), ca.SX(0))
-        for one in by
-    }
-    spread = sum((toward[one] * slope for one, slope in by.items()), ca.SX(0))
-    innovation = measured - sum((was[one] * slope for one, slope in by.items()), ca.SX(0))
+    H, mean, factor = vector_of(order, by), vector_of(order, was), ca.SX.zeros(len(order), len(order))
+    for (i, one), (j, other) in combinations_with_replacement(enumerate(order), 2):
+        factor[i, j] = was[factor_name(one, other)] / (older if i == j else 1)
+    f = (ca.triu(factor, False) + ca.SX.eye(len(order))).T @ H
+    spread = ca.dot(f, ca.diag(factor) * f)
+    innovation = measured - ca.dot(mean, H)
     size = ca.fabs(innovation) / ca.sqrt(spread + variance)
     # Huber's loss as a variance that grows with the innovation.
     variance = variance + (spread + variance) * ca.fmax(size / ROBUST - 1, 0)
-    total = spread + variance
     cost = ca.if_else(size > ROBUST, ROBUST * size - ROBUST**2 / 2, size**2 / 2)
-    after = {"log_likelihood": was["log_likelihood"] - cost - ca.log(total / variance) / 2}
-    for one in by:
-        gain = toward[one] / total
-        after[one] = was[one] + gain * innovation
-        for other in by:
-            name = covariance_name(one, other)
-            after[name] = was[name] - gain * toward[other]
-    least = {"var_gain": 1e-9, "var_zero": 0, "var_twist": 0, "var_gear": 0}
-    after |= {name: ca.fmax(after[name], bound) for name, bound in least.items() if name in after}
-    may_be = ca.fabs(after["twist"]) + ca.sqrt(after["var_twist"])
+    factor, K, share_left = update_covariance(factor, H, 1 / variance)
+    log_likelihood = older * was["log_likelihood"] - cost + ca.log(share_left * variance) / 2
+    after = {"log_likelihood": log_likelihood, **named(order, mean + K * innovation)}
+    for (i, one), (j, other) in combinations_with_replacement(enumerate(order), 2):
+        after[factor_name(one, other)] = factor[i, j]
+    after["D_gain"] = ca.fmax(after["D_gain"], 1e-9)
+    may_be = ca.fabs(after["twist"]) + ca.sqrt(variance_of(after, "twist"))
     after["left"] = may_be * ca.fabs(slid - free)
     outputs = {"part_next": vector_of(names, after)}
     return named_function("hypothesis", inputs, outputs, cse=True)

@@ -11,8 +11,9 @@ from observers.quality.hypotheses import (
     MOST_ERROR,
     RATIOS,
     STEP,
-    covariance_name,
+    factor_name,
     per_hypothesis,
+    variance_of,
 )
 from symbolic.functions import named_function
 
@@ -89,7 +90,7 @@ def build_verdict(gear: bool = False) -> ca.Function:
     rows = (row.T for row in ca.vertsplit(inputs["hypotheses"]))
     parts = dict(zip(names, rows, strict=True))
     stiffness, log_std = limits["stiffness_std"] ** 2, limits["mu_std"] / limits["mu"]
-    gain, variance = ca.fmax(parts["gain"], LEAST_GAIN), parts["var_gain"]
+    gain, variance = ca.fmax(parts["gain"], LEAST_GAIN), parts["D_gain"]
     usual = ca.exp(-(((grid - ca.log(limits["mu"])) / log_std) ** 2) / 2) / (
         log_std * np.sqrt(2 * np.pi)
     )
@@ -126,7 +127,7 @@ def _given_gain(
     log_weight: Expression, parts: Parts, known: Expression, variance: Expression, name: str
 ) -> tuple[Expression, Expression]:
     """Mean and variance of an unknown where s is `known` with a variance under each hypothesis."""
-    slope = parts[covariance_name("gain", name)] / parts["var_gain"]
+    slope = parts[factor_name(name, "gain")]
     value = parts[name] + slope * (known - parts["gain"])
-    left = parts[f"var_{name}"] - slope * parts[covariance_name("gain", name)] + slope**2 * variance
-    return _moments(log_weight, value, ca.fmax(left, 0))
+    left = variance_of(parts, name, given=("gain",)) + slope**2 * variance
+    return _moments(log_weight, value, left)

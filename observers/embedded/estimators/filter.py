@@ -20,11 +20,11 @@ from observers.embedded.patches.interface import PatchCode
 from observers.embedded.scalar_function import inputs_used, with_known_exponential, without_inputs
 from observers.estimators.ekf import build_commented_step, layout
 from observers.estimators.initial_state import build_initial_state
-from observers.estimators.udu import covariance
 from observers.layout import Layout
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import directions, state_index
 from observers.measurement.measurement_model import CLEAN
+from observers.udu import covariance
 
 PATCH = ("M_z", "slopes")
 """Parts of the state that the patch of C sets, not the step."""

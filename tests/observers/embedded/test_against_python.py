@@ -86,13 +86,14 @@ def test_single_precision_rounds(generated: Generate, name: str, rows: Array) ->
     tracked = (np.cumsum(rows[:, 4]) > 1) & ((expected[:, -1].astype(int) & Status.ACQUIRING) == 0)
     print(f"mu off by {off.max():.1e}, after the acquisition by {off[tracked].max(initial=0.0):.1e}")
 
-    # Hypotheses with a large covariance are rounded more; behind a compliance the turn of a sample is
-    # tried on a part of the bristles.
-    assert off.max() < (1e-2 if "effects" in name else 1e-3)
-    assert off[tracked].max(initial=0.0) < (1e-2 if "effects" in name else 5e-6)
-    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=2e-2 if "effects" in name else 2e-3)
+    # Behind a compliance the turn of a sample is tried on a part of the bristles, and a window that has
+    # just begun to fill follows its torque.
+    tried = name == "mhe effects aligning"
+    assert off.max() < (1e-2 if tried else 1e-5)
+    assert off[tracked].max(initial=0.0) < (1e-2 if tried else 5e-6)
+    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=2e-2 if tried else 2e-4)
     # A flag at its threshold may come a sample later.
-    assert np.mean(estimates[:, -1] != expected[:, -1]) <= (2e-3 if "effects" in name else 0)
+    assert np.mean(estimates[:, -1] != expected[:, -1]) <= (2e-3 if tried else 0)
 
 
 @pytest.mark.parametrize("name", EACH)
@@ -117,8 +118,8 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
     rows = np.column_stack([recording.psi, nan, recording.M_z, recording.F_N, step])
     expected = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z)
     double = generated(observer, DOUBLE).run(rows)
-    np.testing.assert_allclose(double[:, 0], expected.mu, rtol=1e-11, atol=1e-12)
-    np.testing.assert_allclose(double[:, 1], expected.mu_std, rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(double[:, 0], expected.mu, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(double[:, 1], expected.mu_std, rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(double[:, -1], expected.status)
 
     rounded = SINGLE.round(rows)
@@ -127,10 +128,9 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
     ]
     tracked = off[100:][(expected.status[100:] & Status.ACQUIRING) == 0]
     print(f"single precision: mu off by {off.max():.1e}, later by {tracked.max(initial=0.0):.1e}")
-    # While friction is acquired, hypotheses with large covariances round.
-    assert off.max() < 1e-3
+    assert off.max() < 1e-4
     # Behind a compliance the turn of a sample is tried on a part of the bristles.
-    assert tracked.max(initial=0.0) < (2e-4 if observer.model.effects else 2e-5)
+    assert tracked.max(initial=0.0) < (5e-5 if observer.model.effects else 1e-5)
 
 
 @pytest.mark.parametrize(

@@ -82,8 +82,8 @@ def test_the_verdict_of_the_hypotheses(tmp_path: Path, known: bool) -> None:
         variance = rng.uniform(1e-9, 2.0, (2, len(RATIOS)))
         part = dict.fromkeys(per_hypothesis(gear=False), np.zeros(len(RATIOS))) | {
             "log_likelihood": -spread * rng.random(len(RATIOS)), "gain": gain,
-            "zero": rng.normal(size=len(RATIOS)), "var_gain": variance[0], "var_zero": variance[1],
-            "cov_gain_zero": 0.3 * np.sqrt(variance[0] * variance[1]), "left": gain,
+            "zero": rng.normal(size=len(RATIOS)), "D_gain": variance[0], "D_zero": variance[1],
+            "U_zero_gain": 0.3 * np.sqrt(variance[1] / variance[0]), "left": gain,
         }  # fmt: skip
         rows = np.vstack([part[name] for name in per_hypothesis(gear=False)])
         given = (rows, 12.0, 3.0, np.array(list(limits.values())))

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, run
+from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, covariance_of, run
 from observers.quality.acquisition import build_search
 from observers.quality.branches import (
     PATHS,
@@ -24,8 +24,10 @@ from observers.quality.hypotheses import (
     LIMITS,
     build_hypothesis,
     build_start,
+    factor_name,
     per_hypothesis,
     unknowns,
+    variance_of,
 )
 from observers.quality.tolerances import with_tolerances
 from observers.quality.verdict import VERDICT
@@ -52,26 +54,27 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
         "log_likelihood": 0.0,
         "gain": 1.0,
         "zero": 0.0,
-        "var_gain": 100.0,
-        "var_zero": 0.04,
-        "var_twist": 0.25,
+        "D_gain": 100.0,
+        "D_zero": 0.04,
+        "D_twist": 0.25,
     }
     part: Any = [prior.get(name, 0.0) for name in per_hypothesis(gear=False)]
     for g, other, y in zip(expected, slid, measured, strict=True):
         part = build_hypothesis()(part, g, other, y, variance, 0.0)
     found = dict(zip(per_hypothesis(gear=False), np.array(part).ravel(), strict=True))
 
-    H = np.column_stack([expected, np.ones(40), slid - expected])
-    information = H.T @ H / variance + np.diag([1 / 100.0, 1 / 0.04, 1 / 0.25])
+    order = unknowns(gear=False)
+    H = np.column_stack([slid - expected, np.ones(40), expected])
+    information = H.T @ H / variance + np.diag([1 / 0.25, 1 / 0.04, 1 / 100.0])
     covariance = np.linalg.inv(information)
-    mean = covariance @ (H.T @ measured / variance + np.array([1 / 100.0, 0.0, 0.0]))
-    np.testing.assert_allclose([found[name] for name in unknowns(gear=False)], mean, rtol=1e-8)
-    np.testing.assert_allclose(
-        [found[name] for name in found if name[:3] in ("var", "cov")],
-        covariance[np.triu_indices(3)],
-        rtol=1e-6,
-        atol=1e-12,
-    )
+    mean = covariance @ (H.T @ measured / variance + np.array([0.0, 0.0, 1 / 100.0]))
+    factor = np.array([[found.get(factor_name(one, other), 0.0) for other in order] for one in order])
+    np.testing.assert_allclose([found[name] for name in order], mean, rtol=1e-9)
+    np.testing.assert_allclose(covariance_of(factor), covariance, rtol=1e-9)
+    variances = [variance_of(found, name) for name in order]
+    np.testing.assert_allclose(variances, np.diag(covariance), rtol=1e-9)
+    given_gain = np.linalg.inv(information[:2, :2])[1, 1]
+    assert variance_of(found, "zero", given=("gain",)) == pytest.approx(given_gain, rel=1e-9)
 
 
 def path() -> Array:

@@ -26,12 +26,12 @@ static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std,
         }
         part[PART_GAIN] = gain;
         part[PART_ZERO] = zero;
-        part[PART_VAR_GAIN] = gain_std * gain_std;
-        part[PART_VAR_ZERO] = zero_std * zero_std;
-        part[PART_VAR_TWIST] = twist_std * twist_std;
+        part[PART_D_GAIN] = gain_std * gain_std;
+        part[PART_D_ZERO] = zero_std * zero_std;
+        part[PART_D_TWIST] = twist_std * twist_std;
 %% if gear
         part[PART_GEAR] = 1.0;
-        part[PART_VAR_GEAR] = ${gear_spread} * ${gear_spread};
+        part[PART_D_GEAR] = ${gear_spread} * ${gear_spread};
 %% endif
     }
     state->track[TRACK_REACH] = 0.0;

@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import covariance_of
-from observers.estimators.udu import (
+from observers.udu import (
     add_variance,
     build_predict_covariance,
     build_update_covariance,
