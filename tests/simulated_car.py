@@ -7,6 +7,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 DT = 0.01
+BOTH_WAYS = (3.0, 1.2, 1.2, 3.0, 1.2)
+"""Speeds of the handwheel, first to the left [rad/s]: slowly and quickly to either side."""
+STEP = 0.02
+"""Of the bus [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,3 +65,27 @@ def steering(seconds: float = 14.0, reach: float = 0.06) -> tuple[Array, Array]:
     ends = np.array([0, 0, 0.5, 0.3, -1.0, -0.7, 1.0, 0.8]) * reach
     at = np.array([0, 0.04, 0.2, 0.28, 0.55, 0.62, 0.95, 1.0]) * seconds
     return t, np.interp(t, at, ends)
+
+
+def drive(lock: float, speeds: tuple[float, ...], step: float) -> Array:
+    """From the middle to both locks, twice, and back to the middle; every corner is round."""
+    ends = np.array([0.0, 0.0, lock, -lock, lock, -lock, 0.0])
+    times = np.cumsum([0.0, 0.6, *np.abs(np.diff(ends[1:])) / speeds])
+    path = np.interp(np.arange(0.0, times[-1] + 0.3, step), times, ends)
+    width = round(0.15 / step)
+    return np.convolve(np.pad(path, width, mode="edge"), np.ones(width) / width, "valid")
+
+
+def on_plates(
+    *, mu: float = 0.0, speeds: tuple[float, ...] = BOTH_WAYS, reach: float = 0.07, drift: float = 0.0
+) -> tuple[Array, Array, Array]:
+    """Time [s], way [m] and force of the rack [N]: 200 N of friction, 3000 N s/m, a zero of 20 N."""
+    rack = 0.0075 * drive(reach / 0.0075, speeds, STEP)
+    rate = np.gradient(rack, STEP)
+    if mu:
+        force = SimulatedCar(mu=(mu, mu)).force(rack)
+    else:
+        noise = 15.0 * np.random.default_rng(3).standard_normal(rack.size)
+        force = 200.0 * np.tanh(rate / 1e-4) + noise
+    t = STEP * np.arange(rack.size)
+    return t, rack, force + 3000 * rate + 20.0 + drift * np.sin(t)

@@ -4,25 +4,44 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from brushgrip.commands.options import ChannelMap, OutJson, RigFile, file_option, option
+from brushgrip.commands.options import (
+    ChannelMap,
+    OutJson,
+    RigFile,
+    VehicleFile,
+    file_option,
+    option,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class IdentifyRequest:
-    """Identify k and b_t from free vibrations, with standard deviations.
+    """Identify k and b_t from free vibrations, or a car's gear, with standard deviations.
 
     A recording needs t and psi alone; lines such as '# a = 0.045' before the header override the rig
     for that recording. a, e and J_A are required. A picture of the fit goes beside ID.json.
+
+    With --vehicle and --plates, of a car: friction of its gear, zero and return torque, from lock to
+    lock slowly and back quickly, then quickly and back slowly, the front wheels on turntables.
     """
 
     free_decay: Annotated[
-        list[str],
+        list[str] | None,
         option(
             "--free-decay",
             metavar="REC...",
             help="Recordings of the wheel swinging freely after an impact: one or more after the flag.",
         ),
-    ]
+    ] = None
+    plates: Annotated[
+        list[str] | None,
+        option(
+            "--plates",
+            metavar="REC...",
+            help="Recordings of a car whose front wheels stand on turntables or greased plates.",
+        ),
+    ] = None
+    vehicle: VehicleFile = None
     out: OutJson = None
     rig: RigFile = None
     channel_map: ChannelMap = None
@@ -31,7 +50,48 @@ class IdentifyRequest:
         file_option("--write-rig", "R", "Rig file to write: that of --rig with the k and b_t found."),
     ] = None
 
+    write_vehicle: Annotated[
+        Path | None,
+        file_option(
+            "--write-vehicle", "CAR", "Vehicle file to write: that of --vehicle with what was found."
+        ),
+    ] = None
+
     def run(self) -> None:
+        """Write what was asked for.
+
+        Raises:
+            InvalidInputError: what was asked for is neither of a rig nor of a car.
+        """
+        from brushgrip.running.vehicle_identification import VehicleIdentification
+        from symbolic import InvalidInputError
+
+        of_car = self.vehicle is not None
+        lacking, others = (
+            ("--plates", "--free-decay and --write-rig")
+            if of_car
+            else ("--free-decay", "--plates and --write-vehicle")
+        )
+        foreign = (
+            (self.free_decay, self.write_rig, self.rig) if of_car else (self.plates, self.write_vehicle)
+        )
+        if not (self.plates if of_car else self.free_decay):
+            raise InvalidInputError(
+                f"{lacking} is missing; with --vehicle give --plates, else --free-decay"
+            )
+        if any(foreign):
+            raise InvalidInputError(
+                f"{others} are for {'a rig' if of_car else '--vehicle'}; leave them out"
+            )
+        if self.vehicle is not None:
+            VehicleIdentification(
+                vehicle=self.vehicle, plates=self.plates or [], channel_map=self.channel_map,
+                out=self.out, written=self.write_vehicle,
+            ).run()  # fmt: skip
+        else:
+            self._run_free_decay(self.free_decay or [])
+
+    def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""
         import identification
         from brushgrip.inputs.pipeline import locate_inputs, staged_files, write_text
@@ -54,7 +114,7 @@ class IdentifyRequest:
         if written and any(is_same_file(written, other) for other in results):
             raise InvalidInputError(f"{written}: --write-rig and --out must name different files")
         finals = [*results, *([written] if written else [])]
-        inputs = locate_inputs(self.free_decay, rig=self.rig, channel_map=self.channel_map)
+        inputs = locate_inputs(recordings, rig=self.rig, channel_map=self.channel_map)
         inputs.keep(finals)
         decays = inputs.decays()
         declared = declared_rig(decays, self.rig) if written else None

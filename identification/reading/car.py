@@ -20,7 +20,8 @@ from identification.reading.car_channels import absent_of_steering
 from identification.reading.car_plausibility import require_plausible_car, way_and_force
 from identification.reading.channels import map_hint, missing_channels
 from identification.reading.files import read_bytes
-from identification.reading.signal_map import SignalMap
+from identification.reading.readers import READERS, read_table
+from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MIN_SAMPLES, Table
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import LARGEST_TABLES, naming, toml_of
@@ -47,6 +48,46 @@ class Standstills:
     vehicle: Vehicle
     stretch: NDArray[np.int64]
     brakes: tuple[bool, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RackRecording:
+    """What a car's rack did while the car stood, samples that are missing left out; arrays (n,).
+
+    Attributes:
+        name: of the recording.
+        t: time [s].
+        s: way of the rack [m].
+        force: of the gear on the rack, inertia in it [N].
+        brakes: whether the brakes held the wheels in the first standstill.
+    """
+
+    name: str
+    t: Array
+    s: Array
+    force: Array
+    brakes: bool
+
+
+def read_rack(path: str | Path, vehicle: Vehicle, signals: SignalMap = NO_MAP) -> RackRecording:
+    """Read way and force of a car's rack.
+
+    Raises:
+        InvalidInputError: the file cannot be read as a recording of a car that stands.
+    """
+    path = Path(path)
+    table = read_table(path, ("t",), READERS, signals)
+    require_steering(table, vehicle)
+    require_plausible_car(table, vehicle)
+    s, force = way_and_force(table.columns, vehicle)
+    standstills = standstills_of(table.columns, vehicle)
+    known = np.isfinite(s) & np.isfinite(force) & (standstills.stretch >= 0)
+    if known.sum() < MIN_SAMPLES:
+        raise InvalidInputError(
+            f"{path}: way and force are known in {known.sum()} samples at standstill"
+        )
+    t, s, force = (column[known] for column in (table.columns["t"], s, force))
+    return RackRecording(name=path.stem, t=t, s=s, force=force, brakes=standstills.brakes[0])
 
 
 def read_vehicle(path: str | Path) -> Vehicle:

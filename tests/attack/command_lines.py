@@ -54,7 +54,10 @@ OPTIONS = {
     "diagnose": (
         *(*_READING, "--holdout", "--out", "--robust", "--jobs", "--ground", "--force", "--scheduler"),
     ),
-    "identify": ("--rig", "--map", "--free-decay", "--out", "--write-rig"),
+    "identify": (
+        *("--rig", "--map", "--free-decay", "--out", "--write-rig"),
+        *("--vehicle", "--plates", "--write-vehicle"),
+    ),
     "compare": (
         *(*_READING, "--model", "--out", "--author", "--declared", "--table", "--picture", "--train"),
     ),

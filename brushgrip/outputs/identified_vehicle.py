@@ -1,0 +1,84 @@
+"""A vehicle file with what a workshop identified."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from scipy.optimize import brentq
+
+from identification import read_signals
+from identification.reading.files import read_bytes
+from identification.reading.signal_map import signals_text
+from identification.steering.plates import PlatesResult
+from symbolic import InvalidInputError
+from symbolic.parameters import EVEN
+from symbolic.tables.parsing import LARGEST_TABLES, toml_of
+from symbolic.tables.vehicle_tables import VEHICLE
+from symbolic.vehicle.steering import jacking, lock_angle
+from symbolic.vehicle.vehicle import RANGES, Vehicle
+
+Changes = Mapping[str, float | tuple[float, float]]
+"""Values by key, with their tolerances where they have one."""
+LASTING = 0.05
+"""Share of its value by which a gear's friction changes from day to day [1]."""
+USUAL_SPEED = 0.015
+"""Of a rack that is steered at standstill [m/s]."""
+OF_LOCK = 0.8
+"""Share of the angle at the lock where the return torque is made to fit [1]."""
+
+
+def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
+    """Gear friction with its tolerance, inclination by the return torque, a zero beyond the declared.
+
+    Observers know friction of a gear, and no damping: what it makes at a usual speed is in the value by
+    half, and in the tolerance.
+
+    Raises:
+        InvalidInputError: no inclination of a kingpin makes the return torque.
+    """
+    friction, zero = result.gear_friction, result.zero
+    damped = max(0.0, result.damping.value) * USUAL_SPEED
+    level = friction.value + damped / 2
+    tolerance = max(damped, (friction.std or 0.0) / EVEN, LASTING * level)
+    changes: dict[str, float | tuple[float, float]] = {
+        "gear_friction": (level, min(tolerance, 0.9 * level)),
+        "inclination": _inclination(vehicle, result.return_torque.value),
+    }
+    if abs(zero.value) > vehicle.force_zero:
+        changes["force_zero"] = abs(zero.value)
+    return changes
+
+
+def _inclination(vehicle: Vehicle, factor: float) -> float:
+    """The inclination that makes so many times the declared return torque [rad]."""
+    angle = OF_LOCK * lock_angle(vehicle)
+    wanted = factor * jacking(vehicle, angle)
+
+    def excess(inclination: float) -> float:
+        return float(jacking(replace(vehicle, inclination=inclination), angle) - wanted)
+
+    least, most = 0.0, RANGES["inclination"][1]
+    if excess(least) * excess(most) > 0:
+        raise InvalidInputError(
+            f"the return torque is {factor:.2f} times the declared one, which no kingpin inclined by"
+            f" {least:g} to {most:g} rad has; correct front_axle_load, wheel_radius or scrub_radius"
+        )
+    return float(brentq(excess, least, most))
+
+
+def identified_vehicle_text(file: Path, changes: Changes) -> str:
+    """The vehicle file with other values, its [signals] as they were; comments are lost."""
+    section = toml_of(read_bytes(file, LARGEST_TABLES))[VEHICLE]
+    assert isinstance(section, dict)  # It was read as a vehicle file before.
+    for name, new in changes.items():
+        section[name] = {"value": new[0], "tolerance": new[1]} if isinstance(new, tuple) else new
+    lines = [f"[{VEHICLE}]", *(f"{name} = {_toml(value)}" for name, value in section.items()), ""]
+    return "\n".join(filter(None, ("\n".join(lines), signals_text(read_signals(file)))))
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{name} = {_toml(one)}' for name, one in value.items())} }}"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else f"{value!r}"

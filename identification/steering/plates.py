@@ -1,0 +1,181 @@
+"""Gear friction, zero and return torque of a steering whose front wheels stand on plates.
+
+On turntables or greased plates the ground hardly turns the wheels. While the rack moves evenly,
+
+    F_R - m s'' = F_f sign(s') + c s' + j (2 J / r + share |2 J / r| sign(s')) + F_0,
+
+which is linear in the gear's friction F_f, its damping c, the factor j on the declared return torque J
+and the zero F_0; half of what F_f differs by direction is in F_0. Friction and damping part only where
+the rack moved slowly and quickly to either side. Standard deviations leave out a block of time in turn
+(the jackknife), as errors of a car last long.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.fits.values import ParameterEstimate
+from identification.reading.car import RackRecording
+from identification.reading.smoothing import smoothed_rate
+from symbolic import InvalidInputError
+from symbolic.parameters import EVEN
+from symbolic.vehicle.kingpin import Contact
+from symbolic.vehicle.steering import jacking, lever, mean_angle
+from symbolic.vehicle.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+PLATE_FRICTION = 0.005
+"""Friction of plates goes up to it [1]; its mean is taken off the gear's."""
+AT_REST, SLOW, EVENLY = 2e-3, 0.5, 0.6
+"""Speed of a rack at rest [m/s]; share of the median speed below which a sample is left out, and share
+of the samples with the least acceleration that stay [1]."""
+BLOCKS, LEAST_SAMPLES = 20, 200
+REACH = 0.6
+"""Share of the way to either lock that is needed [1]."""
+AFTER_REVERSAL = (1e-3, 1e-2)
+"""Way of the rack behind a reversal in which tyres build up their torque, and a gear has [m]."""
+BUILT_UP = 0.2
+"""Share of the gear's friction by which the force may be behind there [1]."""
+APART = 0.2
+"""Share of friction's regressor that those of the others leave, at least [1]."""
+POOR = 0.1
+"""Standard deviation of the gear's friction over it, beyond which it is not known [1]."""
+MOST = 2.0
+"""Times its declared value that a gear's friction may be [1]."""
+DRIVE = "turn from lock to lock slowly and back quickly, then quickly and back slowly"
+"""What tells friction from damping."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlatesResult:
+    """What was identified on plates.
+
+    Attributes:
+        gear_friction: dry friction of the gear at the rack under no load [N].
+        damping: of the gear and what moves with it [N s/m].
+        return_torque: factor on the declared return torque [1].
+        zero: force that is shown without any [N].
+        samples: number of them that were used.
+        rms: of what is left of the force [N].
+        note: what to know before use; empty for nothing.
+    """
+
+    gear_friction: ParameterEstimate
+    damping: ParameterEstimate
+    return_torque: ParameterEstimate
+    zero: ParameterEstimate
+    samples: int
+    rms: float
+    note: str = ""
+
+    @property
+    def parameters(self) -> dict[str, ParameterEstimate]:
+        """All of them by name."""
+        names = ("gear_friction", "damping", "return_torque", "zero")
+        return {name: getattr(self, name) for name in names}
+
+
+def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) -> PlatesResult:
+    """Least squares over the samples in which the rack moves evenly.
+
+    Raises:
+        InvalidInputError: the wheels were not turned far enough, or stood on ground that turns them.
+    """
+    rows, forces, behind = zip(*(_rows(one, vehicle) for one in recordings), strict=True)
+    A, force, early = np.concatenate(rows), np.concatenate(forces), np.concatenate(behind)
+    names = ", ".join(one.name for one in recordings)
+    if force.size < LEAST_SAMPLES:
+        raise InvalidInputError(
+            f"{names}: the rack moves evenly in {force.size} samples; allowed: from {LEAST_SAMPLES} on"
+        )
+    alone = A[:, 0] - A[:, 1:] @ _solved(A[:, 1:], A[:, 0])
+    if not np.linalg.norm(alone) > APART * np.linalg.norm(A[:, 0]):
+        raise InvalidInputError(
+            f"{names}: the rack moves at one speed to a side, so that its friction and its damping"
+            f" are the same; {DRIVE}"
+        )
+    value = _solved(A, force)
+    residual = force - A @ value
+    edges = np.linspace(0, force.size, BLOCKS + 1).astype(int)
+    others = [np.r_[0:a, b : force.size] for a, b in pairwise(edges)]
+    without = np.array([_solved(A[kept], force[kept]) for kept in others])
+    variance = (BLOCKS - 1) * without.var(axis=0)
+    late = float(np.mean((residual * A[:, 0])[early])) if early.any() else 0.0
+    if not value[0] > 0 or -late > BUILT_UP * value[0]:
+        raise InvalidInputError(
+            f"{names}: the force builds up after a reversal, as on ground that turns the wheels; put the"
+            " front wheels onto turntables or greased plates"
+        )
+    plates = PLATE_FRICTION * _slide_force(vehicle)
+    value[0] -= plates / 2
+    # Levers make the force out of torques, and the return torque out of the way.
+    lengths = EVEN * vehicle.tolerances.geometry * value
+    variance += lengths**2 * np.array([1, 1, 2, 1])
+    variance[0] += (EVEN * plates / 2) ** 2
+    if variance[0] > (POOR * value[0]) ** 2:
+        raise InvalidInputError(
+            f"{names}: gear friction is {value[0]:.0f} ± {variance[0] ** 0.5:.0f} N, it and damping are"
+            f" hard to tell apart; allowed: up to {100 * POOR:.0f} %; {DRIVE}, the"
+            " front wheels on turntables"
+        )
+    if value[0] > MOST * vehicle.gear_friction:
+        raise InvalidInputError(
+            f"{names}: gear friction is {value[0]:.0f} N, more than {MOST:g} times what the vehicle file"
+            " declares: the plates hold the tyres, or declare gear_friction"
+        )
+    friction, damping, factor, zero = (
+        ParameterEstimate(value=float(x), std=float(v**0.5), unit=unit)
+        for x, v, unit in zip(value, variance, ("N", "N s/m", "1", "N"), strict=True)
+    )
+    return PlatesResult(
+        gear_friction=friction, damping=damping, return_torque=factor, zero=zero, samples=force.size,
+        rms=float(residual.std()), note=_note(friction, vehicle),
+    )  # fmt: skip
+
+
+def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Regressors, force, and which samples are just behind a reversal; of even motion alone."""
+    s, t = recording.s, recording.t
+    if not (s.max() > REACH * vehicle.rack_travel and s.min() < -REACH * vehicle.rack_travel):
+        raise InvalidInputError(
+            f"{recording.name}: the rack goes from {s.min():.3g} to {s.max():.3g} m; turn it beyond"
+            f" {REACH * vehicle.rack_travel:.3g} m to either side"
+        )
+    rate = smoothed_rate(t, s)
+    acceleration = smoothed_rate(t, rate)
+    side: Array = np.sign(rate)
+    moving = np.abs(rate) > AT_REST
+    moving &= np.abs(rate) > SLOW * np.median(np.abs(rate[moving]))
+    size = np.abs(acceleration)
+    even = moving & (size < np.quantile(size[moving], EVENLY))
+    lift = 2 * jacking(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
+    by_load = lift + vehicle.gear_load_share * np.abs(lift) * side
+    regressors: Array = np.column_stack([side, rate, by_load, np.ones_like(s)])
+    force = recording.force - vehicle.rack_mass * acceleration
+    turned = np.flatnonzero(np.diff(np.where(moving, side, 0), prepend=0) * side > 0)
+    since = np.abs(s - s[turned[np.maximum(np.searchsorted(turned, np.arange(s.size), "right") - 1, 0)]])
+    behind = (since > AFTER_REVERSAL[0]) & (since < AFTER_REVERSAL[1])
+    return regressors[even], force[even], behind[even]
+
+
+def _solved(A: Array, force: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(A, force, rcond=None)[0], dtype=np.float64)
+
+
+def _slide_force(vehicle: Vehicle) -> float:
+    """Force on the rack of both tyres that slide, mu = 1 [N]."""
+    arm = Contact.of(vehicle, brakes=True).slide_arm
+    return 2 * vehicle.wheel_load * arm / vehicle.steering_arm
+
+
+def _note(friction: ParameterEstimate, vehicle: Vehicle) -> str:
+    most = (1 + vehicle.tolerances.gear_friction) * vehicle.gear_friction
+    if friction.std is None or friction.value - 2 * friction.std < most:
+        return ""
+    return (
+        f"gear friction is beyond the {most:.0f} N that the vehicle file allows: do the plates hold the"
+        " tyres?"
+    )

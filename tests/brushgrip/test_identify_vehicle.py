@@ -1,0 +1,81 @@
+"""`brushgrip identify` of a car, and the vehicle file that it writes."""
+
+import json
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from brushgrip.outputs.identified_vehicle import with_plates
+from identification import ParameterEstimate
+from identification.steering.plates import PlatesResult
+from symbolic import InvalidInputError, vehicle_from_tables
+from symbolic.vehicle.steering import jacking
+from tests.brushgrip.helpers import Run
+from tests.simulated_car import on_plates, vehicle_text
+
+
+def test_the_vehicle_file_is_written_with_what_was_found(run: Run, tmp_path: Path) -> None:
+    t, s, force = on_plates()
+    shown = np.column_stack([t, 1e3 * s, force])
+    np.savetxt(tmp_path / "p.csv", shown, delimiter=",", header="t,RackTravel,F_rack", comments="")
+    signals = '[signals]\nrack = { channel = "RackTravel", unit = "mm" }\n'
+    text = vehicle_text(inclination=0.2, brakes="true") + signals
+    (tmp_path / "car.toml").write_text(text)
+    files = {"--out": tmp_path / "id.json", "--write-vehicle": tmp_path / "new.toml"}
+    given = ["--vehicle", tmp_path / "car.toml", "--plates", tmp_path / "p.csv"]
+    outcome = run("identify", *given, *(one for pair in files.items() for one in pair))
+    found = json.loads((tmp_path / "id.json").read_text())["plates"]
+    declared, written = (
+        tomllib.loads((tmp_path / name).read_text()) for name in ("car.toml", "new.toml")
+    )
+    new = vehicle_from_tables(written)
+
+    assert outcome.status == 0
+    assert abs(new.gear_friction - 200.0) < new.tolerances.gear_friction * new.gear_friction
+    assert new.tolerances.gear_friction < 0.5
+    assert 0 <= new.inclination < 0.02, "its kingpins are upright"
+    assert found["gear_friction"]["unit"] == "N"
+    assert written["signals"] == {"rack": {"channel": "RackTravel", "unit": "mm", "factor": 1.0}}
+    changed = {"gear_friction", "inclination"}
+    assert {k: v for k, v in written["vehicle"].items() if k not in changed} == {
+        k: v for k, v in declared["vehicle"].items() if k not in changed
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--vehicle", "car.toml"], "--plates is missing"),
+        (
+            ["--vehicle", "car.toml", "--plates", "p.csv", "--rig", "r.toml"],
+            "--free-decay and --write-rig",
+        ),
+        (
+            ["--plates", "p.csv", "--free-decay", "p.csv"],
+            "--plates and --write-vehicle are for --vehicle",
+        ),
+    ],
+)
+def test_a_rig_and_a_car_are_told_apart(run: Run, arguments: list[str], said: str) -> None:
+    run("identify", *arguments).refused(said)
+
+
+def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
+    car = vehicle_from_tables(tomllib.loads(vehicle_text(inclination=0.2)))
+    values = {"gear_friction": 200.0, "damping": 3000.0, "return_torque": -0.5, "zero": 90.0}
+    found = {name: ParameterEstimate(value=value, std=2.0, unit="") for name, value in values.items()}
+    result = PlatesResult(**found, samples=1000, rms=10.0)
+
+    with pytest.raises(InvalidInputError, match=r"which no kingpin inclined by 0 to 0\.5 rad has"):
+        with_plates(car, result)
+    found["return_torque"] = ParameterEstimate(value=1.2, std=0.1, unit="1")
+    changes = with_plates(car, PlatesResult(**found, samples=1000, rms=10.0))
+    new = replace(car, inclination=changes["inclination"])  # type: ignore[arg-type]
+
+    assert jacking(new, 0.5) == pytest.approx(1.2 * jacking(car, 0.5), rel=0.01)
+    assert changes["force_zero"] == 90.0
+    # Observers know no damping: as much as it makes at a usual speed may be missing or too much.
+    assert changes["gear_friction"] == pytest.approx((200 + 3000 * 0.015 / 2, 3000 * 0.015))
