@@ -24,17 +24,15 @@ def friction_lines(outcome: FrictionOutcome | None) -> list[str]:
 
 def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """Friction by ground, the cause, the error before and after, and what is not known."""
-    count = len(outcome.before)
-    alike = any(ground.further for ground in outcome.further().values())
+    count, further = len(outcome.before), [g.further for g in outcome.further().values()]
+    one_more = " and that of one further recording made like these" * any(further)
     return " ".join(
         [
             f"From {count} recording{'s' * (count != 1)} of a wheel that was steered while standing"
             " still: the coefficient of friction between tyre and ground is"
             f" {'; '.join(_on_ground(outcome, ground) for ground in outcome.grounds)}.",
-            "The ± is the 95 % band: it holds the true value in 95 of 100 cases, as far as loads,"
-            " lengths and the model's error are stated rightly"
-            + " and the further recording is made like these" * alike
-            + ".",
+            f"The ± is the 95 % band: it holds the true value{one_more} in 95 of 100 cases, as far as"
+            " loads, lengths and the model's error are stated rightly.",
             *_cause(diagnosis),
             _errors(diagnosis),
             *_unknown(diagnosis, outcome),
@@ -46,7 +44,7 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
     where, further = f"on {ground} " * bool(ground), outcome.further().get(ground)
     if further and further.further is not None:
-        return f"{where}{further_band(further)} for a further recording (from {further.recordings})"
+        return f"{where}{further_band(further)} (from {further.recordings} recordings)"
     tracks = outcome.by(FOUND)
     own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
     known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])

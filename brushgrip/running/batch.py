@@ -27,7 +27,7 @@ from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import executor_at
 from brushgrip.wording.formatting import csv_text
-from brushgrip.wording.friction import band, estimates_summary, further_recording, last_usable
+from brushgrip.wording.friction import band, estimates_summary, further_recording, last_usable, meaning
 from identification import Recording, read_rig
 from identification.selection.trial_runner import Submit, completed, workers
 from observers import ESTIMATE, Estimates, Status, ground_friction
@@ -226,7 +226,8 @@ def friction_of_grounds(rows: Sequence[Row]) -> list[str]:
     for ground in dict.fromkeys(row["ground"] for row in rows if row["ground"]):
         own = [(row["mu_eff"], row["mu_eff_std"]) for row in rows if row["ground"] == ground]
         known = np.array(own, dtype=float)
-        known = known[np.isfinite(known).all(axis=1)]
+        # A recording that was given twice, under two names, counts once.
+        known = np.unique(known[np.isfinite(known).all(axis=1)], axis=0)
         if known.size and len(own) > 1:
             lines.append(further_recording(str(ground), ground_friction(*known.T), len(own)))
     return lines
@@ -239,10 +240,16 @@ def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ..
         mu, std = row["mu_eff"], row["mu_eff_std"]
         known = isinstance(mu, float) and isfinite(mu)
         usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
-        remark = str(row["fault"]) or ("" if known else "not known")
+        remark = str(row["fault"]) or ("" if known else _why_unknown(row))
         friction = band(float(mu), float(std)) if known else "–"
         cells.append((str(row["recording"]), str(row["ground"]) or "–", friction, usable, remark))
     return ("recording", "ground", "mu_eff", "usable samples", "remark"), cells
+
+
+def _why_unknown(row: Row) -> str:
+    """What most samples of a recording without a usable one have in common."""
+    flag = max(FLAGS, key=lambda name: row[name])
+    return f"not known: {meaning(FLAGS[flag] if row[flag] else Status.USED)}"
 
 
 def summary_table(rows: Sequence[Row]) -> str:

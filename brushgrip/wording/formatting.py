@@ -115,16 +115,6 @@ def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
     return "training", "torque_nrmse"
 
 
-def indistinguishable_effects(diagnosis: Diagnosis) -> str:
-    """The effects that other effects could replace, in one sentence; empty if there are none."""
-    pairs = [
-        f"{plain(effect.name)} from {listed([plain(n) for n in effect.indistinguishable_from], 'or')}"
-        for effect in diagnosis.effects
-        if effect.indistinguishable_from
-    ]
-    return f"These recordings cannot tell {', nor '.join(pairs)}." if pairs else ""
-
-
 def residual_structure(diagnosis: Diagnosis) -> str:
     """Whether the residual still has structure, in one sentence."""
     if diagnosis.unexplained.present:

@@ -47,7 +47,7 @@ def further_recording(ground: str, friction: GroundFriction | None, recordings: 
     known = 0 if friction is None else friction.recordings
     if friction is None or friction.further is None:
         return (
-            f"{ground}: a band for a further recording takes {LEAST_RECORDINGS} recordings with usable"
+            f"{ground}: the band of a further recording takes {LEAST_RECORDINGS} recordings with usable"
             f" friction; here {known} of {recordings}"
         )
     of = "" if known == recordings else f" of {recordings}"

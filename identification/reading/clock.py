@@ -64,6 +64,9 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
     for column, samples in read.items():
         with naming(f"{path}: {names[column]}"):
             in_si[column] = replace(samples, values=_in_si(column, samples, sources[column]))
+    if (unit := read["psi"].unit if "psi" in read else "") and sources["psi"].unit is None:
+        # So that a message asks for no unit that the file gives.
+        sources["psi"] = replace(sources["psi"], unit=unit)
     remarks: dict[str, list[str]] = {}
     for column, samples in read.items():
         if samples.remark:

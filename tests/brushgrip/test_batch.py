@@ -158,9 +158,9 @@ def test_tunings_that_are_none(text: str, said: str) -> None:
 def test_a_ground_is_told_from_the_usable_recordings_on_it() -> None:
     known = [{"ground": "ice", "mu_eff": mu, "mu_eff_std": 0.0} for mu in (0.1, 0.2, 0.3)]
     rest = [{"ground": "ice", "mu_eff": np.nan, "mu_eff_std": np.nan}]
-    rest += [{"ground": "", "mu_eff": "", "mu_eff_std": ""}, {**known[0], "ground": "snow"}]
+    rest += [known[0], {"ground": "", "mu_eff": "", "mu_eff_std": ""}, {**known[0], "ground": "snow"}]
 
     # 4.3027 * 0.1 * sqrt(4 / 3), by the table of Student's t.
     assert friction_of_grounds([*known, *rest]) == [
-        "ice: mu_eff up to 0.70 for a further recording, from 3 of 4 recordings"
+        "ice: mu_eff up to 0.70 for a further recording, from 3 of 5 recordings"
     ]

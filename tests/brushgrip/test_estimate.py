@@ -202,6 +202,17 @@ def test_other_units_and_signs_are_refused_by_name(
     assert estimate(wrong, "--map", entry).status == 0
 
 
+def test_a_unit_that_the_file_gives_is_not_asked_for(
+    estimate: Run, write_csv: Write, simulated: Path
+) -> None:
+    columns = table_of(simulated)
+    geared = write_csv("geared.csv", {"psi": None, "psi [deg]": 15 * np.degrees(columns["psi"])} | {
+        name: columns[name] for name in ("t", "M_z", "F_N")
+    })  # fmt: skip
+    outcome = estimate(geared)
+    outcome.refused("degrees", "--map 'psi=1/15*psi:deg'", "with your steering ratio for 15")
+
+
 def test_one_map_mends_all_that_is_wrong(estimate: Run, write_csv: Write, simulated: Path) -> None:
     columns = table_of(simulated)
     wrong = {

@@ -8,7 +8,6 @@ import pytest
 
 from brushgrip.wording.formatting import (
     csv_text,
-    indistinguishable_effects,
     is_worse,
     json_text,
     listed,
@@ -92,13 +91,6 @@ FOUND = (
 )
 def test_headline(options: dict[str, Any], words: str) -> None:
     assert words in headline(make_diagnosis(**options))
-
-
-def test_indistinguishable_effects() -> None:
-    assert indistinguishable_effects(make_diagnosis()) == (
-        "These recordings cannot tell carcass torsion from patch width."
-    )
-    assert indistinguishable_effects(make_diagnosis(found=False)) == ""
 
 
 def test_residual_structure() -> None:

@@ -75,7 +75,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "Not known: friction in c and d; friction at the end of b, whose last value" in text
     assert text.endswith("what makes the 1.20 % of range that no known effect explains.")
     assert friction_lines(judged) == [
-        "ice: a band for a further recording takes 3 recordings with usable friction; here 2 of 4"
+        "ice: the band of a further recording takes 3 recordings with usable friction; here 2 of 4"
     ]
 
 
@@ -89,7 +89,7 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"
     ]
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
-    assert f"is on ice 1.20 ± {half:.2f} for a further recording (from 3); not known." in text
+    assert f"is on ice 1.20 ± {half:.2f} (from 3 recordings); not known." in text
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
 
