@@ -1,15 +1,14 @@
-"""The window of the moving horizon solved to convergence, as a reference for the real-time step.
+"""The window of the moving horizon solved to convergence by IPOPT.
 
 Multiple shooting: the states at every sample are unknowns of their own; the motion between two of them
 costs what its disturbances cost, and a constant state is an equality constraint. IPOPT minimises the
 cost of `observers.estimators.mhe_step` with exact gradients: the same arrival, the same patch history,
-the same loss. It takes tenths of a second, and is meant for tests, not for a control loop.
+the same loss.
 
 Sources: Bock and Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
 IFAC World Congress (1984); Waechter and Biegler, Math. Programming 106 (2006) 25.
 """
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -21,7 +20,6 @@ from observers.estimators.mhe import Mhe
 from observers.estimators.mhe_step import layout
 from observers.estimators.step_terms import STIFFNESS_BOUNDS
 from observers.layout import ObserverState, symbols
-from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_measurement, build_motion, state_index
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.patch.history import PatchHistory
@@ -31,74 +29,31 @@ from symbolic.functions import named_function
 
 Array = NDArray[np.float64]
 # The tolerance asks for more than double precision gives, so steps that vanish are the usual end.
-_REMEDIES = {
-    "Solve_Succeeded": "",
-    "Solved_To_Acceptable_Level": "",
-    "Search_Direction_Becomes_Too_Small": "",
-    "Maximum_Iterations_Exceeded": "not converged: raise max_iter, or start from a better state",
-    "Infeasible_Problem_Detected": "a state that nothing disturbs cannot follow: check"
-    " mu_walk, the bounds and the arrival",
-}
+SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level", "Search_Direction_Becomes_Too_Small")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Converged:
-    """A window's minimum.
-
-    Attributes:
-        x: states at every sample of the window, oldest first, shape (n, N).
-        cost: at the minimum [1].
-        converged: False where the solver gave up; x is then where it did.
-        status: the solver's own word.
-        remedy: what to do where it is not converged, else empty.
-        iterations: of the solver.
-    """
-
-    x: Array
-    cost: float
-    converged: bool
-    status: str
-    remedy: str
-    iterations: int
-
-
-def solve_window(observer: Mhe, state: ObserverState, max_iter: int = 200) -> Converged:
-    """Minimise the cost of the window that a state holds, as IPOPT finds it from where the state is.
-
-    Args:
-        observer: the estimator that the state belongs to.
-        state: after some sample.
-        max_iter: iterations allowed.
-    """
+def solve_window(observer: Mhe, state: ObserverState) -> Array:
+    """The states (n, N) of least cost of the window that a state holds; IPOPT begins there."""
     n, window = len(observer.states), observer.window
-    weigh = _build_costs(observer.model, observer.measurement_model, window)
-    own = layout(observer.model, observer.measurement_model, window).size
+    model, measurement_model = observer.model, observer.measurement_model
+    own = layout(model, measurement_model, window).size
     given = [ca.DM(state.values[:own]), ca.DM(observer.constants)]
     start = ca.DM(state["x"].reshape(n, window, order="F"))
-    variances = weigh(start, *given)[2].full()
+    variances = _build_costs(model, measurement_model, window)(start, *given)[2].full()
     arrival = covariance_of(state["factor"].reshape(n, n, order="F"))
-    fixed = tuple(
-        np.flatnonzero(np.concatenate([np.diag(arrival), variances.ravel(order="F")]) <= 0).tolist()
-    )
-    solver = _build_solver(observer.model, observer.measurement_model, window, fixed, max_iter)
+    spread = np.concatenate([np.diag(arrival), variances.ravel(order="F")])
+    fixed = tuple(np.flatnonzero(spread <= 0).tolist())
+    solver = _build_solver(model, measurement_model, window, fixed)
     tuning = observer.tuning
-    log_mu = np.log([tuning.least, tuning.greatest])
-    limits = {"log_mu": log_mu, OTHER: log_mu, "stiffness": np.array(STIFFNESS_BOUNDS)}
+    limits = {"log_mu": np.log([tuning.least, tuning.greatest]), "stiffness": np.array(STIFFNESS_BOUNDS)}
     bounds = np.array([limits.get(name, np.array([-np.inf, np.inf])) for name in observer.states])
     solution = solver(
         x0=ca.vec(start), p=ca.vertcat(*given), lbg=0, ubg=0,
         lbx=np.tile(bounds[:, 0], window), ubx=np.tile(bounds[:, 1], window),
     )  # fmt: skip
-    stats = solver.stats()
-    status = str(stats["return_status"])
-    return Converged(
-        x=solution["x"].full().reshape(n, window, order="F"),
-        cost=float(solution["f"]),
-        converged=_REMEDIES.get(status) == "",
-        status=status,
-        remedy=_REMEDIES.get(status, "not converged: look up the status in IPOPT's documentation"),
-        iterations=int(stats["iter_count"]),
-    )
+    assert solver.stats()["return_status"] in SOLVED
+    assert 0 < float(solution["f"]) < np.inf
+    return np.asarray(solution["x"]).reshape(n, window, order="F")
 
 
 @cache
@@ -146,7 +101,6 @@ def _build_solver(
     measurement_model: MeasurementModel,
     window: int,
     fixed: tuple[int, ...],
-    max_iter: int,
 ) -> ca.Function:
     """The nonlinear programme; `fixed` are the defects, arrival first, that must vanish."""
     n, parts = len(measurement_model.states), layout(model, measurement_model, window)
@@ -179,7 +133,7 @@ def _build_solver(
             "print_level": 0,
             "sb": "yes",
             "tol": 1e-12,
-            "max_iter": max_iter,
+            "max_iter": 200,
             "mu_strategy": "adaptive",
         },
     }
