@@ -11,7 +11,7 @@ A tyre stands on a fine grid of bristles in plain NumPy. The rig shares no code 
 - `make_impacts` and `make_tows` repeat the two identification experiments of [Györök 2022].
 """
 
-from reference_rig.campaign import Campaign, make_campaign, plant_effect, write_campaign
+from reference_rig.campaign import Campaign, make_campaign, plant_effect
 from reference_rig.car import Car
 from reference_rig.car_driver import handwheel_path
 from reference_rig.car_fleet import TOLERANCES, FleetCar, draw_car
@@ -27,7 +27,6 @@ from reference_rig.ground import (
     constant_friction,
     friction_between,
     friction_step,
-    friction_walk,
     make_ground_recording,
     simulate_ground,
 )
@@ -50,14 +49,12 @@ from reference_rig.recording import (
     make_recording,
     recording_csv,
     rig_toml,
-    write_csv,
 )
 from reference_rig.sensors import (
     FOURTEEN_BIT_STEP,
     add_outliers,
     delay_samples,
     drop_samples,
-    encode_angle,
     jitter_instants,
     quantise,
     sample_instants,
@@ -71,7 +68,6 @@ from reference_rig.steering import (
     full_slide_moment,
     make_steering_recording,
     simulate_steering,
-    torque_profile,
 )
 from reference_rig.thesis_experiments import (
     CONTACT_HALF_LENGTHS,
@@ -152,11 +148,9 @@ __all__ = [
     "delay_samples",
     "draw_car",
     "drop_samples",
-    "encode_angle",
     "free_path",
     "friction_between",
     "friction_step",
-    "friction_walk",
     "full_slide_moment",
     "hand_path",
     "handwheel_path",
@@ -182,8 +176,5 @@ __all__ = [
     "simulate_ground",
     "simulate_impact",
     "simulate_steering",
-    "torque_profile",
-    "write_campaign",
-    "write_csv",
     "write_impacts",
 ]

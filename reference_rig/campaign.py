@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
@@ -15,8 +14,6 @@ from reference_rig.recording import (
     RigRecording,
     build_effects,
     make_recording,
-    rig_toml,
-    write_csv,
 )
 
 Random = np.random.Generator
@@ -303,16 +300,6 @@ def _elsewhere(
         )  # fmt: skip
         made.append(replace(again, ground=ground))
     return tuple(made)
-
-
-def write_campaign(directory: Path, campaign: Campaign) -> list[Path]:
-    """Write rig.toml and one CSV a recording; returns the paths of the recordings."""
-    directory.mkdir(parents=True, exist_ok=True)
-    (directory / "rig.toml").write_text(rig_toml(campaign.nominal), encoding="utf-8", newline="\n")
-    paths = [directory / f"{recording.name}.csv" for recording in campaign.recordings]
-    for path, recording in zip(paths, campaign.recordings, strict=True):
-        write_csv(path, recording)
-    return paths
 
 
 def _on_another_day(

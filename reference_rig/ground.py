@@ -7,7 +7,7 @@ import numpy as np
 
 from reference_rig.hooks import Array, RigDrive
 from reference_rig.patch import RigTyre, lay_out
-from reference_rig.path import SAMPLE_RATE, STEP_RATE, Hand, hand_path
+from reference_rig.path import SAMPLE_RATE, STEP_RATE, hand_path
 from reference_rig.recording import RigRecording
 from reference_rig.sensors import ENCODER_STEP, record_channels, require_instants, sample_instants
 
@@ -17,7 +17,6 @@ Friction = Callable[[Array], Array]
 BRISTLES = 400
 WALK_KNOT = 1e-3
 """A random walk is linear between knots this far apart [s], whatever the sampling."""
-LEAST_MU, LARGEST_MU = 0.1, 2.5
 
 
 class InPlacePatch:
@@ -75,24 +74,6 @@ def friction_between(t: Array, mu: Array) -> Friction:
     return lambda at: np.interp(at, t, mu)
 
 
-def friction_walk(seed: int, start: float, intensity: float, duration: float) -> Friction:
-    """Random walk of friction, thrown back at 0.1 and at 2.5.
-
-    Args:
-        seed: of the walk.
-        start: friction at time zero [1].
-        intensity: standard deviation of the change in one second [1/sqrt(s)].
-        duration: up to which it walks [s]; constant afterwards.
-    """
-    t = np.arange(round(duration / WALK_KNOT) + 1, dtype=np.float64) * WALK_KNOT
-    steps = np.random.default_rng([seed, 6]).standard_normal(len(t) - 1)
-    free = start + intensity * np.sqrt(WALK_KNOT) * np.concatenate([[0.0], np.cumsum(steps)])
-    # Folding the free walk like a strip of paper keeps its increments' size.
-    width = LARGEST_MU - LEAST_MU
-    folded = np.abs((free - LARGEST_MU) % (2 * width) - width)
-    return friction_between(t, LEAST_MU + folded)
-
-
 def simulate_ground(drive: RigDrive, mu: Array, tyre: RigTyre, *, bristles: int = BRISTLES) -> Array:
     """Turn the tyre through a drive on changing ground.
 
@@ -117,15 +98,12 @@ def make_ground_recording(
     *,
     drive: RigDrive | None = None,
     tyre: RigTyre | None = None,
-    load: float = 400.0,
     duration: float = 10.0,
-    hand: Hand | None = None,
     rate: float = SAMPLE_RATE,
     times: Array | None = None,
     noise: float = 0.004,
     encoder_step: float = ENCODER_STEP,
     bristles: int = BRISTLES,
-    name: str = "ground",
 ) -> GroundRecording:
     """Steer the rig on changing ground and record it.
 
@@ -134,18 +112,15 @@ def make_ground_recording(
         friction: friction over time.
         drive: what is done, in steps fine enough for the friction; None for a hand's path.
         tyre: a, e and k; None for the rig's usual ones.
-        load: mean vertical load of the hand's path [N].
         duration: of the hand's path [s].
-        hand: how the wheel is turned; None for the usual way.
         rate: samples a second [Hz].
         times: sampling instants within the drive [s], increasing, in place of the rate.
         noise: standard deviation of the torque channel in shares of the torque's range [1];
             0 also silences the load.
         encoder_step: angle step of the encoder [rad]; 0 for none.
         bristles: number of bristles.
-        name: of the recording.
     """
-    drive = drive or hand_path(seed, duration, hand=hand, load=load, rate=STEP_RATE)
+    drive = drive or hand_path(seed, duration, rate=STEP_RATE)
     if times is None:
         times = drive.t[0] + sample_instants(drive.t[-1] - drive.t[0], rate)
     drive = _with_instants(drive, times)
@@ -157,7 +132,7 @@ def make_ground_recording(
         seed, psi, M_z, F_N, noise=noise, encoder_step=encoder_step
     )
     return GroundRecording(
-        name=name,
+        name="ground",
         t=times,
         psi=seen_psi,
         M_z=seen_M_z,

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -119,11 +118,6 @@ def recording_csv(recording: RigRecording) -> str:
     # Adding zero turns -0.0 into 0.0.
     rows = (",".join(f"{value + 0.0:.6g}" for value in row) for row in zip(*columns, strict=True))
     return "\n".join(["t,psi,M_z,F_N", *rows]) + "\n"
-
-
-def write_csv(path: Path, recording: RigRecording) -> None:
-    """Write the recording for the tool."""
-    path.write_text(recording_csv(recording), encoding="utf-8", newline="\n")
 
 
 def rig_toml(nominal: RigTyre) -> str:

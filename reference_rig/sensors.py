@@ -92,11 +92,6 @@ def drop_samples(seed: int, signal: Array, *, share: float = 0.2) -> Array:
     return faulty
 
 
-def encode_angle(psi: Array, *, bits: int = 14) -> Array:
-    """Angles [rad] as an encoder with so many bits a turn shows them."""
-    return quantise(psi, 2 * np.pi / 2**bits)
-
-
 def delay_samples(signal: Array, samples: int) -> Array:
     """Hand every sample over so many samples late; NaN until the first arrives."""
     if not 0 <= samples <= len(signal):

@@ -160,38 +160,6 @@ def simulate_steering(
     )
 
 
-def torque_profile(seed: int, t: Array, level: float) -> Array:
-    """Torque of a motor without feedback: ramps between random heights, with holds, rounded off.
-
-    Above the full-slide torque the wheel runs away until the torque falls again.
-
-    Args:
-        seed: of the profile.
-        t: even times [s], shape (n,).
-        level: largest torque [N m].
-
-    Returns:
-        Torque [N m], shape (n,); zero at first.
-    """
-    rng = np.random.default_rng([seed, 7])
-    knots, heights, side = [t[0], t[0] + 0.2], [0.0, 0.0], rng.choice([-1.0, 1.0])
-    while knots[-1] < t[-1]:
-        target = side * level * rng.uniform(0.5, 1.0)
-        nested = rng.random() < 0.35
-        if nested:
-            target = heights[-1] + rng.uniform(0.2, 0.6) * (target - heights[-1])
-        knots.append(knots[-1] + rng.uniform(0.25, 1.0))
-        heights.append(target)
-        if rng.random() < 0.4:
-            knots.append(knots[-1] + rng.uniform(0.1, 0.5))
-            heights.append(target)
-        side = rng.choice([-1.0, 1.0]) if nested else -side
-    width = max(round(0.08 / (t[1] - t[0])), 1)
-    window = np.hanning(width + 2)[1:-1]
-    ramps = np.pad(np.interp(t, knots, heights), (width // 2, width - 1 - width // 2), mode="edge")
-    return np.convolve(ramps, window / window.sum(), mode="valid")
-
-
 def make_steering_recording(
     seed: int,
     friction: Friction | None = None,

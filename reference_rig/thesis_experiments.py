@@ -198,14 +198,10 @@ def make_impacts(
     ]
 
 
-def impact_csv(recording: ImpactRecording, *, with_load: bool = False) -> str:
+def impact_csv(recording: ImpactRecording) -> str:
     """The recording as the tool reads it: its contact length, then t and psi, no torque."""
-    names = ("t", "psi", "F_N") if with_load else ("t", "psi")
-    rows = (
-        f"{t:.6g},{psi + 0.0:.8g}" + (f",{recording.F_N:.6g}" if with_load else "")
-        for t, psi in zip(recording.t, recording.psi, strict=True)
-    )
-    return "\n".join([f"# a = {recording.tyre.a:.6g}", ",".join(names), *rows]) + "\n"
+    rows = (f"{t:.6g},{psi + 0.0:.8g}" for t, psi in zip(recording.t, recording.psi, strict=True))
+    return "\n".join([f"# a = {recording.tyre.a:.6g}", "t,psi", *rows]) + "\n"
 
 
 def write_impacts(folder: Path, recordings: Sequence[ImpactRecording]) -> list[Path]:
@@ -216,11 +212,11 @@ def write_impacts(folder: Path, recordings: Sequence[ImpactRecording]) -> list[P
     return paths
 
 
-def impact_rig_toml(k: float = 2e6) -> str:
+def impact_rig_toml() -> str:
     """The rig file for the tool, with a first guess of k."""
     return (
         f"[rig]\na = {THESIS_TYRE.a:g}  # m; every recording has its own\ne = {THESIS_TYRE.e:g}  # m\n"
-        f"J_A = {inertia(THESIS_TYRE.e):.7g}  # kg m^2\n\n[tyre]\nk = {k:g}  # a first guess, N/m^2\n"
+        f"J_A = {inertia(THESIS_TYRE.e):.7g}  # kg m^2\n\n[tyre]\nk = 2e+06  # a first guess, N/m^2\n"
     )
 
 

@@ -11,7 +11,6 @@ from reference_rig import (
     free_path,
     friction_between,
     friction_step,
-    friction_walk,
     full_slide_moment,
     hand_path,
     jitter_instants,
@@ -26,7 +25,7 @@ TYRE = RigTyre()
 CHANGES: dict[str, Friction] = {
     "fall": friction_step(5.0, 1.2, 0.5),
     "rise": friction_step(5.0, 0.5, 1.2),
-    "walk": friction_walk(4, 1.0, 0.3, 10.0),
+    "ramp": friction_between(np.array([0.0, 10.0]), np.array([1.3, 0.4])),
 }
 
 
@@ -111,25 +110,6 @@ def test_rise_has_to_be_turned_into() -> None:
     jump = np.diff(made.M_z_true)[at - 1]
     assert -0.002 * stiffness <= jump < 0
     assert made.M_z[-1] == pytest.approx(-1.2 * full_slide_moment(TYRE, LOAD), rel=0.01)
-
-
-def test_walk_has_its_intensity_and_its_bounds() -> None:
-    t = np.arange(2001) * 0.05
-    walks = np.array([friction_walk(seed, 1.0, 0.1, 100.0)(t) for seed in range(40)])
-
-    # The walks are thrown back seldom this early.
-    assert np.std(walks[:, 20] - 1.0) == pytest.approx(0.1, rel=0.35)
-    assert np.std(np.diff(walks[:, :200])) == pytest.approx(0.1 * np.sqrt(0.05), rel=0.05)
-    assert np.all(walks[:, 0] == pytest.approx(1.0))
-    assert walks.min() >= 0.1
-    assert friction_walk(1, 1.0, 2.0, 100.0)(t).max() > 2.4
-
-
-def test_walk_does_not_depend_on_the_sampling() -> None:
-    walk = friction_walk(2, 1.0, 0.2, 10.0)
-    t = np.arange(101) * 0.1
-
-    np.testing.assert_allclose(walk(t), walk(np.arange(1001) / 100)[::10], atol=1e-12)
 
 
 def test_friction_may_be_given() -> None:

@@ -19,7 +19,6 @@ from reference_rig import (
     make_recording,
     plant_effect,
     simulate_bristles,
-    write_campaign,
 )
 
 LOAD = 400.0
@@ -159,18 +158,6 @@ def test_campaign_keeps_a_shared_effect() -> None:
 
     assert made.recordings[0].effects == made.recordings[1].effects
     assert set(made.recordings[0].effects) == {"bearing_friction", "torque_offset"}
-
-
-def test_campaign_files(tmp_path: Path) -> None:
-    made = make_campaign(None, 4, 2, duration=2.0)
-
-    paths = write_campaign(tmp_path, made)
-
-    assert [path.name for path in paths] == ["recording_a.csv", "recording_b.csv"]
-    table = np.genfromtxt(paths[0], delimiter=",", names=True)
-    assert table.dtype.names == ("t", "psi", "M_z", "F_N")
-    np.testing.assert_allclose(table["M_z"], made.recordings[0].M_z, rtol=1e-5, atol=1e-12)
-    assert (tmp_path / "rig.toml").is_file()
 
 
 @pytest.mark.long

@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 
 from reference_rig import (
+    FOURTEEN_BIT_STEP,
     Array,
     add_outliers,
     constant_friction,
     delay_samples,
     drop_samples,
-    encode_angle,
     jitter_instants,
     make_ground_recording,
     make_recording,
     make_steering_recording,
+    quantise,
 )
 
 T = np.arange(1001) / 100
@@ -92,10 +93,10 @@ def test_dropped_samples() -> None:
 def test_encoder() -> None:
     step = 2 * np.pi / 16384
 
-    assert np.max(np.abs(encode_angle(SIGNAL) - SIGNAL)) <= 0.5 * step * (1 + 1e-9)
-    np.testing.assert_allclose(
-        encode_angle(SIGNAL) / step, np.round(encode_angle(SIGNAL) / step), atol=1e-8
-    )
+    shown = quantise(SIGNAL, step)
+
+    assert np.max(np.abs(shown - SIGNAL)) <= 0.5 * step * (1 + 1e-9)
+    np.testing.assert_allclose(shown / step, np.round(shown / step), atol=1e-8)
 
 
 def test_late_samples() -> None:
@@ -135,7 +136,7 @@ def test_nothing_else_changes() -> None:
     faulty = replace(
         made,
         M_z=add_outliers(1, drop_samples(1, made.M_z)),
-        psi=drop_samples(2, encode_angle(made.psi_true)),
+        psi=drop_samples(2, quantise(made.psi_true, FOURTEEN_BIT_STEP)),
     )
 
     for name, value in before.items():

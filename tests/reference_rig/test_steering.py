@@ -20,7 +20,6 @@ from reference_rig import (
     make_steering_recording,
     simulate_bristles,
     simulate_steering,
-    torque_profile,
 )
 
 LOAD = 400.0
@@ -40,6 +39,12 @@ def push(torque: Array, wheel: Wheel = WHEEL, step: float = STEP) -> SteeredMoti
 def plucked(wheel: Wheel) -> SteeredMotion:
     """A push so short and weak that every bristle sticks in what follows."""
     return push(np.where(np.arange(20001) < 10, 0.2, 0.0), wheel)
+
+
+def swaying(count: int, level: float) -> Array:
+    """A torque of two tones, up to a level [N m]."""
+    t = np.arange(count) * STEP
+    return level / 2 * (np.sin(5.0 * t) + np.sin(8.3 * t))
 
 
 def crossings(motion: SteeredMotion) -> Array:
@@ -94,7 +99,7 @@ def test_wheel_runs_away_in_full_slide() -> None:
 
 
 def test_patch_is_the_rigs() -> None:
-    motion = push(torque_profile(1, np.arange(10001) * STEP, 0.9 * FULL))
+    motion = push(swaying(10001, 0.9 * FULL))
     drive = RigDrive(t=motion.t, psi=motion.psi, psi_dot=motion.psi_dot, F_N=motion.F_N, psi_virgin=0.0)
 
     M_z = simulate_bristles(drive, TYRE, bristles=400).M_z
@@ -103,7 +108,7 @@ def test_patch_is_the_rigs() -> None:
 
 
 def test_work_is_motion_damping_and_friction() -> None:
-    motion = push(torque_profile(2, np.arange(50001) * STEP, 1.1 * FULL))
+    motion = push(swaying(50001, 1.1 * FULL))
 
     def work(torque: Array) -> Array:
         power = torque * motion.psi_dot
@@ -208,17 +213,3 @@ def test_uneven_samples_lie_on_the_same_motion() -> None:
 
     np.testing.assert_array_equal(made.t, times)
     np.testing.assert_allclose(made.psi_true, np.interp(times, even.t, even.psi_true), atol=1e-5)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_motor_torque_stays_within_its_level(seed: int) -> None:
-    t = np.arange(100001) * STEP
-
-    M = torque_profile(seed, t, 10.0)
-
-    assert M.shape == t.shape
-    assert M[0] == 0.0
-    assert np.max(np.abs(M)) <= 10.0
-    assert min(M.max(), -M.min()) > 3.0
-    assert np.max(np.abs(np.diff(M))) < 100 * STEP
-    np.testing.assert_array_equal(M, torque_profile(seed, t, 10.0))
