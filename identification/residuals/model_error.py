@@ -14,6 +14,9 @@ from symbolic import ModelError, full_slide_torque
 Array = NDArray[np.float64]
 LIFTED = 0.05
 """Share of the median load below which a wheel is lifted [1]."""
+SLIDES, SLID, LEAST_SLIDES = 0.9, 0.5, 4
+"""Share of the largest torque between two changes of sign at which the patch slides, least such torque
+over the largest of all for it to have slid [1], and fewest changes of level that make a walk."""
 
 
 def model_error(
@@ -51,4 +54,30 @@ def model_error(
         spread=float(np.sqrt(np.mean(powers))),
         correlation_time=float(np.average(times, weights=weights)),
         relative=float(np.sqrt(np.mean(relative))),
+        friction_walk=_friction_walk(residuals, recordings),
     )
+
+
+def _friction_walk(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> float | None:
+    """Change of ln of the friction level from slide to slide over the root of the time between.
+
+    A slide is where the model's torque is near its largest before it changes sign; the level of friction
+    there is the measured torque over the model's. None for fewer than `LEAST_SLIDES` changes.
+    """
+    steps: list[float] = []
+    for recording in recordings:
+        # The model's torque has no noise, so that its sign changes once where the patch is loaded anew.
+        torque, last = recording.M_z + residuals[recording.name], None
+        known = np.isfinite(torque)
+        t, M_z, torque = recording.t[known], recording.M_z[known], torque[known]
+        size = np.abs(torque)
+        borders = np.flatnonzero(np.diff(np.sign(torque)) != 0) + 1
+        for place in np.split(np.arange(torque.size), borders):
+            least = max(size[place].max(initial=0.0), SLID * size.max(initial=0.0))
+            place = place[size[place] > SLIDES * least]
+            level = np.sum((M_z * np.sign(torque))[place])
+            if place.size > 1 and level > 0:
+                now = float(t[place].mean()), float(np.log(level / np.sum(size[place])))
+                steps += [(now[1] - last[1]) / np.sqrt(now[0] - last[0])] if last else []
+                last = now
+    return float(np.sqrt(np.mean(np.square(steps)))) if len(steps) >= LEAST_SLIDES else None

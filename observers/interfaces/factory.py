@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 from observers.estimators.casadi_observer import CasadiObserver
 from observers.interfaces.profiles import tuning_for
+from observers.measurement.directional_friction import DirectionalFriction
 from observers.tuning import Tuning
 from symbolic import (
     Effect,
@@ -63,7 +64,10 @@ def from_files(
     if model is not None:
         found = read_model_file(model, effects)
     if tuning is not None or by_hand or (found.error is not None and _has_tuning(kind)):
-        settings["tuning"] = tuning_for(found, tuning, by_hand)
+        settings["tuning"] = tuning_for(
+            found, tuning, by_hand,
+            by_direction=isinstance(settings.get("measurement_model"), DirectionalFriction),
+        )  # fmt: skip
     return kind(
         model=found.model,
         values=found.values_for_estimation(ground),

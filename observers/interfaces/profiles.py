@@ -49,7 +49,11 @@ def profile(name: str) -> Tuning:
 
 
 def tuning_for(
-    found: FoundModel | None, tuning: Tuning | None = None, by_hand: Mapping[str, float] | None = None
+    found: FoundModel | None,
+    tuning: Tuning | None = None,
+    by_hand: Mapping[str, float] | None = None,
+    *,
+    by_direction: bool = False,
 ) -> Tuning:
     """A tuning with the error of the model that was found in place of its own, where that is known.
 
@@ -57,10 +61,13 @@ def tuning_for(
         found: the model; None for the declared one.
         tuning: the tuning to begin with; None for `real_tyre`.
         by_hand: fields that go before all of that.
+        by_direction: friction has one value each way; it walks as much as it did under that model.
     """
     tuning = Tuning() if tuning is None else tuning
     if found is not None and found.error is not None:
         tuning = with_model_error(tuning, found.error)
+        if by_direction and found.error.friction_walk:
+            tuning = replace(tuning, mu_walk=found.error.friction_walk)
     return replace(tuning, **dict(by_hand or {}))  # type: ignore[arg-type]
 
 

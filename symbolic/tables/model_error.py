@@ -18,6 +18,8 @@ class ModelError:
             autocorrelation is an exponential.
         relative: the same root mean square as a share of the torque that there is, half the range of the
             recording's torque, at least 0 [1]; None in a file that does not tell it.
+        friction_walk: change of the level of sliding friction from one slide to the next, as the
+            random walk of mu that makes it, a share of mu, at least 0 [1/sqrt(s)]; None where unknown.
 
     Raises:
         InvalidInputError: a value is outside its range, or not a finite number.
@@ -26,15 +28,16 @@ class ModelError:
     spread: float
     correlation_time: float
     relative: float | None = None
+    friction_walk: float | None = None
 
     def __post_init__(self) -> None:
         """Check both values against their ranges."""
         if not 0 <= self.spread < math.inf:
             raise InvalidInputError(f"spread must be a finite number of at least 0, got {self.spread}")
-        if self.relative is not None and not 0 <= self.relative < math.inf:
-            raise InvalidInputError(
-                f"relative must be a finite number of at least 0, got {self.relative}"
-            )
+        for name in ("relative", "friction_walk"):
+            value = getattr(self, name)
+            if value is not None and not 0 <= value < math.inf:
+                raise InvalidInputError(f"{name} must be a finite number of at least 0, got {value}")
         if not 0 < self.correlation_time < math.inf:
             raise InvalidInputError(
                 f"correlation_time must be a finite number greater than 0 s, got {self.correlation_time}"

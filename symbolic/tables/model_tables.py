@@ -113,9 +113,11 @@ def _model_error(document: Mapping[str, Any]) -> ModelError | None:
     if document.get("model_error") is None:
         return None
     values = _numbers("model_error", document["model_error"])
-    if not {"correlation_time", "spread"} <= set(values) <= {"correlation_time", "spread", "relative"}:
+    required, further = {"correlation_time", "spread"}, {"relative", "friction_walk"}
+    if not required <= set(values) <= required | further:
         raise InvalidInputError(
-            "'model_error' must hold spread and correlation_time, and may hold relative, nothing else"
+            "'model_error' must hold spread and correlation_time, and may hold relative and"
+            " friction_walk, nothing else"
         )
     with naming("model_error"):
         return ModelError(**values)

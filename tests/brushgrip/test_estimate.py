@@ -17,6 +17,10 @@ HEADER = "t,mu,mu_std,M_z_predicted,informed,usable,mu_eff,mu_eff_std,M_slide,ni
 each_observer = pytest.mark.parametrize("observer", ["ekf", "mhe"])
 MODEL = '{"version": 1, "effects": [], "shared": {"k": 2.4e6}, "recordings": {}}'
 
+WALKING = MODEL[:-1] + (
+    ', "model_error": {"spread": 0.02, "relative": 0.05, "correlation_time": 2.0, "friction_walk": 0.1}}'
+)
+
 
 @pytest.fixture
 def simulated(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> Path:
@@ -75,8 +79,13 @@ def test_one_row_a_sample(estimate: Run, simulated: Path, tmp_path: Path, observ
 def test_friction_by_direction(estimate: Run, simulated: Path, tmp_path: Path) -> None:
     assert estimate(simulated, "--by-direction").status == 0
     directed = table_of(tmp_path / "mu.csv")
+    (tmp_path / "model.json").write_text(WALKING)
+    estimate(simulated, "--by-direction", "--model", "model.json", out="walk.csv")
+    estimate(simulated, "--by-direction", "--model", "model.json", "--tune", "mu_walk=0.1")
+    walking = [table_of(tmp_path / name)["mu_std"] for name in ("walk.csv", "mu.csv")]
     estimate(simulated)
 
+    assert np.array_equal(*walking)
     # Both directions have a prior of their own: what is found forth says little of the way back.
     assert not np.array_equal(directed["mu"], table_of(tmp_path / "mu.csv")["mu"])
     assert directed["mu"][-1] == pytest.approx(1.2, rel=0.05)

@@ -86,7 +86,13 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
     assert set(content["candidates"][0]) == {"name", "holdout_nrmse", "delta_bic"}
     assert set(content["unexplained"]) == {"present", "evidence", "structured"}
-    assert set(content["model_error"]) == {"spread", "correlation_time", "relative", "before"}
+    assert set(content["model_error"]) == {
+        "spread",
+        "correlation_time",
+        "relative",
+        "friction_walk",
+        "before",
+    }
     own = [f"{name} [recording_{r}]" for name in ("mu", "a", "e", "load") for r in "ab"]
     named = {"k", "sensor_delay.delay", *own}
     assert set(content["parameters"]) == named

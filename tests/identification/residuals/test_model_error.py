@@ -49,6 +49,21 @@ def test_the_load_of_every_sample_counts_unless_the_wheel_is_lifted(every: int, 
     assert found.spread == pytest.approx(0.03, rel=1e-12)
 
 
+def test_friction_that_walks_from_slide_to_slide() -> None:
+    one = turned("one", seconds=2000.0)
+    slides = np.cos(np.arange(one.t.size) * PERIOD)
+    count = np.cumsum(np.diff(np.sign(slides), prepend=1.0) != 0)
+    walk = 0.03 * np.sqrt(np.pi) * np.random.default_rng(4).standard_normal(count[-1] + 1)
+    torque = np.clip(-3 * slides, -1, 1)
+    measured = torque * np.exp(np.cumsum(walk))[count]
+    measured[::7] = np.nan
+    found = error_of({"one": torque - measured}, [replace(one, M_z=measured)])
+    short = error_of({"s": (torque - measured)[:700]}, [replace(turned("s", 7.0), M_z=measured[:700])])
+
+    assert found.friction_walk == pytest.approx(0.03, rel=0.05)
+    assert short.friction_walk is None
+
+
 def test_recordings_count_alike_and_their_times_by_their_power() -> None:
     large, small = turned("large", load=1000.0), turned("small", seconds=200.0)
     residuals = {"large": coloured(large, 0.06, 0.5, 1), "small": coloured(small, 0.02, 0.05, 2)}
