@@ -64,14 +64,19 @@ WINDOWS = {"earthquake_DuzceMCE": (4608, 12288), "earthquake_KocaeliDBE": (6144,
 def raw(folder: Path, name: str) -> dict[str, Array]:
     """Time [s], force [kN] against the motion's opposite, and displacement [m], as recorded."""
     with np.load(folder / f"{name}.npz") as arrays:
-        return {"t": arrays["t"], "F": arrays["F"] / KILO, "x": arrays["x"]}
+        columns = {name: np.asarray(arrays[name], dtype=float) for name in ("t", "F", "x")}
+    return columns | {"F": columns["F"] / KILO}
 
 
 def read(folder: Path, name: str) -> Recording:
     """The recording as torque and angle: low-pass, then fewer samples."""
     columns = raw(folder, name)
-    seconds = columns["t"][-1]
-    rate = EARTHQUAKE_RATE if name in EARTHQUAKES else CYCLES_RATE / seconds
+    rate = EARTHQUAKE_RATE if name in EARTHQUAKES else CYCLES_RATE / columns["t"][-1]
+    return at_rate(name, columns, rate)
+
+
+def at_rate(name: str, columns: Mapping[str, Array], rate: float) -> Recording:
+    """What `raw` read as a recording with so many samples a second."""
     pipeline = Pipeline((LowPass(cutoff=min(0.4 * rate, CUTOFF)), Resampled(rate=rate)))
     values = {
         "psi": columns["x"] / RADIUS,

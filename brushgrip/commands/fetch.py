@@ -15,6 +15,7 @@ class Published(StrEnum):
 
     WHEEL = "wheel"
     FRICTION_DAMPER = "friction-damper"
+    CHANGED_FRICTION = "changed-friction"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,8 +28,9 @@ class FetchRequest:
     which: Annotated[
         Published,
         typer.Argument(
-            metavar="[wheel|friction-damper]",
-            help="The thesis's wheel, or another rig's friction damper with backlash (CC BY-SA 4.0).",
+            metavar="[wheel|friction-damper|changed-friction]",
+            help="The thesis's wheel, or another rig's friction damper with backlash, its friction as it"
+            " is or changed by actuators (CC BY-SA 4.0).",
         ),
     ] = Published.WHEEL
     out: Annotated[
@@ -44,11 +46,14 @@ class FetchRequest:
         """Bring the published measurements to where recordings are looked for."""
         from brushgrip.inputs.recordings import download_folder
         from brushgrip.outputs.console import say, show
-        from brushgrip.published import fetch, friction_damper
+        from brushgrip.published import changed_friction, fetch, friction_damper
 
         if self.which is Published.FRICTION_DAMPER:
             folder = self.out or friction_damper.damper_folder()
             files = friction_damper.fetch_friction_damper(folder, say=say)
+        elif self.which is Published.CHANGED_FRICTION:
+            folder = self.out or changed_friction.changed_friction_folder()
+            files = changed_friction.fetch_changed_friction(folder, say=say)
         else:
             folder = self.out or download_folder()
             files = fetch.fetch(folder, say=say)

@@ -8,6 +8,7 @@ import hashlib
 import os
 from collections.abc import Callable
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -24,6 +25,7 @@ from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 Say = Callable[[str], None]
+Download = Callable[[str, str], dict[str, Array]]
 ATTRIBUTION = (
     "Friction damper: Daniel Coble, ARTS-Laboratory, 2024, CC BY-SA 4.0"
     " (https://creativecommons.org/licenses/by-sa/4.0/), https://github.com/ARTS-Laboratory/"
@@ -46,9 +48,9 @@ def damper_folder() -> Path:
     return download_folder() / "friction_damper"
 
 
-def digests() -> tuple[str, dict[str, str]]:
+def digests(registry: Traversable | None = None) -> tuple[str, dict[str, str]]:
     """Address of the published folder, and the SHA-256 of each run's values by name."""
-    lines = REGISTRY.read_text(encoding="utf-8").splitlines()
+    lines = (registry or REGISTRY).read_text(encoding="utf-8").splitlines()
     address, *rows = (line for line in lines if line and not line.startswith("#"))
     return address, dict(row.split() for row in rows)
 
@@ -69,14 +71,33 @@ def fetch_friction_damper(destination: str | Path, *, say: Say = lambda _: None)
         FetchError: a download failed, or delivered other values.
     """
     say(ATTRIBUTION)
+    return fetch_runs(destination, digests(), _downloaded, _BESIDE, say)
+
+
+def fetch_runs(
+    destination: str | Path,
+    registry: tuple[str, dict[str, str]],
+    download: Download,
+    beside: str,
+    say: Say,
+) -> list[Path]:
+    """What `fetch_friction_damper` does, with runs of any `registry`; see `digests`.
+
+    Args:
+        destination: the folder, made if missing.
+        registry: address and digests.
+        download: (address, name of a run) -> its channels.
+        beside: folder beside that of a local copy, where the runs may be.
+        say: takes one line of progress at a time.
+    """
     destination, local = Path(destination), os.environ.get(LOCAL_COPY)
-    address, published = digests()
+    address, published = registry
     with staged_directory(destination) as stage:
         for number, (name, digest) in enumerate(published.items(), start=1):
             if _is_whole(destination / f"{name}.npz", digest):
                 continue
             say(f"{number}/{len(published)} {name}")
-            channels = _copied(Path(local), name) if local else _downloaded(address, name)
+            channels = _copied(Path(local), name, beside) if local else download(address, name)
             if digest_of(channels) != digest:
                 kind, place = (InvalidInputError, local) if local else (FetchError, address)
                 raise kind(f"{name}: the values from {place} are not the published ones; nothing kept")
@@ -104,8 +125,8 @@ def _loaded(path: Path) -> dict[str, Array]:
         raise InvalidInputError(f"{path}: is no run of the friction damper ({error})") from None
 
 
-def _copied(local: Path, name: str) -> dict[str, Array]:
-    places = [folder / f"{name}.npz" for folder in (local, local.resolve().parent / _BESIDE)]
+def _copied(local: Path, name: str, beside: str) -> dict[str, Array]:
+    places = [folder / f"{name}.npz" for folder in (local, local.resolve().parent / beside)]
     for path in places:
         if path.is_file():
             return _loaded(path)
@@ -118,13 +139,14 @@ def _downloaded(address: str, name: str) -> dict[str, Array]:
     """The channels of a run: of an earthquake columns of one array, of a harmonic run one array each."""
     kind, run = name.split("_")
     if kind == "earthquake":
-        table = _array(f"{address}/validation/{run}.npy", len(CHANNELS))
+        table = fetched_array(f"{address}/validation/{run}.npy", len(CHANNELS))
         return dict(zip(CHANNELS, table.T, strict=True))
-    channels = {c: _array(f"{address}/{c}/test{int(run)}.npy", 1).ravel() for c in CHANNELS[1:]}
+    channels = {c: fetched_array(f"{address}/{c}/test{int(run)}.npy", 1).ravel() for c in CHANNELS[1:]}
     return {"t": np.arange(channels["F"].size) / _RATE} | channels
 
 
-def _array(url: str, columns: int) -> Array:
+def fetched_array(url: str, columns: int, load: Callable[[str], Any] = np.load) -> Array:
+    """A published array of so many columns."""
     pooch.get_logger().setLevel("ERROR")
     try:
         with TemporaryDirectory() as folder:
@@ -136,7 +158,7 @@ def _array(url: str, columns: int) -> Array:
                 urls={"part.npy": quote(url, safe=":/")},
                 retry_if_failed=RETRIES,
             ).fetch("part.npy", downloader=deliver)
-            array = np.asarray(np.load(path, allow_pickle=False), dtype=float)
+            array = np.asarray(load(path), dtype=float)
             return array.reshape(-1, columns)
     except Exception as error:  # neither a host nor a damaged array keeps to some kinds of error
         raise FetchError(

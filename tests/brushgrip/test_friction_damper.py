@@ -1,12 +1,13 @@
 """The friction damper's runs: joined from published arrays, or copied, and checked by their values."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from brushgrip.cli.app import main
-from brushgrip.published import friction_damper
+from brushgrip.published import changed_friction, friction_damper
 from brushgrip.published.fetch import FetchError
 from brushgrip.published.friction_damper import CHANNELS, EARTHQUAKES, HARMONIC, digest_of, digests
 from symbolic import InvalidInputError
@@ -117,6 +118,35 @@ def test_arrays_of_another_shape_are_refused(
 
     with pytest.raises(FetchError, match=r"DuzceMCE"):
         friction_damper.fetch_friction_damper(tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "columns"),
+    [
+        ("tension_25lb_0.5Hz", "dataset-1/characterization datasets/0.5Hz25lbtension", 6),
+        ("step0.03ea1forward", "dataset-4/step0.03ea1forward", 8),
+    ],
+)
+def test_runs_in_inches_and_kips(
+    name: str, place: str, columns: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    address, published = digests(changed_friction.REGISTRY)
+    assert tuple(published) == (*changed_friction.CONSTANT, *changed_friction.CHANGED)
+    assert address.endswith("/0e09aa9d950760277e31c08cd93fd01f39a5af09")
+    table = RNG.standard_normal((30, columns))
+    SI = (table[:, :4] * [1, 0.0254, 4448.2216152605, 0.0254]).astype(np.float32).astype(float)
+    channels = dict(zip("txFv", SI.T, strict=True))
+    (tmp_path / "runs.txt").write_text(f"{ADDRESS}\n{name} {digest_of(channels)}\n")
+    monkeypatch.setattr(changed_friction, "REGISTRY", tmp_path / "runs.txt")
+    content = json.dumps({"data": table.tolist()})
+    serve(
+        monkeypatch, {f"{ADDRESS}/data/{place}.json": content}, lambda path, text: path.write_text(text)
+    )
+
+    (path,) = changed_friction.fetch_changed_friction(tmp_path / "out")
+
+    with np.load(path) as arrays:
+        assert all(np.array_equal(arrays[c], channels[c]) for c in "txFv")
 
 
 def test_the_command_names_the_licence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -375,11 +375,20 @@ def test_own_effect(tmp_path: Path) -> None:
     assert after < 0.4 < 0.5 * before
 
 
-def test_second_rig_says_that_it_has_no_recordings(tmp_path: Path) -> None:
-    shown = printed_by("second_rig.py", tmp_path)
+@pytest.mark.parametrize(
+    ("script", "first", "published"),
+    [
+        ("second_rig.py", "harmonic_00", "friction-damper"),
+        ("changing_friction.py", "tension_20lb_0.5Hz", "changed-friction"),
+    ],
+)
+def test_a_damper_says_that_it_has_no_recordings(
+    tmp_path: Path, script: str, first: str, published: str
+) -> None:
+    shown = printed_by(script, tmp_path)
 
-    assert shown.startswith("skipped: no harmonic_00.npz")
-    assert "brushgrip fetch friction-damper" in shown
+    assert shown.startswith(f"skipped: no {first}.npz")
+    assert f"brushgrip fetch {published}" in shown
 
 
 def test_lower_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,155 @@
+"""Friction that somebody changes while it is measured: a damper whose band is pulled [Coble 2024].
+
+    python examples/changing_friction.py [DIR] [--model MODEL.json] [--rate HZ] [--pictures FOLDER]
+
+reads the recordings from DIR (`brushgrip fetch changed-friction --out DIR`; default:
+../shared/third_check where there is one, else where `fetch` puts them). A diagnosis of the six runs of
+constant band tension makes the model, which is written to MODEL.json, or read from it where it exists.
+Then observers run along the twelve runs. Friction without a model is the median of |F| over the last
+quarter of each stroke; the estimate is the median of mu_eff there. Prints, for each observer: scatter
+of estimate over force on the constant runs; how often it is within 10 % (of the mean ratio there) while
+actuators pull; alarms within a stroke whose force differs from that of the last one the same way by more
+than 25 %; alarms on the constant runs; the share of strokes whose band holds. Units are those of
+`second_rig.py`.
+"""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from brushgrip.published.changed_friction import CHANGED, CONSTANT, changed_friction_folder
+from identification import FoundModel, Recording, diagnose, model_text, read_model
+from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Status, run, tuning_for
+from second_rig import CYCLES_RATE, LOAD, RIG, at_rate, print_diagnosis, print_progress, raw
+
+Array = NDArray[np.float64]
+BESIDE = Path("../shared/third_check")
+RATE, STROKE, PULLED = 100.0, 0.2, 3.0
+"""Samples a second for the observers; least stroke [rad]; when actuators begin to pull [s]."""
+SHOWN = ("harmonic0.03ea1backward", "step0.03ea1forward")
+OBSERVERS = {
+    "ekf": (Ekf, AligningTorque()),
+    "ekf --by-direction": (Ekf, DirectionalFriction()),
+    "mhe --by-direction": (Mhe, DirectionalFriction()),
+}
+
+
+class Stroke(NamedTuple):
+    """One way of the damper: when it begins [s], friction of force and estimate [1], alarm or not."""
+
+    begin: float
+    force: float
+    mu: float
+    std: float
+    alarm: bool
+
+
+def model_of(folder: Path, path: Path | None) -> FoundModel:
+    """The model of the constant runs, diagnosed where it is not in the file yet."""
+    if path is None or not path.is_file():
+        runs = {name: raw(folder, name) for name in CONSTANT}
+        training = [at_rate(name, run, CYCLES_RATE / run["t"][-1]) for name, run in runs.items()]
+        diagnosis = diagnose(training, [], progress=print_progress)
+        print_diagnosis(diagnosis)
+        path = path or Path("changing_friction_model.json")
+        path.write_text(model_text(diagnosis), encoding="utf-8")
+    return read_model(path)
+
+
+def observed(found: FoundModel, name: str, recording: Recording) -> Estimates:
+    """Friction along a recording by one of `OBSERVERS`, as the command line sets it up."""
+    kind, measurement_model = OBSERVERS[name]
+    observer = kind(
+        model=found.model, values=found.values_for_estimation(), rig=RIG,
+        measurement_model=measurement_model,
+        tuning=tuning_for(found, by_direction=isinstance(measurement_model, DirectionalFriction)),
+    )  # fmt: skip
+    return run(observer, recording.t, recording.psi, recording.F_N, recording.M_z)
+
+
+def strokes(recording: Recording, found: Estimates) -> list[Stroke]:
+    """The strokes of a run, less what comes before the first turn and after the last."""
+    psi, rows = recording.psi, []
+    smooth = np.convolve(psi, np.ones(5) / 5, "same")
+    for a, b in pairwise(np.flatnonzero(np.diff(np.sign(np.diff(smooth)))) + 1):
+        if abs(psi[b] - psi[a]) < STROKE:
+            continue
+        late = np.arange(a, b)[np.abs(psi[a:b] - psi[b]) < abs(psi[b] - psi[a]) / 4]
+        force = np.median(np.abs(recording.M_z[late])) / (0.375 * LOAD * RIG.a)
+        mu, std = np.median(found.mu_eff[late]), np.median(found.mu_eff_std[late])
+        alarm = bool((found.status[a:b] & Status.RESET).any())
+        rows.append(Stroke(recording.t[a], float(force), float(mu), float(std), alarm))
+    return rows
+
+
+def figures(runs: Mapping[str, Sequence[Stroke]]) -> list[str]:
+    """Scatter, share within 10 %, alarms, false alarms, and shares of strokes in the band."""
+    still = [stroke for name in CONSTANT for stroke in runs[name]]
+    ratio = float(np.mean([s.mu / s.force for s in still]))
+    scatter = float(np.std([s.mu / s.force for s in still])) / ratio
+    followed, alarms = [], []
+    for name in CHANGED:
+        for before, now in zip(runs[name], runs[name][2:], strict=False):
+            if now.begin > PULLED:
+                followed.append(abs(now.mu / (ratio * now.force) - 1) < 0.1)
+                if abs(np.log(now.force / before.force)) > np.log(1.25):
+                    alarms.append(now.alarm)
+    bands = [
+        [abs(s.mu - ratio * s.force) < 1.96 * s.std for name in names for s in runs[name]]
+        for names in (CONSTANT, CHANGED)
+    ]
+    return [
+        f"{100 * scatter:.1f} %", f"{100 * np.mean(followed):.0f} % of {len(followed)}",
+        f"{sum(alarms)} of {len(alarms)}", f"{sum(s.alarm for s in still)} of {len(still)}",
+        *(f"{100 * np.mean(band):.0f} %" for band in bands),
+    ]  # fmt: skip
+
+
+def draw(along: Mapping[str, tuple[Recording, Mapping[str, Estimates]]], out: Path) -> None:
+    """Friction of force and estimates along the runs in `SHOWN`."""
+    with picture(out / "friction.png", 5.0) as figure:
+        for axis, name in zip(figure.subplots(len(SHOWN), 1), SHOWN, strict=True):
+            recording, found = along[name]
+            force = np.abs(recording.M_z) / (0.375 * LOAD * RIG.a)
+            lines = axis.plot(
+                recording.t, force, color=MEASURED, linewidth=0.8, label="|force|, no model"
+            )
+            for label, colour in (("ekf", BEFORE), ("ekf --by-direction", AFTER)):
+                lines += axis.plot(recording.t, found[label].mu_eff, color=colour, label=label)
+            axis.set(title=name, xlabel="time [s]", ylabel="friction [1]", xlim=(1, 13), ylim=(0, 1.8))
+        legend_above(figure, lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Follow friction that is changed."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=Path)
+    parser.add_argument("--model", type=Path)
+    parser.add_argument("--rate", type=float, default=RATE)
+    parser.add_argument("--pictures", type=Path)
+    options = parser.parse_args(arguments)
+    folder = options.folder or (BESIDE if BESIDE.is_dir() else changed_friction_folder())
+    if absent := [n for n in (*CONSTANT, *CHANGED) if not (folder / f"{n}.npz").is_file()]:
+        print(f"skipped: no {absent[0]}.npz in {folder}; 'brushgrip fetch changed-friction' gets it")
+        return
+    found = model_of(folder, options.model)
+    print(f"friction walk {(found.error and found.error.friction_walk) or np.nan:.3f}/sqrt(s)")
+    runs = {name: at_rate(name, raw(folder, name), options.rate) for name in (*CONSTANT, *CHANGED)}
+    print("observer             scatter  within 10 %  alarms  false  band, constant, changed")
+    along = {name: (runs[name], {o: observed(found, o, runs[name]) for o in OBSERVERS}) for name in runs}
+    for observer in OBSERVERS:
+        rows = {name: strokes(recording, by[observer]) for name, (recording, by) in along.items()}
+        print(f"{observer:20} {'  '.join(figures(rows))}", flush=True)
+    if options.pictures:
+        options.pictures.mkdir(parents=True, exist_ok=True)
+        draw(along, options.pictures)
+
+
+if __name__ == "__main__":
+    main()
