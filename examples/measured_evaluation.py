@@ -1,12 +1,12 @@
-"""The evaluation of measurements of [Györök 2022], section 5.3, again: preprocessing, zones, Table 6.1.
+"""The evaluation of measurements of [Györök 2022], section 5.3, again: preprocessing and zones.
 
     python examples/measured_evaluation.py [DIR] [--pictures FOLDER]
 
 First, raw channels at 4 kHz with offsets, noise and mains hum, made here so that the truth is known,
 become a recording at 100 Hz; beside it every fortieth sample, as in the thesis. Then direction and zones
-over time (figures 5.6 and 5.7), and all methods (Table 6.1, figure 5.10): on the steel recordings in DIR
-(`brushgrip fetch`; default: BRUSHGRIP_DATA), else on embedded ones, where more than five zones occur.
-`--pictures` writes zones.png and boxes.png.
+over time (figures 5.6 and 5.7): of the steel recordings in DIR (`brushgrip fetch`; default:
+BRUSHGRIP_DATA), else of embedded ones, where more than five zones occur. `--pictures` writes zones.png.
+Table 6.1 and figure 5.10 are those of `brushgrip compare`.
 """
 
 import argparse
@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.comparison import Case, compare, default_methods, make_case, markdown_text, summarise
-from brushgrip.pictures import draw_boxes, draw_zones
+from brushgrip.comparison import Case, make_case
+from brushgrip.pictures import draw_zones
 from identification import (
     Channel,
     OffsetRemoved,
@@ -140,7 +140,7 @@ def zones(case: Case) -> None:
 
 
 def main() -> None:
-    """Print preprocessing, zones and the tables."""
+    """Print preprocessing and zones."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", nargs="?", type=Path, default=os.environ.get("BRUSHGRIP_DATA"))
     parser.add_argument("--pictures", type=Path)
@@ -150,15 +150,10 @@ def main() -> None:
     selection = cases(None if options.folder is None else Path(options.folder))
     for case in selection:
         zones(case)
-    methods = default_methods()
-    compared = compare(selection, methods)
-    summary = summarise(compared, methods)
-    print(f"\n{markdown_text(compared, summary)}")
     if options.pictures is not None:
         options.pictures.mkdir(parents=True, exist_ok=True)
         first = selection[0].recording
         draw_zones(options.pictures / "zones.png", first, zone_history(first.psi))
-        draw_boxes(options.pictures / "boxes.png", compared, [row.method for row in summary])
 
 
 if __name__ == "__main__":

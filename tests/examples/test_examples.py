@@ -264,15 +264,6 @@ def test_trade_offs(tmp_path: Path) -> None:
     assert of_k[0] < 2.4e6 < of_k[1]
 
 
-def table_after(title: str, text: str) -> dict[str, list[str]]:
-    """Cells of a Markdown table by the first one of their row."""
-    _, _, rest = text.partition(f"{title}:\n\n")
-    assert rest, text
-    lines = rest.partition("\n\n")[0].splitlines()[2:]
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
-    return {name: cells for name, *cells in rows}
-
-
 @pytest.mark.long
 def test_measured_evaluation(tmp_path: Path) -> None:
     text = printed_by("measured_evaluation.py", tmp_path, "--pictures", "drawn", leaves="drawn")
@@ -283,15 +274,11 @@ def test_measured_evaluation(tmp_path: Path) -> None:
         )
     )
     beyond = dict(re.findall(rf"^(\w+): .* more than five {NUMBER}%", text, re.MULTILINE))
-    means = table_after("Mean over 2 recordings", text)
 
     assert filtered < 0.1 * bare
     assert by_ekf < 0.01 < 0.04 < by_ekf_bare
     assert (float(beyond["holdout_c"]) > 10) != (float(beyond["holdout_d"]) > 10)
-    assert means["published: analytic method"][:3] == ["0.638", "–", "0.525"]
-    assert max(float(means[name][0]) for name in ("EKF", "MHE")) < float(means["root, five zones"][0])
-    for name in ("zones.png", "boxes.png"):
-        assert (tmp_path / "drawn" / name).read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "drawn" / "zones.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.long
@@ -299,13 +286,8 @@ def test_measured_evaluation(tmp_path: Path) -> None:
 def test_measured_evaluation_measured(tmp_path: Path, measured_dir: Path) -> None:
     text = printed_by("measured_evaluation.py", tmp_path, data=measured_dir)
     counted = re.findall(rf"as the author counts: zones {NUMBER}%, direction {NUMBER}%", text)
-    means = table_after("Mean over 4 recordings", text)
-    theta = {name: cells[2] for name, cells in means.items()}
 
     assert [min(map(float, shares)) > 98 for shares in counted] == [True] * 4
-    assert float(theta["EKF"]) < 0.5 * float(theta["root, five zones"])
-    if "EKF in C" in theta:
-        assert float(theta["EKF in C"]) < 5e-5
 
 
 @pytest.mark.long
