@@ -13,7 +13,6 @@ A steering torque turns the wheel to and fro, the second loop inside the first. 
 
 import argparse
 import json
-import sys
 from base64 import b64encode
 from io import BytesIO
 from pathlib import Path
@@ -28,8 +27,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS
 from symbolic import (

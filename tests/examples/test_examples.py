@@ -62,8 +62,8 @@ def test_a_script_prints_what_its_main_function_prints(tmp_path: Path) -> None:
     assert (result.returncode, result.stderr) == (0, "")
 
 
-def test_no_example_needs_the_tests() -> None:
-    imports = re.compile(r"^(from|import) tests\b", re.MULTILINE)
+def test_no_example_needs_what_the_wheel_lacks() -> None:
+    imports = re.compile(r"^(from|import) (tests|benchmarks)\b", re.MULTILINE)
 
     assert [p.name for p in EXAMPLES.glob("*.py") if imports.search(p.read_text("utf-8"))] == []
 
