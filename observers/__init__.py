@@ -17,6 +17,9 @@ from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.measurement.rack_force import RackForce
 from observers.measurement.steering_torque import SteeringTorque
+from observers.planning.path import SteeringLimits
+from observers.planning.plan import Plan, plan
+from observers.planning.probe import Advice, Probe
 from observers.protocol import (
     ESTIMATE,
     OUTPUT,
@@ -42,6 +45,7 @@ __all__ = [
     "OUTPUT",
     "PROFILES",
     "SAMPLE",
+    "Advice",
     "AligningTorque",
     "BatchObserver",
     "CasadiObserver",
@@ -59,9 +63,12 @@ __all__ = [
     "Mhe",
     "Observer",
     "ObserverState",
+    "Plan",
+    "Probe",
     "RackForce",
     "Sample",
     "Status",
+    "SteeringLimits",
     "SteeringTorque",
     "Tuning",
     "ZoneHistory",
@@ -77,6 +84,7 @@ __all__ = [
     "ground_friction",
     "innovations",
     "next_rate",
+    "plan",
     "profile",
     "run",
     "run_standstills",

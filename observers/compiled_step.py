@@ -53,9 +53,9 @@ def compiled_step(step: ca.Function) -> ca.Function:
 
 
 @cache
-def compiled_stretch(step: ca.Function) -> ca.Function:
-    """`STRETCH` samples of a step in machine code, one column each."""
-    return compiled(step.mapaccum(f"{step.name()}_stretch", STRETCH, 1, {}))
+def compiled_stretch(step: ca.Function, length: int = STRETCH) -> ca.Function:
+    """So many samples of a step in machine code, one column each."""
+    return compiled(step.mapaccum(f"{step.name()}_stretch", length, 1, {}))
 
 
 def run_stretches(

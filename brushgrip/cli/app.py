@@ -29,7 +29,7 @@ app = typer.Typer(
     rich_markup_mode=None,  # Plain help takes half the time, and fits every terminal.
 )
 EVERYWHERE = "--json and --quiet stand before or behind the name of a command."
-ORDER = ("demo", "fetch", "simulate", "identify", "diagnose", "estimate", "compare", "codegen")
+ORDER = ("demo", "fetch", "simulate", "identify", "diagnose", "estimate", "plan", "compare", "codegen")
 """Of the commands in the help; others come after these."""
 
 

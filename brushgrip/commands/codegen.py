@@ -98,7 +98,6 @@ class CodegenRequest:
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, show
         from brushgrip.outputs.provenance import comment, other_rig
-        from observers import from_files
         from observers.embedded import require_replaceable
         from observers.embedded.cost import estimated_cost
         from symbolic import InvalidInputError
@@ -109,14 +108,14 @@ class CodegenRequest:
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
         described = generation.described_by(self.rig, self.vehicle)
-        make = from_files if self.vehicle is None else generation.of_vehicle
-        observer = make(
-            generation.KINDS[self.observer],
-            described,
-            self.model,
+        observer = generation.chosen_observer(
+            self.observer,
+            self.torque,
+            rig=self.rig,
+            vehicle=self.vehicle,
+            model=self.model,
             effects=inputs.effects,
             ground=self.ground,
-            measurement_model=generation.MEASUREMENT_MODELS[self.torque],
             tuning=tuning and tuning.profile,
             by_hand=tuning and tuning.by_hand,
             **window,

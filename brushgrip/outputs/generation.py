@@ -16,6 +16,7 @@ from observers import (
     SteeringTorque,
     Tuning,
     car_observer,
+    from_files,
     tuning_for,
 )
 from observers.embedded import (
@@ -29,6 +30,7 @@ from observers.embedded import (
     generate_vehicle,
     require_replaceable,
 )
+from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.factory import read_rig_file, read_vehicle_file
 from symbolic import InvalidInputError
 
@@ -98,8 +100,29 @@ def described_by(rig: Path | None, vehicle: Path | None) -> Path:
         InvalidInputError: there is none.
     """
     if (described := vehicle if rig is None else rig) is None:
-        raise InvalidInputError("--rig and --vehicle are both missing; name what the code is for")
+        raise InvalidInputError("--rig and --vehicle are both missing; name one of them")
     return described
+
+
+def chosen_observer(
+    kind: str, torque: str, *, rig: Path | None, vehicle: Path | None, **settings: Any
+) -> ModelObserver:
+    """The observer of a rig or of a car.
+
+    Args:
+        kind: a key of `KINDS`.
+        torque: a key of `MEASUREMENT_MODELS`.
+        rig: rig file, or None.
+        vehicle: vehicle file, or None.
+        settings: further arguments of `observers.from_files`.
+
+    Raises:
+        InvalidInputError: neither is named, or a setting is not of theirs.
+    """
+    make = from_files if vehicle is None else of_vehicle
+    described, measured = described_by(rig, vehicle), MEASUREMENT_MODELS[torque]
+    made: ModelObserver = make(KINDS[kind], described, measurement_model=measured, **settings)
+    return made
 
 
 def of_vehicle(

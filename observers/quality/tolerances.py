@@ -5,6 +5,7 @@ lowers: a parameter that is considered, not estimated, [Schmidt 1966]. An error 
 also makes the patch stiffer or softer, as one of k does.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import hypot
 
@@ -24,21 +25,29 @@ def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
         rig: a and e with their tolerances; where none is declared, `symbolic.parameters.USUAL` counts.
         k: declared stiffness [N/m^2].
     """
-    a = USUAL["a"] if rig.tolerances.a is None else rig.tolerances.a
-    e = USUAL["e"] if rig.tolerances.e is None else rig.tolerances.e
-    load = USUAL["load"] if rig.tolerances.load is None else rig.tolerances.load
     stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
-    arm = _spread(full_slide_arm, rig, a, e)
-    patch = _spread(lambda a, e: unit_moment(0.0, a, e), rig, a, e)
+    patch = _spread(lambda a, e: unit_moment(0.0, a, e), rig)
     return replace(
         tuning,
-        mu_floor=hypot(tuning.mu_floor, arm, EVEN * load),
+        mu_floor=hypot(*friction_floor(tuning, rig).values()),
         stiffness_std=max(hypot(tuning.stiffness_std, EVEN * stiffness, patch), _SMALL),
     )
 
 
-def _spread(of, rig: Rig, a: float, e: float) -> float:  # type: ignore[no-untyped-def]
+def friction_floor(tuning: Tuning, rig: Rig) -> dict[str, float]:
+    """What no measurement of mu lowers, by cause, as shares of mu [1]; together their hypotenuse."""
+    load = USUAL["load"] if rig.tolerances.load is None else rig.tolerances.load
+    return {
+        "tolerances of half-length and caster": _spread(full_slide_arm, rig),
+        "tolerance of the load": EVEN * load,
+        "mu_floor of the tuning": tuning.mu_floor,
+    }
+
+
+def _spread(of: Callable[[float, float], float], rig: Rig) -> float:
     """Relative standard deviation of a quantity of a and e within their tolerances [1]."""
+    a = USUAL["a"] if rig.tolerances.a is None else rig.tolerances.a
+    e = USUAL["e"] if rig.tolerances.e is None else rig.tolerances.e
     least = _SMALL * rig.a
     by_a = (of(rig.a + least, rig.e) - of(rig.a - least, rig.e)) / (2 * least)
     by_e = (of(rig.a, rig.e + least) - of(rig.a, rig.e - least)) / (2 * least)

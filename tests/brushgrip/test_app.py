@@ -116,8 +116,8 @@ print(*sorted(heavy & set(sys.modules)), file=sys.stderr)
     process = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
     assert process.stderr == "\n"
-    assert process.stdout.count("--help") > 9
-    assert process.stdout.count("  --out ") == 8
+    assert process.stdout.count("--help") > 10
+    assert process.stdout.count("  --out ") == 9
 
 
 def test_a_bare_command_line_prints_the_help(run: Run) -> None:

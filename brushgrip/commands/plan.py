@@ -1,0 +1,144 @@
+"""`brushgrip plan`."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from brushgrip.commands.options import (
+    EffectModules,
+    ModelFile,
+    TuningProfile,
+    TuningValues,
+    file_option,
+    option,
+)
+
+if TYPE_CHECKING:
+    from observers import Plan
+
+Least = StrEnum("Least", {"TRAVEL": "travel", "TIME": "time", "ANGLE": "angle"})
+OverPrior = StrEnum("OverPrior", {"WORST": "worst", "MEAN": "mean"})
+PlannedObserver = StrEnum("PlannedObserver", {"EKF": "ekf", "MHE": "mhe"})
+PlannedTorque = StrEnum("PlannedTorque", {"GROUND": "M_z", "HAND": "M"})
+"""What a user chooses from: what is least, over which of the frictions, and the observer with the torque
+that it measures."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanRequest:
+    """Plan the least steering after which friction is known, whatever it is.
+
+    Finds the path of the angle with the least travel (or time, or greatest angle) after which the
+    observer's standard deviation of mu is within the target and usable, for the worst of the frictions
+    of --mu or their mean. The deviation is that of the observer itself, with the tolerances of the rig
+    file. OUT.csv has a row a sample: t,psi,psi_dot,travel, for a car handwheel, and for each friction
+    the deviation over mu, empty until it is usable. OUT.png shows both. What cannot be reached is told
+    with its cause.
+    """
+
+    rig: Annotated[Path | None, option("--rig", metavar="R", help="Rig file (TOML).")] = None
+    vehicle: Annotated[
+        Path | None, option("--vehicle", metavar="CAR", help="Vehicle file (TOML) of a car.")
+    ] = None
+    model: ModelFile = None
+    effects: EffectModules = None
+    target: Annotated[
+        str, option("--target", metavar="SHARE", help="Standard deviation over mu; 5% if left out.")
+    ] = "5%"
+    limit: Annotated[
+        list[str] | None,
+        option(
+            "--limit",
+            metavar="NAME=VALUE",
+            help="What the wheel may do: angle=0.4 [rad, either way], rate=0.5 and slowest=0.05 [rad/s],"
+            " torque [N m], time=10 [s], acceleration=10 [rad/s^2]. May be repeated; several may be"
+            " separated by commas.",
+        ),
+    ] = None
+    load: Annotated[
+        float | None,
+        option("--load", metavar="N", help="Vertical load [N]; needed with --rig, a car's is known."),
+    ] = None
+    mu: Annotated[
+        str | None,
+        option(
+            "--mu",
+            metavar="MU,...",
+            help="Frictions that the ground may have; 0.05,0.1,0.2,0.4,0.8,1.2 if left out.",
+        ),
+    ] = None
+    least: Annotated[Least, typer.Option("--least", help="What is to be least.")] = Least.TRAVEL
+    over: Annotated[OverPrior, typer.Option("--over", help="Over the frictions.")] = OverPrior.WORST
+    observer: Annotated[PlannedObserver, typer.Option("--observer", help="Observer that estimates.")] = (
+        PlannedObserver.EKF
+    )
+    torque: Annotated[
+        PlannedTorque, typer.Option("--torque", help="Torque measured: aligning, or steering.")
+    ] = PlannedTorque.GROUND
+    tuning: TuningProfile = None
+    tune: TuningValues = None
+    out: Annotated[
+        Path | None, file_option("--out", "OUT.csv", "Table to write; OUT.png beside it shows it.")
+    ] = None
+
+    def run(self) -> None:
+        """Write the path and say how far to turn on each ground."""
+        from brushgrip.inputs.pipeline import locate_inputs, staged_tables, write_text
+        from brushgrip.inputs.steering_limits import chosen_limits, frictions, load_of, share
+        from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.outputs.generation import chosen_observer
+        from brushgrip.outputs.planned import path_table
+        from brushgrip.pictures.planned import draw_plan
+        from observers import plan
+        from observers.planning.plan import MUS
+
+        limits, target = chosen_limits(self.limit), share(self.target)
+        mus = MUS if self.mu is None else frictions(self.mu)
+        tuning = chosen_tuning(self.tuning, self.tune)
+        inputs = locate_inputs(
+            rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
+        )
+        observer = chosen_observer(
+            self.observer,
+            self.torque,
+            rig=self.rig,
+            vehicle=self.vehicle,
+            model=self.model,
+            effects=inputs.effects,
+            ground=None,
+            tuning=tuning and tuning.profile,
+            by_hand=tuning and tuning.by_hand,
+        )
+        F_N = load_of(self.vehicle, self.load)
+        finals = [] if self.out is None else [self.out, self.out.with_suffix(".png")]
+        settings = {
+            "target": target, "limits": vars(limits), "load": F_N, "mu": list(mus),
+            "least": self.least.value, "over": self.over.value, "observer": self.observer.value,
+            "torque": self.torque.value, "tuning": tuning and tuning.to_dict(),
+        }  # fmt: skip
+        with staged_tables(inputs, finals, settings) as stages:
+            planned = plan(
+                observer, target, limits, F_N, mus=mus, objective=self.least.value, over=self.over.value
+            )
+            if stages:
+                write_text(stages[0], path_table(planned, self.vehicle))
+                draw_plan(stages[1], planned)
+        self._say(planned, finals)
+
+    def _say(self, planned: "Plan", finals: list[Path]) -> None:
+        """Print what the plan tells on each ground."""
+        from brushgrip.outputs.console import print_table, say, show
+        from brushgrip.outputs.planned import document, rows
+
+        turns = ", ".join(f"{turn:.3f}" for turn in planned.turns)
+        say(f"turn to {turns} rad at {planned.path.rate:.3f} rad/s at most")
+        headings = ("mu", "travel [rad]", "time [s]", "angle [rad]", "sigma/mu")
+        print_table(f"until sigma/mu is {planned.target:.1%}", headings, rows(planned), right=True)
+        for reason in planned.reasons:
+            say(reason)
+        if finals:
+            say(f"wrote {' and '.join(map(str, finals))}")
+        show(document(planned))

@@ -1,0 +1,70 @@
+"""Limits, target, frictions and load of a plan as the command line says them."""
+
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+
+from observers import SteeringLimits
+from observers.interfaces.factory import read_vehicle_file
+from symbolic import InvalidInputError
+
+
+def chosen_limits(texts: Sequence[str] | None) -> SteeringLimits:
+    """The limits that texts such as "angle=0.2,rate=0.5" set.
+
+    Raises:
+        InvalidInputError: there is no such limit, it is given twice, or it is out of range.
+    """
+    names, given = [field.name for field in fields(SteeringLimits)], {}
+    for pair in (pair.strip() for text in texts or () for pair in text.split(",") if pair.strip()):
+        name, _, text = (part.strip() for part in pair.partition("="))
+        if name not in names or name in given:
+            raise InvalidInputError(
+                f"--limit {pair}: expected NAME=NUMBER, each name once out of {', '.join(names)}"
+            )
+        given[name] = _number(f"--limit {pair}", text)
+    try:
+        return SteeringLimits(**given)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"--limit: {error}") from None
+
+
+def share(text: str) -> float:
+    """A share written as 5% or 0.05.
+
+    Raises:
+        InvalidInputError: it is no number.
+    """
+    number = _number(f"--target {text}", text.strip().removesuffix("%"))
+    return number / 100 if text.strip().endswith("%") else number
+
+
+def frictions(text: str) -> tuple[float, ...]:
+    """Frictions separated by commas, in order [1].
+
+    Raises:
+        InvalidInputError: one is no number.
+    """
+    return tuple(sorted({_number(f"--mu {text}", part) for part in text.split(",")}))
+
+
+def load_of(vehicle: Path | None, load: float | None) -> float:
+    """The load of a wheel [N].
+
+    Raises:
+        InvalidInputError: it is not given for a rig, or given for a car.
+    """
+    if (vehicle is None) == (load is None):
+        raise InvalidInputError(
+            "--load is missing; name the vertical load in N"
+            if load is None
+            else "--load is that of a rig; that of a car is in its file, leave it out"
+        )
+    return read_vehicle_file(vehicle).wheel_load if load is None and vehicle else float(load or 0)
+
+
+def _number(where: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InvalidInputError(f"{where}: expected a number, got {text!r}") from None

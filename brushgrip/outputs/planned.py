@@ -1,0 +1,53 @@
+"""A plan as a table, as rows of text and as a document."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from observers import Plan
+from observers.interfaces.factory import read_vehicle_file
+from symbolic.vehicle.steering import mean_angle
+
+
+def path_table(plan: Plan, vehicle: Path | None) -> str:
+    """The CSV of a path: angle and travel over time, and the usable deviations for each friction."""
+    path = plan.path
+    columns = {"t": path.t, "psi": path.psi, "psi_dot": path.psi_dot, "travel": path.travel}
+    if vehicle is not None:
+        car = read_vehicle_file(vehicle)
+        ways = np.linspace(-car.rack_travel, car.rack_travel, 2001)
+        columns["handwheel"] = np.interp(path.psi, mean_angle(car, ways), ways) / car.rack_gain
+    for mu, forecast in zip(plan.mus, plan.forecasts, strict=True):
+        columns[f"deviation_{mu:g}"] = np.where(forecast.usable, forecast.deviation, np.nan)
+    table = np.column_stack([*columns.values()])
+    lines = [",".join(columns)]
+    lines += [",".join("" if v != v else f"{v:.6g}" for v in row) for row in table.tolist()]
+    return "\n".join(lines) + "\n"
+
+
+def rows(plan: Plan) -> list[list[str]]:
+    """Friction, travel, time, greatest angle and deviation of each ground; a dash for never."""
+    table = []
+    for row in document(plan)["grounds"]:
+        reached = ("–" if row[name] is None else f"{row[name]:.3f}" for name in _REACHED)
+        table.append([f"{row['mu']:g}", *reached, f"{row['deviation']:.1%}"])
+    return table
+
+
+_REACHED = ("travel", "time", "angle")
+
+
+def document(plan: Plan) -> dict[str, Any]:
+    """The plan as JSON values; None where the target is not reached."""
+    path, grounds = plan.path, []
+    for mu, at, forecast in zip(plan.mus, plan.reached, plan.forecasts, strict=True):
+        angle = np.abs(path.psi - path.begin)
+        reached = None if at is None else (path.travel[at], path.t[at], angle[: at + 1].max())
+        ground = dict(zip(_REACHED, reached or (None,) * 3, strict=True))
+        deviation = forecast.deviation[-1 if at is None else at]
+        grounds.append({"mu": mu, **ground, "deviation": float(deviation)})
+    return {
+        "target": plan.target, "turns": plan.turns.tolist(), "rate": path.rate, "grounds": grounds,
+        "unreached": list(plan.reasons),
+    }  # fmt: skip

@@ -1,0 +1,214 @@
+"""What an observer will know after steering along a path, for each of several frictions.
+
+The observer's own step runs on the torque that it expects itself at a friction: the filter without its
+supervision, started at that friction, predicts it while no torque is measured. So the deviation forecast
+is that of the observer by construction: hypotheses, tolerances of k, a, e, load and zero, its error
+model, and what makes it `usable`. Two things it cannot know: errors of the torque, which are zero here,
+and a k other than declared, both of which make an observer acquire later.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.compiled_step import compiled_stretch
+from observers.estimators.casadi_observer import CasadiObserver
+from observers.estimators.ekf import Ekf
+from observers.estimators.model_observer import ModelObserver
+from observers.estimators.step_terms import DRY_FRICTION
+from observers.layout import ObserverState
+from observers.measurement.measurement_model import AligningTorque
+from observers.planning.path import SteeringPath
+from observers.protocol import OUTPUT, SAMPLE, Sample
+from observers.quality.acquisition import OWN
+from observers.quality.tolerances import friction_floor
+from symbolic import full_slide_torque
+from symbolic.compilation.buffered import BufferedCall
+
+Array = NDArray[np.float64]
+STRETCH = 25
+"""Samples between two looks at whether a forecast may end."""
+MU, STD, TORQUE, STATUS = (OUTPUT.index(n) for n in ("mu", "mu_std", "M_z_predicted", "status"))
+
+
+class _ForecastStretch:
+    """The step of an observer over `STRETCH` samples: state and samples -> state and output."""
+
+    def __init__(self, observer: CasadiObserver) -> None:
+        """Compile it, or take it from the cache."""
+        self._call = BufferedCall(compiled_stretch(observer.screened_step, STRETCH))
+
+    def __call__(self, state: Array, samples: Array, constants: Array) -> tuple[Array, Array]:
+        given = (state, samples.ravel(order="F"), np.tile(constants, STRETCH))
+        for buffer, values in zip(self._call.inputs, given, strict=True):
+            buffer[:] = values
+        self._call.call()
+        states, output = self._call.outputs
+        return states[-state.size :].copy(), output.reshape(STRETCH, len(OUTPUT)).T.copy()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Lane:
+    """A friction that the ground may have, and where wheel and observer begin.
+
+    Attributes:
+        mu: friction [1].
+        ground: state of the filter that predicts the torque at this friction.
+        ground_constants: its constants.
+        state: of the observer.
+        scale: what the torque is multiplied with, as the observer divides it by that [1].
+    """
+
+    mu: float
+    ground: Array
+    ground_constants: Array
+    state: Array
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Forecast:
+    """What the observer will say along the samples of a path, at one friction.
+
+    Attributes:
+        mu: its estimate, shape (n,) as of the others [1].
+        deviation: its standard deviation over the estimate [1].
+        usable: whether a controller may act on it.
+        torque: that is measured [N m].
+        status: as of `Status`.
+    """
+
+    mu: Array
+    deviation: Array
+    usable: NDArray[np.bool_]
+    torque: Array
+    status: NDArray[np.int64]
+
+    def upto(self, end: int) -> "Forecast":
+        """Its first samples."""
+        return Forecast(**{name: values[:end] for name, values in vars(self).items()})
+
+    def reached(self, target: float, most_torque: float = np.inf) -> int | None:
+        """First sample that is usable with at most this deviation, unless the torque was too great."""
+        good = self.usable & (self.deviation <= target)
+        good &= np.maximum.accumulate(np.abs(self.torque)) <= most_torque
+        return int(np.argmax(good)) if good.any() else None
+
+
+class Forecaster:
+    """Forecasts of an observer; the step of a filter costs about 10 microseconds a sample and friction.
+
+    Attributes:
+        observer: an `Ekf` or `Mhe`.
+    """
+
+    def __init__(self, observer: ModelObserver) -> None:
+        """Compile what it needs, or take it from the cache."""
+        self.observer = observer
+        turned = observer.measurement_model
+        if observer.channel == "M":
+            turned = AligningTorque(zero=False)
+        self.ground = Ekf(
+            model=observer.model, values=observer.values, rig=observer.rig, tuning=observer.tuning,
+            measurement_model=turned, acquire=False,
+        )  # fmt: skip
+        self._torque, self._step = _ForecastStretch(self.ground), _ForecastStretch(observer)
+
+    def at_rest(self, mus: Iterable[float], psi: float, F_N: float, dt: float) -> list[Lane]:
+        """Lanes of a wheel that has stood at psi since the observer began."""
+        first = Sample(psi=psi, psi_dot=0.0, F_N=F_N, dt=dt)
+        state, lanes = self.observer.init(first).values, []
+        for mu in mus:
+            ground = replace(self.ground, tuning=replace(self.observer.tuning, mu=mu))
+            lanes.append(
+                Lane(
+                    mu=mu, ground=ground.init(first).values, ground_constants=ground.constants,
+                    state=state,
+                )
+            )  # fmt: skip
+        return lanes
+
+    def present(self, mus: Iterable[float], state: ObserverState) -> list[Lane]:
+        """Lanes from the present state of the observer, which is a filter of an aligning torque."""
+        ground = state.values[: self.ground.layout.size]
+        screen = state["screen"]
+        at = self.ground.layout.places["x"][0].start + self.ground.states.index("log_mu")
+        scale = float(state["own"][OWN.index("scale")]) if "own" in state.layout.places else 1.0
+        lanes = []
+        for mu in mus:
+            start = np.concatenate([ground, screen])
+            start[at] = np.log(mu / scale)
+            lanes.append(
+                Lane(
+                    mu=mu, ground=start, ground_constants=self.ground.constants, state=state.values,
+                    scale=scale,
+                )
+            )  # fmt: skip
+        return lanes
+
+    def along(self, path: SteeringPath, lane: Lane, F_N: float) -> Iterator[Forecast]:
+        """The forecast of a lane, up to the samples so far: longer each time, `STRETCH` samples."""
+        samples = np.full((len(SAMPLE), path.psi.size), np.nan)
+        samples[0], samples[1], samples[2], samples[3] = path.psi, path.psi_dot, F_N, path.dt
+        inertia = self._inertia(path)
+        parts: list[Array] = []
+        ground, state = lane.ground, lane.state
+        for first in range(0, path.psi.size, STRETCH):
+            given = samples[:, first : first + STRETCH]
+            count = given.shape[1]
+            given = np.pad(given, ((0, 0), (0, STRETCH - count)), mode="edge")
+            ground, expected = self._torque(ground, given, lane.ground_constants)
+            torque = lane.scale * expected[TORQUE]
+            if self.observer.channel == "M":
+                torque = np.pad(inertia[first : first + STRETCH], (0, STRETCH - count)) - torque
+            given[SAMPLE.index(self.observer.channel)] = torque
+            state, output = self._step(state, given, self.observer.constants)
+            parts.append(np.vstack([output, torque])[:, :count])
+            yield self._forecast(np.hstack(parts))
+
+    def reach(
+        self, path: SteeringPath, lane: Lane, F_N: float, target: float, most_torque: float, last: int
+    ) -> tuple[int | None, float]:
+        """First sample up to about the `last` at which the target is reached, and the deviation there.
+
+        None where it is not, with the deviation at the end of the forecast.
+        """
+        deviation = 1.0
+        for forecast in self.along(path, lane, F_N):
+            at = forecast.reached(target, most_torque)
+            if at is not None:
+                return at, float(forecast.deviation[at])
+            deviation = float(np.nan_to_num(forecast.deviation[-1], nan=1.0).clip(0, 1))
+            if forecast.mu.size > last or np.abs(forecast.torque[-STRETCH:]).max() > most_torque:
+                break
+        return None, deviation
+
+    def whole(self, path: SteeringPath, lane: Lane, F_N: float) -> Forecast:
+        """The forecast of a lane along the whole path."""
+        *_, last = self.along(path, lane, F_N)
+        return last
+
+    def _inertia(self, path: SteeringPath) -> Any:
+        """Torque of inertia and damping [N m], where the steering torque is measured."""
+        rig = self.observer.rig
+        if self.observer.channel != "M":
+            return None
+        return (rig.J_A or 0.0) * np.gradient(path.psi_dot, path.dt) + (rig.b_t or 0.0) * path.psi_dot
+
+    def _forecast(self, rows: Array) -> Forecast:
+        deviation = rows[STD] / rows[MU]
+        usable = (rows[STATUS] == 0) & (deviation < self.observer.informed_below)
+        status = np.nan_to_num(rows[STATUS]).astype(int)
+        return Forecast(mu=rows[MU], deviation=deviation, usable=usable, torque=rows[-1], status=status)
+
+
+def least_deviation(observer: ModelObserver, mu: float, F_N: float) -> dict[str, float]:
+    """What no steering lowers, by cause as shares of mu [1]; together their hypotenuse."""
+    causes = friction_floor(observer.tuning, observer.rig)
+    slide = float(full_slide_torque(F_N, observer.rig.a))
+    dry = observer.rig.dry_friction
+    causes["dry friction"] = (DRY_FRICTION if dry is None else dry / slide) / mu
+    return causes

@@ -1,0 +1,131 @@
+"""Paths of the steering angle between turning points, within limits."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+from math import inf, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symbolic import InvalidInputError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SteeringLimits:
+    """What the wheel may do.
+
+    Attributes:
+        angle: either way from where it stands at first [rad].
+        rate: greatest yaw rate [rad/s].
+        slowest: least yaw rate [rad/s]: below it joints and gear stick and slip, and zeros drift.
+        torque: greatest size of the torque that is measured [N m].
+        time: duration [s].
+        acceleration: greatest yaw acceleration [rad/s^2].
+
+    Raises:
+        InvalidInputError: one is not greater than 0, or all but the torque not finite.
+    """
+
+    angle: float = 0.4
+    rate: float = 0.5
+    slowest: float = 0.05
+    torque: float = inf
+    time: float = 10.0
+    acceleration: float = 10.0
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (0 < value < inf or (field.name == "torque" and value == inf)):
+                raise InvalidInputError(
+                    f"limit {field.name} must be finite and greater than 0, got {value}"
+                )
+        if self.slowest > self.rate:
+            raise InvalidInputError(
+                f"limit rate must be at least the slowest one, {self.slowest:g} rad/s, got {self.rate:g}"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class SteeringPath:
+    """A path of the angle.
+
+    Attributes:
+        begin: angle one step before the first sample [rad].
+        dt: between samples [s].
+        psi: angle, shape (n,) [rad].
+        psi_dot: yaw rate, shape (n,) [rad/s].
+        points: turning points after the begin [rad].
+        leg: index of the one that is turned to, shape (n,).
+        rate: greatest yaw rate [rad/s].
+    """
+
+    begin: float
+    dt: float
+    psi: Array
+    psi_dot: Array
+    points: Array
+    leg: NDArray[np.int64]
+    rate: float
+
+    def upto(self, end: int) -> "SteeringPath":
+        """Its first samples."""
+        return replace(self, psi=self.psi[:end], psi_dot=self.psi_dot[:end], leg=self.leg[:end])
+
+    @property
+    def travel(self) -> Array:
+        """Sum of the turns without their signs [rad]."""
+        travel: Array = np.cumsum(np.abs(np.diff(self.psi, prepend=self.begin)), dtype=np.float64)
+        return travel
+
+    @property
+    def t(self) -> Array:
+        """Time since the begin [s]."""
+        t: Array = self.dt * np.arange(1, self.psi.size + 1, dtype=np.float64)
+        return t
+
+
+def steer(
+    points: Sequence[float], rate: float, acceleration: float, dt: float, time: float, speed: float = 0.0
+) -> SteeringPath:
+    """From one angle to the next, with a stop at each, as quickly as rate and acceleration allow.
+
+    Args:
+        points: turning points, the first one is the present angle [rad].
+        rate: greatest yaw rate [rad/s].
+        acceleration: of every start and stop [rad/s^2].
+        dt: between samples; the first sample is one step after the present [s].
+        time: the path ends here at the latest [s]; earlier where the last point is reached.
+        speed: present rate toward the second point, which is not nearer than the way to stop [rad/s].
+    """
+    begin = points[0] - np.sign(points[1] - points[0]) * speed**2 / (2 * acceleration)
+    at = -speed / acceleration
+    legs: list[tuple[float, ...]] = []
+    for i, (start, end) in enumerate(pairwise([begin, *points[1:]])):
+        if (length := abs(end - start)) == 0:
+            continue
+        fastest = min(max(rate, 0 if legs else speed), sqrt(length * acceleration))
+        v, ramp, cruise = np.sign(end - start) * fastest, fastest / acceleration, length / fastest
+        legs.append((at, start, v, cruise, ramp, i))
+        at += cruise + ramp
+        if at > time:
+            break
+    t = dt * np.arange(1, int(min(at, time) / dt + 1e-6) + 1)
+    columns = np.array(legs).T
+    begun, start, v, cruise, ramp, leg = columns[:, np.searchsorted(columns[0], t, side="right") - 1]
+    tau = t - begun
+    # A trapezium of the rate: its integral is the difference of two ramps.
+    psi = start + v * (_ramp(tau, ramp) - _ramp(tau - cruise, ramp))
+    psi_dot = v * (np.clip(tau / ramp, 0, 1) - np.clip((tau - cruise) / ramp, 0, 1))
+    ends = np.array(points[1:], dtype=float)
+    return SteeringPath(points[0], dt, psi, psi_dot, ends, leg.astype(int), rate)
+
+
+def _ramp(tau: Array, duration: Array) -> Array:
+    """Integral of a rate that grows from 0 to 1 in a duration [s]."""
+    within = np.clip(tau, 0, duration)
+    return within**2 / (2 * duration) + np.maximum(tau - duration, 0)

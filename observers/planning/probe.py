@@ -1,0 +1,276 @@
+"""The next angle for a steering controller, until friction is known: plans as it goes.
+
+A `Probe` begins with the plan over its prior, see `observers.planning.plan`. Ten times a second it
+forecasts from the observer's present state, on the frictions that this still holds for likely, what
+remains of its path and a few changes of it: turn back now or sooner, go on further, swing wider or
+narrower, faster or slower. It takes the one with the least mean travel until the target.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import cycle, islice, product
+from math import exp, hypot, isfinite, nan, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.estimators.ekf import Ekf
+from observers.estimators.model_observer import ModelObserver
+from observers.interfaces.loop import Loop
+from observers.layout import ObserverState
+from observers.planning.changes import KINDS, Present, changed
+from observers.planning.forecast import Forecaster, Lane, least_deviation
+from observers.planning.path import SteeringLimits, SteeringPath
+from observers.planning.plan import MUS, NEVER, Plan, plan
+from observers.protocol import Estimate, Sample
+from observers.quality.acquisition import OWN
+from observers.quality.verdict import VERDICT
+from symbolic import InvalidInputError
+
+Array = NDArray[np.float64]
+EVERY = 0.1
+"""Time between two plans [s]."""
+HORIZON = 3.0
+"""Duration of a forecast [s]."""
+CHANGES = 3
+"""Changes of the path that are forecast at each plan, in turn."""
+FIRST = tuple(product((0.4, 0.15), (0.05, 0.1, 0.25), (1.5,)))
+"""Starts of the first plan, as of `observers.planning.plan.STARTS`."""
+VAGUE = 0.15
+"""Deviation of ln mu below which one friction stands for all [1]."""
+ASTRAY = (0.02, 0.3)
+"""The wheel has left the path where it is off by this turn [rad] and that of this time at the limit of
+the rate [s]: the path then begins anew where it is."""
+LEAST_SWING = 1e-3
+"""Bounds of the angle closer than this leave nothing to steer [rad]."""
+_ACQUIRING = OWN.index("acquiring")
+GAIN = 0.97
+"""A changed path is taken where its cost is below this share of the present one [1]."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Advice:
+    """What to steer now.
+
+    Attributes:
+        psi: angle for the next sample [rad].
+        psi_dot: rate there [rad/s].
+        toward: angle at which to turn back, or to end [rad].
+        finished: friction is known to the target.
+        stopped: it cannot be, see `reason`; the wheel is to stay.
+        reason: why it has stopped; empty else.
+        travel: of the wheel so far [rad].
+        left: travel that is expected until the target [rad]; NaN where none is.
+        estimate: of the observer.
+    """
+
+    psi: float
+    psi_dot: float
+    toward: float
+    finished: bool
+    stopped: bool
+    reason: str
+    travel: float
+    left: float
+    estimate: Estimate
+
+
+class Probe:
+    """Advises a steering controller, or a driver, sample by sample: `probe(sample, state)`.
+
+    Attributes:
+        observer: an `Ekf` or `Mhe` of an aligning torque or a rack force.
+        target: standard deviation of mu over mu that suffices [1].
+        limits: what the wheel may do; angles count from the first sample's.
+        mus: frictions that the ground may have [1].
+
+    Raises:
+        InvalidInputError: the observer has the steering torque measured, or the target is no share.
+    """
+
+    def __init__(
+        self,
+        observer: ModelObserver,
+        target: float,
+        limits: SteeringLimits,
+        *,
+        mus: Sequence[float] = MUS,
+        dt: float = 0.01,
+    ) -> None:
+        """Begin without a sample; dt is the time between samples of the forecasts [s]."""
+        if observer.channel != "M_z":
+            raise InvalidInputError(
+                "a Probe needs an observer of M_z or of the rack, whose patch follows the measured"
+                " angle; got one of the steering torque M"
+            )
+        self.observer, self.target, self.limits = observer, target, limits
+        self.mus, self.dt = tuple(mus), dt
+        # The forecasts are those of a filter; beside another observer one runs along.
+        of_filter = observer
+        self._twin: Loop | None = None
+        if not isinstance(observer, Ekf):
+            shared = ("model", "values", "rig", "tuning", "measurement_model", "acquire")
+            of_filter = Ekf(**{name: getattr(observer, name) for name in shared})
+            self._twin = Loop(of_filter)
+        self._forecaster = Forecaster(of_filter)
+        self._horizon = int(HORIZON / dt)
+        self._first: Plan | None = None
+        self.reset()
+
+    def prepare(self, F_N: float) -> None:
+        """Compile, and make the first plan for a load [N], what the first sample would wait for: 1 s."""
+        self._first = plan(
+            self._forecaster.observer, self.target, self.limits, F_N, mus=self.mus, dt=self.dt,
+            starts=FIRST, refinements=0,
+        )  # fmt: skip
+
+    def reset(self) -> None:
+        """Forget all samples."""
+        self._path: SteeringPath | None = None
+        self._time = self._travel = self._since = 0.0
+        self._counted = self._start = nan
+        self._left, self._bounds = nan, (nan, nan)
+        self._kinds = cycle(KINDS[1:])
+        self._ended: Advice | None = None
+        if self._twin is not None:
+            self._twin.reset()
+
+    def __call__(self, sample: Sample, state: ObserverState | None) -> Advice:
+        """The advice after a sample and the observer's state with it; None before its start."""
+        if self._twin is not None:
+            self._twin(sample)
+        if self._ended is not None:
+            return self._ended
+        if state is None or not isfinite(sample.psi):
+            estimate = self.observer.prior if state is None else self.observer.estimate(state)
+            return self._advice(sample.psi, estimate, "")
+        estimate = self.observer.estimate(state)
+        reason = self._floor(sample, estimate)
+        if not reason:
+            self._follow(sample)
+            reason = self._obstacle(estimate)
+        known = estimate.usable and estimate.mu_std <= self.target * estimate.mu
+        if known or reason:
+            self._ended = self._advice(sample.psi, estimate, "" if known else reason, ends=True)
+            return self._ended
+        assert self._path is not None
+        if self._since >= EVERY or self._since >= self._path.t[-1]:
+            self._replan(sample, self._twin.state if self._twin else state)
+        return self._advice(sample.psi, estimate, "", sample.dt)
+
+    def _follow(self, sample: Sample) -> None:
+        """Time, travel and the bounds of the angle after a sample; the first plan at the first one."""
+        if self._path is None:
+            if self._first is None:
+                self.prepare(sample.F_N)
+            assert self._first is not None
+            path = self._first.path
+            self._path = replace(
+                path, begin=sample.psi, psi=path.psi + sample.psi, points=path.points + sample.psi
+            )
+            self._left = float(np.nanmax([*self._first.travels, 0.0])) or nan
+            self._start = self._counted = sample.psi
+            self._bounds = (sample.psi - self.limits.angle, sample.psi + self.limits.angle)
+            return
+        self._time, self._since = self._time + sample.dt, self._since + sample.dt
+        turn = sample.psi - self._counted
+        # Within the noise of the angle there is no turn.
+        if abs(turn) > self.observer.tuning.psi_noise:
+            self._travel, self._counted = self._travel + abs(turn), sample.psi
+            self._left = max(self._left - abs(turn), 0.0)
+        if abs(sample.M_z) > self.limits.torque:
+            low, high = self._bounds
+            outward = sample.psi > self._start
+            self._bounds = (low, sample.psi) if outward else (sample.psi, high)
+            self._since = max(self._since, EVERY)
+
+    def _floor(self, sample: Sample, estimate: Estimate) -> str:
+        """Why no steering reaches the target; empty where one may."""
+        likely = estimate.mu if estimate.mu_std < VAGUE * estimate.mu else max(self.mus)
+        causes = least_deviation(self.observer, likely, sample.F_N)
+        if (floor := hypot(*causes.values())) >= self.target:
+            cause = max(causes, key=lambda name: causes[name])
+            return (
+                f"{self.target:.1%} of mu cannot be reached by any steering: {floor:.1%} remains, most"
+                f" of it by {cause}"
+            )
+        return ""
+
+    def _obstacle(self, estimate: Estimate) -> str:
+        """Why the steering has to end; empty where it may go on."""
+        low, high = self._bounds
+        held = high - low < 2 * self.limits.angle - LEAST_SWING
+        within = f"the torque's limit of {self.limits.torque:g} N m keeps the wheel within"
+        within = f"{within} {low:.3f} to {high:.3f} rad" if held else ""
+        if self._time >= self.limits.time:
+            over = f"the time of {self.limits.time:g} s is over"
+            remedy = "" if estimate.usable else estimate.status.remedy
+            relative = f"at {estimate.mu_std / estimate.mu:.1%}"
+            return "; ".join(filter(None, (f"{over} {relative}", within, remedy)))
+        return within if high - low < LEAST_SWING else ""
+
+    def _replan(self, sample: Sample, state: ObserverState) -> None:
+        """Take the best of the present path and a few changes of it."""
+        present, left = self._present(sample), max(self.limits.time - self._time, self.dt)
+        lanes = self._forecaster.present(self._likely(state), state)
+        best = np.inf
+        for kind in (KINDS[0], *islice(self._kinds, CHANGES)):
+            path = changed(present, kind, self.limits, self.dt, left)
+            cost = self._cost(path, lanes, sample.F_N, best)
+            if cost < best * (1 if kind == KINDS[0] else GAIN):
+                best, self._path = cost, path
+        self._since = 0.0
+        self._left = best if best < NEVER else nan
+
+    def _present(self, sample: Sample) -> Present:
+        """Where the path is; where the wheel is, if that has left it."""
+        path = self._path
+        assert path is not None
+        psi, psi_dot = (float(np.interp(self._since, path.t, y)) for y in (path.psi, path.psi_dot))
+        leg = path.leg[min(int(self._since / path.dt), path.leg.size - 1)]
+        points = tuple(float(np.clip(point, *self._bounds)) for point in path.points[leg:])
+        if abs(psi - sample.psi) > ASTRAY[0] + ASTRAY[1] * self.limits.rate:
+            psi, psi_dot = sample.psi, 0.0
+        speed = max(0.0, psi_dot * np.sign(points[0] - psi))
+        return Present(psi, points, path.rate, speed, self._bounds, self._start)
+
+    def _likely(self, state: ObserverState) -> list[float]:
+        """Frictions that the observer holds for likely, within the prior."""
+        if state["own"][_ACQUIRING]:
+            verdict = dict(zip(VERDICT, state["verdict"], strict=True))
+            mean, std = verdict["log_mu"], sqrt(max(verdict["variance"], 0.0))
+        else:
+            known = self._forecaster.observer.estimate(state)
+            mean, std = np.log(known.mu), known.mu_std / known.mu
+        sigmas = (0.0,) if std < VAGUE else (-1.0, 0.0, 1.0)
+        low, high = min(self.mus), max(self.mus)
+        likely = [min(max(exp(mean + sigma * std), low), high) for sigma in sigmas]
+        return list(dict.fromkeys(likely))
+
+    def _cost(self, path: SteeringPath, lanes: Sequence[Lane], F_N: float, best: float) -> float:
+        """Mean travel until the target; where it exceeds the best so far, something that does too."""
+        cost, travel = 0.0, path.travel
+        for lane in lanes:
+            last = min(int(np.searchsorted(travel, best * len(lanes) - cost)), self._horizon)
+            at, deviation = self._forecaster.reach(
+                path, lane, F_N, self.target, self.limits.torque, last
+            )
+            cost += NEVER + deviation if at is None else float(travel[at])
+            if cost > best * len(lanes):
+                break
+        return cost / len(lanes)
+
+    def _advice(
+        self, psi: float, estimate: Estimate, reason: str, ahead: float = 0.0, *, ends: bool = False
+    ) -> Advice:
+        """The advice; ahead is the time until the next sample [s], ends where the wheel is to stay."""
+        finished, rate, toward, left = ends and not reason, 0.0, psi, 0.0 if ends else self._left
+        if self._path is not None and not ends and isfinite(psi):
+            path, at = self._path, self._since + ahead
+            leg = path.leg[min(int(at / path.dt), path.leg.size - 1)]
+            psi, rate = (float(np.interp(at, path.t, y)) for y in (path.psi, path.psi_dot))
+            toward = float(path.points[leg])
+        return Advice(
+            psi=psi, psi_dot=rate, toward=toward, finished=finished, stopped=bool(reason),
+            reason=reason, travel=self._travel, left=left, estimate=estimate,
+        )  # fmt: skip

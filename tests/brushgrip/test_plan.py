@@ -1,0 +1,96 @@
+"""`brushgrip plan`: the path, and how far to turn on each ground."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import observers
+from observers import Plan
+from tests.brushgrip.helpers import Outcome, Run, contents, table_of
+
+PlanRun = Callable[..., Outcome]
+
+
+@pytest.fixture
+def planning(run: Run, rig: Path, monkeypatch: pytest.MonkeyPatch) -> PlanRun:
+    """The command on a rig; two starts are tried and none is refined."""
+    search = observers.plan
+
+    def quick(*arguments: object, **options: object) -> Plan:
+        return search(*arguments, **options, starts=((0.2, 0.1, 1.5), (1, 1, 1)), refinements=0)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(observers, "plan", quick)
+    limit = ("--limit", "angle=0.3,rate=0.4", "--limit", "time=5")
+    usual = ("--load", "400", "--tuning", "clean", *limit)
+    return lambda *options: run("plan", "--rig", rig, *usual, *options)
+
+
+def test_writes_the_path_and_what_it_tells(planning: PlanRun, tmp_path: Path) -> None:
+    outcome = planning("--mu", "0.8,0.1", "--out", tmp_path / "p.csv")
+    table = table_of(tmp_path / "p.csv")
+
+    assert outcome.status == 0
+    assert [*table] == ["t", "psi", "psi_dot", "travel", "deviation_01", "deviation_08"]
+    assert np.abs(table["psi"]).max() <= 0.3
+    assert table["travel"] == pytest.approx(
+        np.cumsum(np.abs(np.diff(table["psi"], prepend=0))), abs=1e-5
+    )
+    # The path ends as soon as the last ground is known.
+    assert max(table["deviation_01"][-1], table["deviation_08"][-1]) <= 0.05
+    assert (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
+    assert json.loads((tmp_path / "p.provenance.json").read_text())["settings"]["target"] == 0.05
+    assert f"{table['travel'][-1]:.3f}" in outcome.out
+
+
+def test_says_why_a_target_is_out_of_reach(planning: PlanRun) -> None:
+    outcome = planning("--mu", "0.8", "--target", "0.02")
+    told = json.loads(planning("--mu", "0.8", "--target", "2%", "--json").out)
+
+    assert "2.0% cannot be reached by any steering: tolerances of half-length" in outcome.out
+    assert told["grounds"][0]["travel"] is None
+    assert told["grounds"][0]["deviation"] > 0.03
+    assert told["unreached"][0] in outcome.out
+
+
+@pytest.mark.long
+def test_a_car_is_steered_by_its_handwheel(run: Run, tmp_path: Path, repository_root: Path) -> None:
+    car = repository_root / "examples" / "vehicles" / "small_car.toml"
+    outcome = run(
+        "plan", "--vehicle", car, "--mu", "0.6", "--target", "15%", "--out", tmp_path / "p.csv"
+    )
+    table = table_of(tmp_path / "p.csv")
+
+    assert outcome.status == 0
+    ratio = table["handwheel"] / table["psi"]
+    assert 10 < np.median(ratio) < 25
+    assert np.ptp(ratio) < 0.1 * np.median(ratio)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--target", "a lot"), ("--target a lot", "expected a number")),
+        (("--target", "0"), ("target must be a share",)),
+        (("--limit", "speed=3"), ("--limit speed=3", "angle, rate")),
+        (("--limit", "time=1"), ("each name once",)),
+        (("--limit", "torque=x"), ("--limit torque=x", "expected a number, got 'x'")),
+        (("--limit", "acceleration=-1"), ("limit acceleration must be",)),
+        (("--mu", "ice"), ("--mu ice", "expected a number")),
+        (("--vehicle", "car.toml"), ("--rig and --vehicle",)),
+    ],
+)
+def test_bad_options_leave_one_line_and_nothing_written(
+    planning: PlanRun, tmp_path: Path, options: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    before = contents(tmp_path)
+    planning(*options, "--out", tmp_path / "p.csv").refused(*words)
+
+    assert contents(tmp_path) == before
+
+
+def test_the_load_of_a_rig_is_needed(run: Run, rig: Path) -> None:
+    run("plan", "--rig", rig).refused("--load is missing")
+    run("plan").refused("--rig and --vehicle are both missing")

@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from observers import Ekf, Estimate, Sample, profile
+from observers.planning.path import SteeringPath
+from reference_rig import RigTyre, free_path, simulate_bristles
+from symbolic import Model, Rig
+
+LOAD, K = 400.0, 2.4e6
+RIG = Rig(a=0.045, e=0.009)
+Array = NDArray[np.float64]
+
+
+@pytest.fixture(scope="session")
+def acquiring() -> Ekf:
+    """A filter that acquires friction, with a clean torque."""
+    return Ekf(model=Model(), values={"k": K}, rig=RIG, tuning=profile("clean"))
+
+
+def observe_on_rig(observer: Ekf, path: SteeringPath, mu: float) -> tuple[list[Estimate], Array]:
+    """Estimates along a path on the independent rig's bristles, and their M_z [N m]."""
+    t, psi = np.append(0, path.t), np.append(path.begin, path.psi)
+    tyre = RigTyre(a=RIG.a, e=RIG.e, k=K, mu=mu)
+    drive = free_path(t, psi, load=LOAD)
+    torque = np.interp(path.t, drive.t, simulate_bristles(drive, tyre, bristles=1000).M_z)
+    state, estimates = observer.init(Sample(psi=path.begin, psi_dot=0.0, F_N=LOAD, dt=path.dt)), []
+    for angle, rate, M_z in zip(path.psi, path.psi_dot, torque, strict=True):
+        state = observer.step(state, Sample(psi=angle, psi_dot=rate, F_N=LOAD, dt=path.dt, M_z=M_z))
+        estimates.append(observer.estimate(state))
+    return estimates, torque
+
+
+class BristleWheel:
+    """A wheel on bristles that a controller turns sample by sample, in its own few lines."""
+
+    def __init__(self, mu: float) -> None:
+        """Stand at 0, free of torque."""
+        self.x, width = np.linspace(-RIG.a, RIG.a, 2001, retstep=True)
+        limit = 3 * LOAD * mu / (4 * RIG.a**3 * K) * (RIG.a**2 - self.x**2)
+        self.limit, self.arm, self.q = limit, K * width * (self.x - RIG.e), 0 * self.x
+        self.psi = 0.0
+
+    def turn(self, psi: float) -> float:
+        """M_z after a turn to an angle [N m]."""
+        pushed = self.q - (self.x - RIG.e) * (psi - self.psi)
+        self.q, self.psi = np.clip(pushed, -self.limit, self.limit), psi
+        return float(self.arm @ self.q)

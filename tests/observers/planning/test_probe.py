@@ -1,0 +1,136 @@
+from dataclasses import replace
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+
+from observers import Advice, Ekf, Loop, Mhe, Probe, Sample, SteeringLimits, SteeringTorque
+from symbolic import InvalidInputError
+from tests.observers.planning.conftest import LOAD, BristleWheel
+
+LIMITS = SteeringLimits(angle=0.3, rate=0.4, time=6.0)
+
+
+def follow(
+    observer: Any, mu: float, target: float = 0.05, limits: SteeringLimits = LIMITS, lag: float = 0.0
+) -> list[tuple[float, Advice]]:
+    """Angles and advice until it ends; the wheel follows with a time constant [s]."""
+    loop, probe, wheel = Loop(observer), Probe(observer, target, limits), BristleWheel(mu)
+    psi = rate = 0.0
+    steered: list[tuple[float, Advice]] = []
+    while len(steered) < 1000:
+        sample = Sample(psi=psi, psi_dot=rate, F_N=LOAD, dt=0.01, M_z=wheel.turn(psi))
+        loop(sample)
+        steered.append((psi, probe(sample, loop.state)))
+        if (advice := steered[-1][1]).finished or advice.stopped:
+            break
+        step = (advice.psi - psi) * 0.01 / (0.01 + lag)
+        psi, rate = psi + step, step / 0.01
+    return steered
+
+
+@pytest.mark.parametrize(
+    ("mu", "most"),
+    [
+        (0.3, 0.1),
+        pytest.param(0.05, 0.25, marks=pytest.mark.long),
+        pytest.param(0.9, 0.16, marks=pytest.mark.long),
+    ],
+)
+def test_it_steers_until_friction_is_known(acquiring: Ekf, mu: float, most: float) -> None:
+    steered = follow(acquiring, mu)
+    psi, last = np.array([angle for angle, _ in steered]), steered[-1][1]
+
+    assert last.finished
+    assert not last.stopped
+    assert last.estimate.usable
+    assert last.estimate.mu_std <= 0.05 * last.estimate.mu
+    assert last.estimate.mu == pytest.approx(mu, rel=0.05)
+    assert last.travel == pytest.approx(np.abs(np.diff(psi)).sum(), abs=1e-3)
+    assert last.travel < most
+    assert last.psi == psi[-1]
+    rates = np.diff(psi) / 0.01
+    assert np.abs(rates).max() <= LIMITS.rate * (1 + 1e-6)
+    # What a step of the rate may be in two samples, as a plan begins between them.
+    assert np.abs(np.diff(rates)).max() <= 2 * LIMITS.acceleration * 0.01
+    assert np.abs(psi).max() <= LIMITS.angle
+
+
+@pytest.mark.long
+def test_a_wheel_that_lags_is_led_all_the_same(acquiring: Ekf) -> None:
+    steered = follow(acquiring, 0.3, lag=0.1)
+
+    assert steered[-1][1].finished
+
+
+@pytest.mark.long
+def test_a_wheel_that_does_not_follow_gets_the_advice_from_where_it_stands(acquiring: Ekf) -> None:
+    loop, probe = Loop(acquiring), Probe(acquiring, 0.05, LIMITS)
+    for _ in range(300):
+        sample = Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=0.01, M_z=0.0)
+        loop(sample)
+        advice = probe(sample, loop.state)
+
+        assert {advice.finished, advice.stopped} == {False}
+        assert abs(advice.psi) < 0.2
+    assert advice.travel == 0
+    assert abs(advice.toward) > 0
+
+
+@pytest.mark.parametrize(
+    ("target", "limits", "words"),
+    [
+        (
+            0.02,
+            {},
+            "2.0% of mu cannot be reached by any steering: 3.1% remains, most of it by tolerances",
+        ),
+        (0.05, {"time": 0.5}, "the time of 0.5 s is over at"),
+        pytest.param(
+            0.05, {"torque": 0.4}, "torque's limit of 0.4 N m keeps the wheel", marks=pytest.mark.long
+        ),
+    ],
+)
+def test_it_stops_and_says_why(
+    acquiring: Ekf, target: float, limits: dict[str, float], words: str
+) -> None:
+    last = follow(acquiring, 0.8, target, replace(LIMITS, **limits))[-1][1]
+
+    assert last.stopped
+    assert not last.finished
+    assert words in last.reason
+
+
+@pytest.mark.long
+def test_the_torque_limit_is_kept(acquiring: Ekf) -> None:
+    steered = follow(acquiring, 0.8, 0.05, replace(LIMITS, torque=2.0, time=2.0))
+    wheel = BristleWheel(0.8)
+
+    # A sample late at most.
+    assert max(abs(wheel.turn(psi)) for psi, _ in steered) < 2.0 + 1.0
+
+
+def test_it_waits_for_the_observer(acquiring: Ekf) -> None:
+    probe = Probe(acquiring, 0.05, LIMITS)
+    advice = probe(Sample(psi=nan, psi_dot=0.0, F_N=LOAD, dt=0.01), None)
+
+    assert {advice.finished, advice.stopped} == {False}
+    assert advice.estimate.mu == acquiring.tuning.mu
+
+
+@pytest.mark.long
+def test_it_leads_a_moving_horizon_estimator(acquiring: Ekf) -> None:
+    mhe = Mhe(model=acquiring.model, values=acquiring.values, rig=acquiring.rig, tuning=acquiring.tuning)
+    last = follow(mhe, 0.3)[-1][1]
+
+    assert last.finished
+    assert last.estimate.mu == pytest.approx(0.3, rel=0.05)
+
+
+def test_the_steering_torque_is_refused(acquiring: Ekf) -> None:
+    rig = replace(acquiring.rig, J_A=0.15, b_t=1.0)
+    observer = replace(acquiring, rig=rig, measurement_model=SteeringTorque())
+    with pytest.raises(InvalidInputError, match="needs an observer of M_z or of the rack"):
+        Probe(observer, 0.05, LIMITS)
+    assert LIMITS.torque == inf
