@@ -14,7 +14,7 @@ HELD_OUT := fem3 fem5 piros1 piros7
 STEEL := fem1,fem3,fem4_ident,fem5
 EMERY := piros1,piros2_ident,piros4,piros7
 
-.PHONY: demo test test-all mutants attack gate docs measured clean
+.PHONY: demo test test-all mutants attack gate docs live measured clean
 .DELETE_ON_ERROR:
 
 demo: $(QUICK)
@@ -49,6 +49,11 @@ gate: $(ALL)
 docs: $(ALL)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
 	$(BIN)/python -m sphinx -q -W --keep-going docs docs/_build
+
+# The page of a live estimation in the browser, on an embedded recording in real time.
+live: $(QUICK)
+	$(PIP) -e '.[live]'
+	$(BIN)/brushgrip live examples/recordings/holdout_d.csv --rig examples/recordings/rig.toml
 
 measured: $(QUICK)
 	$(BIN)/brushgrip diagnose $(TRAINING:%=$(DATA)/%.mat) \

@@ -34,7 +34,7 @@ class LiveRequest:
 
     The estimate is that of `estimate` on the recorded file. Friction is for use while usable is said.
     The page is for this machine alone unless --host says otherwise, and controls nothing but the
-    recording. Ctrl-C ends; with --no-browser, which prints a line a second, so does the end of a file.
+    recording. Ctrl-C ends; with --no-page, which prints a line a second, so does the end of a file.
     """
 
     source: Annotated[str, typer.Argument(metavar="SOURCE", show_default=False)]
@@ -64,9 +64,18 @@ class LiveRequest:
             " and so on.",
         ),
     ] = None
+    host: Annotated[
+        str, typer.Option("--host", help="Address to serve the page at; 0.0.0.0 for other machines too.")
+    ] = "127.0.0.1"
+    port: Annotated[
+        int, typer.Option("--port", min=0, max=65535, help="Port of the page; 0 for any.")
+    ] = 5006
     no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Serve no page; print a line a second.")
+        bool, typer.Option("--no-browser", help="Serve the page, but open no browser.")
     ] = False
+    no_page: Annotated[bool, typer.Option("--no-page", help="Serve no page; print a line a second.")] = (
+        False
+    )
 
     def run(self) -> None:
         """Follow the source until it is told to end."""
@@ -75,7 +84,10 @@ class LiveRequest:
         session = self._session()
         session.start()
         try:
-            self._print(session)
+            if self.no_page:
+                self._print(session)
+            else:
+                self._serve(session)
         except KeyboardInterrupt:
             say("ended")
         finally:
@@ -101,6 +113,20 @@ class LiveRequest:
             self.source, replace(inputs, signals=signals), factory, speed=self.speed, ground=self.ground
         )
         return Session(opened, feed, record=self.record)
+
+    def _serve(self, session: "Session") -> None:
+        """The page, until it is interrupted."""
+        import webbrowser
+
+        from brushgrip.live.page import serve
+        from brushgrip.outputs.console import say
+
+        def opened(address: str) -> None:
+            say(f"page at {address}; Ctrl-C ends")
+            if not self.no_browser:
+                webbrowser.open(address)
+
+        serve(session, self.host, self.port, opened)
 
     def _print(self, session: "Session") -> None:
         """A line a second, until the source ends."""

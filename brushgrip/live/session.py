@@ -108,6 +108,16 @@ class Session:
         """
         self._wanted = wanted
 
+    @property
+    def recording(self) -> bool:
+        """Whether a recording is wanted."""
+        return self._wanted
+
+    @property
+    def plausible(self) -> bool:
+        """Whether the columns are in the units and of the signs that they are taken for."""
+        return not self._implausible
+
     def state(self) -> State:
         """How the session stands now."""
         estimate, age = self._newest, time.monotonic() - self._done

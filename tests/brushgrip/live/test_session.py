@@ -288,7 +288,7 @@ def test_clock() -> None:
 @pytest.mark.long
 def test_the_command_replays_records_and_ends(run: Run, tmp_path: Path) -> None:
     source, out = RIG.with_name("train_a.csv"), tmp_path / "live.parquet"
-    outcome = run("live", source, "--rig", RIG, "--speed", 200, "--no-browser", "--record", out)
+    outcome = run("live", source, "--rig", RIG, "--speed", 200, "--no-page", "--record", out)
 
     assert (outcome.status, outcome.err) == (0, "")
     assert f"wrote {out}" in outcome.out
@@ -308,7 +308,7 @@ def test_the_command_replays_records_and_ends(run: Run, tmp_path: Path) -> None:
     ],
 )
 def test_what_is_no_source_is_refused(run: Run, source: str, words: str) -> None:
-    run("live", source, "--rig", RIG, "--no-browser").refused(words)
+    run("live", source, "--rig", RIG, "--no-page").refused(words)
 
 
 def test_speed_and_rig_are_required(run: Run) -> None:

@@ -1,0 +1,192 @@
+"""The page in the browser: friction now, friction over time, torque over angle, a button to record.
+
+By a Bokeh server: it runs in this process, streams new points alone, and needs no build of its own.
+"""
+
+import socket
+from collections.abc import Callable
+from html import escape
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from brushgrip.live.ring import Points
+from brushgrip.live.session import Session
+from brushgrip.live.state import State, friction_of, verdict
+from brushgrip.wording.friction import BAND, band
+from symbolic import InvalidInputError
+
+PERIOD = 50
+"""Between updates [ms]."""
+GRID = 0.01
+"""Between points in the pictures [s]; at higher rates they show some of the samples."""
+SHOWN = 3_000
+"""Points in the pictures, 30 s at 100 Hz."""
+LEAST_TOP = 1.5
+"""Least friction at the top of the picture [1]."""
+HEAD = """{% extends base %}{% block postamble %}
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>
+:root { color-scheme: light dark } body { margin: 0; background: #fff; color: #000 }
+@media (prefers-color-scheme: dark) { body { background: #000; color: #fff } }
+</style>{% endblock %}"""
+STYLE = Path(__file__).with_name("page.css")
+TURNED = """:host { overflow: hidden }
+@media (prefers-color-scheme: dark) { :host { filter: invert(1) hue-rotate(180deg) } }"""
+"""What is drawn for a white page, on a dark one."""
+COLUMNS = ("t", "mu", "low", "high", "usable_mu", "psi", "torque", "predicted")
+
+
+class View:
+    """What one browser shows of a session."""
+
+    def __init__(self, session: Session) -> None:
+        """Begin with what is still in memory."""
+        models = import_module("bokeh.models")
+        self._session, self._at, self._stretch = session, 0, 0.0
+        style = STYLE.read_text("utf-8")
+        self.points = models.ColumnDataSource({name: [] for name in COLUMNS})
+        self.words = models.Div(stylesheets=[style], sizing_mode="stretch_width")
+        self.button = models.Button(label="", stylesheets=[style], align="center")
+        self.button.on_click(lambda: session.record(not session.recording))
+        self._top = models.Range1d(0.0, LEAST_TOP)
+
+    def layout(self) -> Any:
+        """The models of the page."""
+        layouts = import_module("bokeh.layouts")
+        parts = [self.words, self._friction(), self._torque(), self.button]
+        return layouts.column(*parts, sizing_mode="stretch_width")
+
+    def update(self) -> None:
+        """Bring words and pictures up to date."""
+        state = self._session.state()
+        new = self._session.ring.since(max(self._at, self._session.ring.end - 20 * SHOWN))
+        self._at = new.end
+        if len(new.fields):
+            self.points.stream(self._columns(new), SHOWN)
+            usable = np.asarray(self.points.data["usable_mu"], dtype=float)
+            self._top.end = max(LEAST_TOP, 1.2 * float(np.nanmax(usable, initial=0.0)))
+        text = words(state, self._session.feed.columns)
+        if text != self.words.text:
+            self.words.text = text
+        label = "Stop recording" if self._session.recording else "Record"
+        if label != self.button.label:
+            self.button.label = label
+
+    def _columns(self, new: Points) -> dict[str, Any]:
+        """The last point of every `GRID`, the newest one among them."""
+        last = np.diff(np.floor(new.t / GRID), append=np.inf) != 0
+        new = Points(new.end, new.fields[last], new.recorded[last])
+        mu_eff, std = new.of("mu_eff"), new.of("mu_eff_std")
+        known = np.isfinite(mu_eff)
+        mu, std = np.where(known, mu_eff, new.of("mu")), np.where(known, std, new.of("mu_std"))
+        usable = (new.of("usable") == 1) & self._session.plausible
+        sign = -1.0 if "M" in self._session.feed.columns else 1.0
+        # Between stretches no line.
+        begins = np.diff(new.of("stretch"), prepend=self._stretch) != 0
+        self._stretch = float(new.of("stretch")[-1])
+        return {
+            "t": new.t,
+            "mu": np.where(begins, np.nan, mu),
+            "low": np.maximum(mu - BAND * std, 0.0),
+            "high": mu + BAND * std,
+            "usable_mu": np.where(usable, mu, np.nan),
+            "psi": np.degrees(new.of("psi")),
+            "torque": sign * new.of("torque"),
+            "predicted": np.where(begins, np.nan, new.of("M_z_predicted")),
+        }
+
+    def _friction(self) -> Any:
+        figure = _figure("time [s]", "friction μ", y_range=self._top)
+        figure.varea("t", "low", "high", source=self.points, fill_color="#0072b2", fill_alpha=0.25)
+        figure.line("t", "mu", source=self.points, color="#555555", line_width=2)
+        figure.line("t", "usable_mu", source=self.points, color="#0072b2", line_width=5)
+        return figure
+
+    def _torque(self) -> Any:
+        figure = _figure("angle [°]", "torque of the ground [N m]")
+        figure.scatter("psi", "torque", source=self.points, color="#555555", size=5)
+        figure.line("psi", "predicted", source=self.points, color="#d55e00", line_width=3)
+        return figure
+
+
+def words(state: State, columns: tuple[str, ...]) -> str:
+    """Friction, whether it may be used, and what to do, as HTML; texts of the source are escaped."""
+    mu, std = friction_of(state.estimate)
+    value, sign, within = ("–" if std >= mu else band(mu, std)).partition(" ± ")
+    counts = ", ".join(f"{count} {name}" for name, count in state.counts.items())
+    lines = [
+        state.status,
+        state.recording and f"recording {state.recording}",
+        counts,
+        ", ".join(columns),
+    ]
+    small = "".join(f"<p>{escape(line)}</p>" for line in lines if line)
+    data = {"t": state.t, "mu": mu, "std": std}
+    digits = " ".join(f'data-{name}="{float(value)!r}"' for name, value in data.items())
+    return (
+        f'<div class="now {"yes" if state.usable else "no"}" {digits}>'
+        f'<div class="mu">{value} <small>{sign}{within}</small></div>'
+        f'<div class="verdict">{verdict(state)}</div>'
+        f'<p class="advice">{escape(state.advice)}</p>{small}</div>'
+    )
+
+
+def serve(session: Session, host: str, port: int, opened: Callable[[str], None]) -> None:
+    """Serve the page until the process is interrupted.
+
+    Args:
+        session: that it shows.
+        host: address to listen at; 127.0.0.1 for this machine alone.
+        port: there; 0 for any that is free.
+        opened: is called with the address of the page.
+
+    Raises:
+        InvalidInputError: Bokeh is missing, or the address is taken or none of this machine.
+    """
+    try:
+        application, function, server = (
+            import_module(f"bokeh.{name}")
+            for name in ("application", "application.handlers", "server.server")
+        )
+    except ImportError:
+        raise InvalidInputError("the page needs Bokeh; pip install 'brushgrip[live]'") from None
+
+    def show(document: Any) -> None:
+        view = View(session)
+        document.title, document.template = "brushgrip live", import_module("jinja2").Template(HEAD)
+        document.add_root(view.layout())
+        view.update()
+        document.add_periodic_callback(view.update, PERIOD)
+
+    page = application.Application(function.FunctionHandler(show))
+    everywhere = host in ("0.0.0.0", "::", "")
+    names = ["*"] if everywhere else [host, "localhost", "127.0.0.1"]
+    try:
+        with socket.socket() as free:
+            free.bind((host, port))
+            port = free.getsockname()[1]
+        origins = [f"{name}:{port}" for name in names]
+        running = server.Server({"/": page}, address=host, port=port, allow_websocket_origin=origins)
+    except OSError as error:
+        raise InvalidInputError(f"{host}:{port}: no page can be served there: {error}") from None
+    running.start()
+    try:
+        opened(f"http://{'localhost' if everywhere else host}:{running.port}/")
+        running.io_loop.start()
+    finally:
+        running.stop()
+        running.unlisten()
+
+
+def _figure(x: str, y: str, **options: Any) -> Any:
+    figure = import_module("bokeh.plotting").figure(
+        height=320, sizing_mode="stretch_width", x_axis_label=x, y_axis_label=y, tools="pan,wheel_zoom",
+        toolbar_location=None, stylesheets=[TURNED], **options,
+    )  # fmt: skip
+    for axis in figure.axis:
+        axis.axis_label_text_font_size = axis.major_label_text_font_size = "16px"
+        axis.axis_label_text_color = axis.major_label_text_color = "#000000"
+    return figure

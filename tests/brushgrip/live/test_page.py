@@ -1,0 +1,122 @@
+import json
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from brushgrip.live.page import View, words
+from brushgrip.live.state import State
+from tests.brushgrip.live.sessions import (
+    RIG,
+    ListSource,
+    estimated,
+    rows_of,
+    run_to_end,
+    session_of,
+    wait_for,
+)
+
+pytest.importorskip("bokeh", reason="needs brushgrip[live]")
+RECORDING = RIG.with_name("train_a.csv")
+
+
+def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
+    rows = rows_of(300)
+    for at, row in enumerate(rows):
+        row["t"] = 0.001 * at
+    session = session_of("udp:5005")
+    session._open = lambda: ListSource(rows)
+    view = View(session)
+    view.update()
+    assert 'data-mu="nan"' in view.words.text
+    assert not len(view.points.data["t"])
+    run_to_end(session)
+    view.update()
+    newest = session.ring.since(299)
+
+    assert f'data-mu="{float(newest.of("mu_eff")[0])!r}"' in view.words.text
+    assert view.points.data["mu"][-1] == newest.of("mu_eff")[0]
+    assert view.points.data["high"][-1] == newest.of("mu_eff")[0] + 2 * newest.of("mu_eff_std")[0]
+    np.testing.assert_allclose(np.diff(view.points.data["t"]), 0.01, atol=1.5e-3)
+    assert view.button.label == "Record"
+    assert [type(m).__name__ for m in view.layout().children] == ["Div", "figure", "figure", "Button"]
+
+
+def test_words_of_a_source_are_escaped() -> None:
+    state = State(
+        t=1.0, estimate=None, usable=False, age=0.0, status="<script>alert(1)</script>", advice="<b>",
+        counts={"<i>": 1}, recording="", ended=False,
+    )  # fmt: skip
+    text = words(state, ())
+
+    assert not re.search("<script|<b>|<i>", text)
+    assert "not usable" in text
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str, Path]]:
+    """The command as a user runs it, its page and its recording."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    out = tmp_path / "live.parquet"
+    command = [sys.executable, "-m", "brushgrip", "live", RECORDING, "--rig", RIG, "--speed", "20"]
+    process = subprocess.Popen(
+        [*command, "--port", str(port), "--no-browser", "--record", out], stdout=subprocess.DEVNULL
+    )
+    try:
+        yield process, f"http://127.0.0.1:{port}/", out
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_browser_shows_what_estimate_says_of_the_recording(
+    page: tuple[subprocess.Popen[bytes], str, Path], scheme: Any
+) -> None:
+    browser_of = pytest.importorskip("playwright.sync_api", reason="needs brushgrip[browser]")
+    if (chromium := shutil.which("chromium")) is None:
+        pytest.skip("needs Debian's chromium")
+    process, address, out = page
+    wait_for(lambda: _answers(address))
+    with browser_of.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        phone = browser.new_page(viewport={"width": 390, "height": 844}, color_scheme=scheme)
+        asked: list[str] = []
+        phone.on("request", lambda request: asked.append(request.url))
+        phone.goto(address)
+        now = phone.locator(".now")
+        wait_for(lambda: float(now.get_attribute("data-t") or 0) == 14)
+        shown = {name: json.loads(now.get_attribute(f"data-{name}")) for name in ("t", "mu", "std")}
+        background = phone.evaluate("getComputedStyle(document.body).backgroundColor")
+        wide = phone.evaluate("document.documentElement.scrollWidth")
+        size = phone.locator(".mu").evaluate("e => parseFloat(getComputedStyle(e).fontSize)")
+        phone.get_by_role("button", name="Stop recording").click()
+        phone.get_by_role("button", name="Record", exact=True).wait_for()
+        wait_for(out.exists)
+        browser.close()
+    process.send_signal(signal.SIGINT)
+    assert process.wait(20) == 0
+    said = estimated(out)
+
+    assert shown == {"t": said.t[-1], "mu": said.mu_eff[-1], "std": said.mu_eff_std[-1]}
+    assert background == {"light": "rgb(255, 255, 255)", "dark": "rgb(0, 0, 0)"}[scheme]
+    assert wide <= 390
+    assert size > 50
+    assert all(url.startswith((address, "data:", "blob:")) for url in asked)
+
+
+def _answers(address: str) -> bool:
+    host, port = address.removeprefix("http://").rstrip("/").split(":")
+    with socket.socket() as probe:
+        return probe.connect_ex((host, int(port))) == 0
