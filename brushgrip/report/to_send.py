@@ -16,10 +16,7 @@ def friction_lines(outcome: FrictionOutcome | None) -> list[str]:
         return []
     further = outcome.further()
     grounds = {ground: len(names) for ground, names in outcome.grounds.items() if ground}
-    lines = [further_recording(ground, further.get(ground), count) for ground, count in grounds.items()]
-    return lines or [
-        "Say what the recordings stand on (--ground NAME): friction is then told by ground."
-    ]
+    return [further_recording(ground, further.get(ground), count) for ground, count in grounds.items()]
 
 
 def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
