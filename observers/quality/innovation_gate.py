@@ -14,14 +14,18 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, named, outputs_of, symbols, symbols_like
+from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_measurement, state_index
-from observers.measurement.measurement_model import MeasurementModel
+from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.quality.innovation_monitor import LEAST_SAMPLES, MONITOR, build_monitor
-from observers.tuning import TUNING_FIELDS
+from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic.functions import named_function
 
 COUNTS = ("streak", "resets")
 """Innovations beyond the gate in a row, with the sign of their side; changes of the ground so far."""
+
+JITTER = 0.99
+"""A step shorter by less than this is no shorter [1]."""
 
 
 @cache
@@ -104,6 +108,11 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
     results = outputs_of(measurement, *given.values())
     innovation, H, weight = (results[name] for name in ("innovation", "H", "weight"))
     huber_scale, independent = results["huber_scale"], results["independent"]
+    if OTHER in measurement_model.states:
+        # What counts as in a row lasts for so many samples of 10 ms at any rate above.
+        longer = ca.fmax(1, JITTER * REFERENCE_STEP / now[CLEAN.index("dt")])
+        tuning = ca.MX(tuning)
+        tuning[TUNING_FIELDS.index("reset_after")] *= longer
     H_P_H, missing = ca.dot(H, inputs["P"] @ H), weight <= 0
     accepted, reset, run, counts_next = build_gate()(
         innovation, H_P_H, weight, huber_scale, inputs["counts"], tuning

@@ -21,12 +21,12 @@ TURNS = np.searchsorted(t, np.arange(1, 20, 2))
 """Where the wheel turns back, after sliding forth and back by turns."""
 
 
-def torque(forth: Array, back: Array, bristles: int = 300) -> Array:
+def torque(angle: Array, forth: Array, back: Array, bristles: int = 300) -> Array:
     """M_z [N m] of stops along the patch, each with its own limit either way."""
     x = RIG.a * ((2 * np.arange(bristles) + 1) / bristles - 1)
     lever, limit = np.abs(x - RIG.e), 0.75 * F_N / (RIG.a * K) * (1 - (x / RIG.a) ** 2)
     stress, found = np.zeros(bristles), []
-    for turn, most, least in zip(np.diff(psi, prepend=0.0), forth, back, strict=True):
+    for turn, most, least in zip(np.diff(angle, prepend=0.0), forth, back, strict=True):
         stress = np.clip(stress + lever * turn, -least * limit, most * limit)
         found.append(-K * np.sum(lever * stress) * 2 * RIG.a / bristles)
     return np.array(found)
@@ -37,7 +37,7 @@ def observed(
 ) -> tuple[Estimates, Array, Array]:
     """Estimates, friction of the direction of motion, and whether the torque opposes it."""
     ahead = np.where(t < CHANGE, forth, later)
-    M_z = torque(ahead, np.full(t.size, back))
+    M_z = torque(psi, ahead, np.full(t.size, back))
     noise = 0.01 * 0.375 * F_N * RIG.a * np.random.default_rng(3).standard_normal(t.size)
     rate = np.gradient(psi)
     observer = kind(
@@ -72,6 +72,22 @@ def test_what_is_usable_is_not_far_off(mu: tuple[float, float, float], walk: flo
 
     assert usable.mean() > 0.15
     assert (np.abs(found.mu - true) < 3 * found.mu_std)[usable].all()
+
+
+@pytest.mark.parametrize("every", [1, 2])
+@pytest.mark.parametrize(("duration", "alarms"), [(0.035, 0), (0.065, 1)])
+def test_a_burst_alarms_by_its_duration_at_any_rate(every: int, duration: float, alarms: int) -> None:
+    fine = np.arange(0, 2.8, 0.005 * (3 - every))
+    angle, level = 0.25 * np.sin(np.pi / 2 * fine), np.full(fine.size, 1.0)
+    burst = (fine > 2.2) & (fine < 2.2 + duration)
+    observer = Ekf(
+        model=Model(discretised=True, bristles=40), values={"k": K}, rig=RIG,
+        measurement_model=DirectionalFriction(), tuning=Tuning(alarm=1e6, gate=6.0),
+    )  # fmt: skip
+    M_z = torque(angle, level, level) * np.where(burst, 3.0, 1.0)
+    found = run(observer, fine, angle, np.full(fine.size, F_N), M_z)
+
+    assert ((found.status & Status.RESET) > 0)[fine < 2.3].sum() == alarms
 
 
 @pytest.mark.parametrize("factor", [-1.0, 1000.0])
