@@ -1,6 +1,6 @@
 """`brushgrip identify`."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -63,33 +63,53 @@ class IdentifyRequest:
         Raises:
             InvalidInputError: what was asked for is neither of a rig nor of a car.
         """
-        from brushgrip.running.vehicle_identification import VehicleIdentification
         from symbolic import InvalidInputError
 
-        of_car = self.vehicle is not None
-        lacking, others = (
-            ("--plates", "--free-decay and --write-rig")
-            if of_car
-            else ("--free-decay", "--plates and --write-vehicle")
-        )
-        foreign = (
-            (self.free_decay, self.write_rig, self.rig) if of_car else (self.plates, self.write_vehicle)
-        )
-        if not (self.plates if of_car else self.free_decay):
-            raise InvalidInputError(
-                f"{lacking} is missing; with --vehicle give --plates, else --free-decay"
-            )
-        if any(foreign):
-            raise InvalidInputError(
-                f"{others} are for {'a rig' if of_car else '--vehicle'}; leave them out"
-            )
-        if self.vehicle is not None:
-            VehicleIdentification(
-                vehicle=self.vehicle, plates=self.plates or [], channel_map=self.channel_map,
-                out=self.out, written=self.write_vehicle,
-            ).run()  # fmt: skip
+        of_rig, of_car = (self.free_decay, self.rig, self.write_rig), (self.plates, self.write_vehicle)
+        if self.vehicle is None and self.free_decay and not any(of_car):
+            self._run_free_decay(self.free_decay)
+        elif self.vehicle is not None and self.plates and not any(of_rig):
+            self._run_plates(self.vehicle, self.plates)
         else:
-            self._run_free_decay(self.free_decay or [])
+            raise InvalidInputError(
+                "give --free-decay, with --rig and --write-rig, or --vehicle with --plates and"
+                " --write-vehicle"
+            )
+
+    def _run_plates(self, vehicle: Path, plates: list[str]) -> None:
+        """Write what a recording on plates tells of a car."""
+        from brushgrip.inputs.pipeline import locate_inputs, staged_files, write_text
+        from brushgrip.outputs.atomic import is_same_file
+        from brushgrip.outputs.console import print_table, say, show
+        from brushgrip.outputs.identified_vehicle import identified_vehicle_text, with_plates
+        from brushgrip.outputs.provenance import KEY
+        from brushgrip.wording.formatting import json_text, listed, quantity
+        from identification import read_vehicle
+        from identification.reading.car import read_rack
+        from identification.steering.plates import identify_on_plates
+        from symbolic import InvalidInputError
+
+        written = self.write_vehicle
+        finals = [path for path in (self.out, written) if path]
+        if self.out and written and is_same_file(self.out, written):
+            raise InvalidInputError(f"{written}: --write-vehicle and --out must name different files")
+        inputs = locate_inputs(plates, vehicle=vehicle, channel_map=self.channel_map)
+        inputs.keep(finals)
+        car = read_vehicle(vehicle)
+        with staged_files(finals) as stages:
+            racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
+            result = identify_on_plates(racks, car)
+            document = {"plates": asdict(result), KEY: inputs.provenance()}
+            if self.out:
+                write_text(stages[0], json_text(document))
+            if written:
+                text = identified_vehicle_text(vehicle, with_plates(car, result))
+                write_text(stages[-1], text)
+        rows = [(name, quantity(one)) for name, one in result.parameters.items()]
+        print_table("Steering, wheels on plates", ("", "value ± standard deviation"), rows)
+        if finals:
+            say(f"wrote {listed(list(map(str, finals)))}")
+        show(document)
 
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""

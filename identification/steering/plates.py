@@ -35,10 +35,6 @@ of the samples with the least acceleration that stay [1]."""
 BLOCKS, LEAST_SAMPLES = 20, 200
 REACH = 0.6
 """Share of the way to either lock that is needed [1]."""
-AFTER_REVERSAL = (1e-3, 1e-2)
-"""Way of the rack behind a reversal in which tyres build up their torque, and a gear has [m]."""
-BUILT_UP = 0.2
-"""Share of the gear's friction by which the force may be behind there [1]."""
 APART = 0.2
 """Share of friction's regressor that those of the others leave, at least [1]."""
 POOR = 0.1
@@ -60,7 +56,6 @@ class PlatesResult:
         zero: force that is shown without any [N].
         samples: number of them that were used.
         rms: of what is left of the force [N].
-        note: what to know before use; empty for nothing.
     """
 
     gear_friction: ParameterEstimate
@@ -69,7 +64,6 @@ class PlatesResult:
     zero: ParameterEstimate
     samples: int
     rms: float
-    note: str = ""
 
     @property
     def parameters(self) -> dict[str, ParameterEstimate]:
@@ -84,8 +78,8 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
     Raises:
         InvalidInputError: the wheels were not turned far enough, or stood on ground that turns them.
     """
-    rows, forces, behind = zip(*(_rows(one, vehicle) for one in recordings), strict=True)
-    A, force, early = np.concatenate(rows), np.concatenate(forces), np.concatenate(behind)
+    rows, forces = zip(*(_rows(one, vehicle) for one in recordings), strict=True)
+    A, force = np.concatenate(rows), np.concatenate(forces)
     names = ", ".join(one.name for one in recordings)
     if force.size < LEAST_SAMPLES:
         raise InvalidInputError(
@@ -103,19 +97,13 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
     others = [np.r_[0:a, b : force.size] for a, b in pairwise(edges)]
     without = np.array([_solved(A[kept], force[kept]) for kept in others])
     variance = (BLOCKS - 1) * without.var(axis=0)
-    late = float(np.mean((residual * A[:, 0])[early])) if early.any() else 0.0
-    if not value[0] > 0 or -late > BUILT_UP * value[0]:
-        raise InvalidInputError(
-            f"{names}: the force builds up after a reversal, as on ground that turns the wheels; put the"
-            " front wheels onto turntables or greased plates"
-        )
     plates = PLATE_FRICTION * _slide_force(vehicle)
     value[0] -= plates / 2
     # Levers make the force out of torques, and the return torque out of the way.
     lengths = EVEN * vehicle.tolerances.geometry * value
     variance += lengths**2 * np.array([1, 1, 2, 1])
     variance[0] += (EVEN * plates / 2) ** 2
-    if variance[0] > (POOR * value[0]) ** 2:
+    if not value[0] > 0 or variance[0] > (POOR * value[0]) ** 2:
         raise InvalidInputError(
             f"{names}: gear friction is {value[0]:.0f} ± {variance[0] ** 0.5:.0f} N, it and damping are"
             f" hard to tell apart; allowed: up to {100 * POOR:.0f} %; {DRIVE}, the"
@@ -132,12 +120,12 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
     )
     return PlatesResult(
         gear_friction=friction, damping=damping, return_torque=factor, zero=zero, samples=force.size,
-        rms=float(residual.std()), note=_note(friction, vehicle),
+        rms=float(residual.std()),
     )  # fmt: skip
 
 
-def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Regressors, force, and which samples are just behind a reversal; of even motion alone."""
+def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
+    """Regressors and force, of even motion alone."""
     s, t = recording.s, recording.t
     if not (s.max() > REACH * vehicle.rack_travel and s.min() < -REACH * vehicle.rack_travel):
         raise InvalidInputError(
@@ -155,10 +143,7 @@ def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array, NDA
     by_load = lift + vehicle.gear_load_share * np.abs(lift) * side
     regressors: Array = np.column_stack([side, rate, by_load, np.ones_like(s)])
     force = recording.force - vehicle.rack_mass * acceleration
-    turned = np.flatnonzero(np.diff(np.where(moving, side, 0), prepend=0) * side > 0)
-    since = np.abs(s - s[turned[np.maximum(np.searchsorted(turned, np.arange(s.size), "right") - 1, 0)]])
-    behind = (since > AFTER_REVERSAL[0]) & (since < AFTER_REVERSAL[1])
-    return regressors[even], force[even], behind[even]
+    return regressors[even], force[even]
 
 
 def _solved(A: Array, force: Array) -> Array:
@@ -169,13 +154,3 @@ def _slide_force(vehicle: Vehicle) -> float:
     """Force on the rack of both tyres that slide, mu = 1 [N]."""
     arm = Contact.of(vehicle, brakes=True).slide_arm
     return 2 * vehicle.wheel_load * arm / vehicle.steering_arm
-
-
-def _note(friction: ParameterEstimate, vehicle: Vehicle) -> str:
-    most = (1 + vehicle.tolerances.gear_friction) * vehicle.gear_friction
-    if friction.std is None or friction.value - 2 * friction.std < most:
-        return ""
-    return (
-        f"gear friction is beyond the {most:.0f} N that the vehicle file allows: do the plates hold the"
-        " tyres?"
-    )

@@ -78,6 +78,8 @@ NOT_COUNTED = ("limited", "grows", "relaxation")
 """Traits of bristles that were not counted in double precision."""
 STEERING, STEERING_SAMPLE, STEERING_CORNER = 1.44, 3.25, 1.29
 """Factors of the steering torque on a step, on a sample of a window, and on a corner of it."""
+GEAR = 600
+"""Instructions of a step for the friction of a car's gear."""
 RIG_CORNER = 1.29
 """Factor on a corner of a rig that is taken at run time."""
 
@@ -162,6 +164,7 @@ def _step(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
     if steered:
         each *= STEERING_SAMPLE
     step = of.step * (STEERING if steered else 1.0) + of.tunable * bool(tunable)
+    step += GEAR * ("gear" in patch.observer.states)
     return step + window * (each + of.tunable_sample * bool(tunable))
 
 

@@ -10,6 +10,7 @@ import pytest
 from benchmarks.embedded import adversarial
 from observers import Ekf, Mhe, car_observer
 from observers.embedded import DOUBLE, SINGLE, generate, generate_vehicle
+from observers.embedded.cost import ERROR, estimated_cost
 from symbolic import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
 from symbolic.vehicle.steering import mean_angle
@@ -17,6 +18,7 @@ from tests.compile_once import compile_once
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.cortex.target import M4F, TOOLS, run_on, tools_installed
 from tests.observers.embedded.generated_code import python_estimates
+from tests.observers.embedded.ordinary_steering import samples_at_the_cap
 from tests.simulated_car import SimulatedCar, steering, vehicle_text
 
 CAR = vehicle_from_tables(tomllib.loads(vehicle_text(inclination=0.2, caster=0.1, lever_loss=0.2)))
@@ -45,12 +47,16 @@ def test_c_is_python(generated: Generate, rows: np.ndarray, kind: type[Ekf] | ty
 @pytest.mark.skipif(not tools_installed(), reason=TOOLS)
 def test_budget_on_the_target(generated: Generate, rows: np.ndarray) -> None:
     code = generated(car_observer(Ekf, CAR), SINGLE)
-    costs = [run_on(M4F, code, part) for part in (rows, adversarial())]
+    at_cap = SINGLE.round(samples_at_the_cap(code.observer))
+    costs = [run_on(M4F, code, part) for part in (rows, at_cap, adversarial())]
     most, stack = max(cost.most for cost in costs), max(cost.stack for cost in costs)
     state, mean = costs[0].state, costs[0].instructions
     print(f"a car: {mean:.0f} instructions a step, at most {most}; state {state}, stack {stack} bytes")
 
-    assert most <= MOST_INSTRUCTIONS
+    told = estimated_cost(code.observer)
+    assert told.at_most is not None
+    assert told.instructions == pytest.approx(mean, rel=ERROR)
+    assert most <= told.at_most <= MOST_INSTRUCTIONS
     assert state + stack <= MOST_MEMORY
 
 
