@@ -1,6 +1,6 @@
 """`brushgrip plan`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -34,9 +34,9 @@ class PlanRequest:
     Finds the path of the angle with the least travel (or time, or greatest angle) after which the
     observer's standard deviation of mu is within the target and usable, for the worst of the frictions
     of --mu or their mean. The deviation is that of the observer itself, with the tolerances of the rig
-    file. OUT.csv has a row a sample: t,psi,psi_dot,travel, for a car handwheel, and for each friction
-    the deviation over mu, empty until it is usable. OUT.png shows both. What cannot be reached is told
-    with its cause.
+    file; for M_z with k as a state, which a little steering tells badly from mu. OUT.csv has a row a
+    sample: t,psi,psi_dot,travel, for a car handwheel, and for each friction the deviation over mu, empty
+    until it is usable. OUT.png shows both. What cannot be reached is told with its cause.
     """
 
     rig: Annotated[Path | None, option("--rig", metavar="R", help="Rig file (TOML).")] = None
@@ -92,7 +92,7 @@ class PlanRequest:
         from brushgrip.outputs.generation import chosen_observer
         from brushgrip.outputs.planned import path_table
         from brushgrip.pictures.planned import draw_plan
-        from observers import plan
+        from observers import AligningTorque, plan
         from observers.planning.plan import MUS
 
         limits, target = chosen_limits(self.limit), share(self.target)
@@ -112,6 +112,8 @@ class PlanRequest:
             tuning=tuning and tuning.profile,
             by_hand=tuning and tuning.by_hand,
         )
+        if self.vehicle is None and observer.channel == "M_z":
+            observer = replace(observer, measurement_model=AligningTorque(stiffness=True))
         F_N = load_of(self.vehicle, self.load)
         finals = [] if self.out is None else [self.out, self.out.with_suffix(".png")]
         settings = {

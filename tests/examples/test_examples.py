@@ -373,6 +373,19 @@ def test_a_damper_says_that_it_has_no_recordings(
     assert f"brushgrip fetch {published}" in shown
 
 
+@pytest.mark.long
+def test_least_steering(tmp_path: Path) -> None:
+    text = printed_by("least_steering.py", tmp_path, "steering.png", leaves="steering.png")
+    cells = {row[0]: row[1:] for row in (re.findall(r"[\w.]+", line) for line in text.splitlines()[1:])}
+
+    assert [*cells] == ["ice", "snow", "wet", "dry"]
+    for mu, probe, _, found, sine, _, _ in cells.values():
+        assert float(probe) < min(0.2, 1.3 * float(sine))
+        assert float(found) == pytest.approx(float(mu), rel=0.08)
+    for ground in ("ice", "snow"):
+        assert float(cells[ground][1]) < 0.3 * float(cells[ground][4])
+
+
 def test_lower_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     smaller = {"MUS": (0.02, 0.1, 0.9), "SHARES": (0.0005, 0.04), "LOADS": (1.0,)}
     smaller |= {"SEEDS": range(2), "MANY": range(2)}

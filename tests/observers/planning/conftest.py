@@ -29,20 +29,3 @@ def observe_on_rig(observer: Ekf, path: SteeringPath, mu: float) -> tuple[list[E
         state = observer.step(state, Sample(psi=angle, psi_dot=rate, F_N=LOAD, dt=path.dt, M_z=M_z))
         estimates.append(observer.estimate(state))
     return estimates, torque
-
-
-class BristleWheel:
-    """A wheel on bristles that a controller turns sample by sample, in its own few lines."""
-
-    def __init__(self, mu: float) -> None:
-        """Stand at 0, free of torque."""
-        self.x, width = np.linspace(-RIG.a, RIG.a, 2001, retstep=True)
-        limit = 3 * LOAD * mu / (4 * RIG.a**3 * K) * (RIG.a**2 - self.x**2)
-        self.limit, self.arm, self.q = limit, K * width * (self.x - RIG.e), 0 * self.x
-        self.psi = 0.0
-
-    def turn(self, psi: float) -> float:
-        """M_z after a turn to an angle [N m]."""
-        pushed = self.q - (self.x - RIG.e) * (psi - self.psi)
-        self.q, self.psi = np.clip(pushed, -self.limit, self.limit), psi
-        return float(self.arm @ self.q)

@@ -6,17 +6,23 @@ import numpy as np
 import pytest
 
 from observers import Advice, Ekf, Loop, Mhe, Probe, Sample, SteeringLimits, SteeringTorque
+from reference_rig import RigTyre, SteeredWheel
 from symbolic import InvalidInputError
-from tests.observers.planning.conftest import LOAD, BristleWheel
+from tests.observers.planning.conftest import LOAD, RIG, K
 
 LIMITS = SteeringLimits(angle=0.3, rate=0.4, time=6.0)
+
+
+def wheel_on(mu: float) -> SteeredWheel:
+    """The independent rig's wheel on a friction."""
+    return SteeredWheel(RigTyre(a=RIG.a, e=RIG.e, k=K, mu=mu), load=LOAD)
 
 
 def follow(
     observer: Any, mu: float, target: float = 0.05, limits: SteeringLimits = LIMITS, lag: float = 0.0
 ) -> list[tuple[float, Advice]]:
     """Angles and advice until it ends; the wheel follows with a time constant [s]."""
-    loop, probe, wheel = Loop(observer), Probe(observer, target, limits), BristleWheel(mu)
+    loop, probe, wheel = Loop(observer), Probe(observer, target, limits), wheel_on(mu)
     psi = rate = 0.0
     steered: list[tuple[float, Advice]] = []
     while len(steered) < 1000:
@@ -105,7 +111,7 @@ def test_it_stops_and_says_why(
 @pytest.mark.long
 def test_the_torque_limit_is_kept(acquiring: Ekf) -> None:
     steered = follow(acquiring, 0.8, 0.05, replace(LIMITS, torque=2.0, time=2.0))
-    wheel = BristleWheel(0.8)
+    wheel = wheel_on(0.8)
 
     # A sample late at most.
     assert max(abs(wheel.turn(psi)) for psi, _ in steered) < 2.0 + 1.0

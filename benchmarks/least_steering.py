@@ -1,0 +1,220 @@
+"""How far must a wheel turn until friction is known? Plan and Probe against a sine and a ramp.
+
+    python benchmarks/least_steering.py --runs 40
+    python benchmarks/least_steering.py --runs 40 --rig usual --target 0.08
+    python benchmarks/least_steering.py --runs 40 --fixed
+
+The wheel is the independent rig's, on bristles. mu is log-uniform within bands of 0.05 to 1.2; half-
+length, caster, load, k and the torque's zero of the truth are drawn from tolerances: those of a rig that
+was measured, declared with the noise to an observer with the tuning `clean`, or the usual ones, which
+count where nothing is declared, with the tuning `real_tyre`. k is a state of the observer, not so with
+--fixed. The torque has white noise of 0.5 % of full slide at mu = 1, the angle steps of 14 bits, and the
+wheel follows its command with a lag of 30 ms.
+
+Travel counts until the observer's own estimate is usable with sigma/mu within the target: along a path
+over the prior that is planned beforehand (plan), led by a Probe (probe), along the plan that knew mu
+(known), in a sine of 0.4 rad at 0.3 rad/s at most, and a ramp at 0.1 rad/s to 0.5 rad. Error is that of
+the estimate there, predicted its sigma/mu there.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from observers import PROFILES, AligningTorque, Ekf, Loop, Plan, Probe, Sample, SteeringLimits, plan
+from reference_rig import FOURTEEN_BIT_STEP, RigTyre, SteeredWheel
+from symbolic import Model, Rig, Tolerances
+
+GROUNDS = {"ice": (0.05, 0.1), "snow": (0.1, 0.3), "wet": (0.3, 0.7), "dry": (0.7, 1.2)}
+"""Bands of mu, drawn in turn [1]."""
+PATHS = ("plan", "probe", "known", "sine", "ramp")
+LIMITS = SteeringLimits(angle=0.4, rate=0.5, time=6.0)
+K, LOAD, DT, LAG, SLIDE = 2.4e6, 400.0, 0.01, 0.03, 6.75
+OFF = {
+    "measured": {"a": 5e-4, "e": 5e-4, "load": 0.01, "k": 0.1, "zero": 0.03},
+    "usual": {"a": 0.002, "e": 0.002, "load": 0.02, "k": 0.2, "zero": 0.03},
+}
+"""How far off lengths [m], load and k [1], and the zero over 3/8 F_N a, `SLIDE` [N m], may be."""
+FIXED = ", k fixed"
+"""End of the name of a rig whose k is no state of the observer."""
+TUNINGS = {"measured": "clean", "usual": "real_tyre"}
+NOISE, LONGEST = 0.005, 12.0
+FIRST_SEED = 200_000
+"""Seeds below were used to choose constants."""
+Command = Callable[[float, Sample, Any], tuple[float, bool]]
+"""(time, sample, state of the observer) -> angle of the next sample, and whether it ends."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reached:
+    """Where the target was reached: travel [rad], time [s], error and sigma over mu [1]."""
+
+    travel: float = np.nan
+    time: float = np.nan
+    error: float = np.nan
+    predicted: float = np.nan
+
+
+class RigWheel:
+    """The rig's wheel as drawn, steered sample by sample."""
+
+    def __init__(self, seed: int, mu: float, rig: str) -> None:
+        """Draw it."""
+        self.rng, off = np.random.default_rng([seed, 3]), np.random.default_rng([seed, 7])
+        self.off = {
+            name: float(off.uniform(-most, most)) for name, most in OFF[rig.removesuffix(FIXED)].items()
+        }
+        a, e, k = 0.045 + self.off["a"], 0.009 + self.off["e"], K * (1 + self.off["k"])
+        load = LOAD * (1 + self.off["load"])
+        self.wheel = SteeredWheel(RigTyre(a=a, e=e, k=k, mu=mu), load=load)
+
+    @property
+    def psi(self) -> float:
+        """Present angle [rad]."""
+        return self.wheel.psi
+
+    def follow(self, command: float) -> Sample:
+        """The sample after a step toward the command."""
+        before = self.psi
+        M_z = self.wheel.turn(before + (command - before) * DT / (DT + LAG), DT)
+        noise = SLIDE * (self.off["zero"] + NOISE * self.rng.standard_normal())
+        psi = FOURTEEN_BIT_STEP * round(self.psi / FOURTEEN_BIT_STEP)
+        return Sample(psi=psi, psi_dot=(self.psi - before) / DT, F_N=LOAD, dt=DT, M_z=M_z + noise)
+
+
+def observer_of(rig: str) -> Ekf:
+    """The observer of a rig, with its tolerances."""
+    name = rig.removesuffix(FIXED)
+    off = OFF[name]
+    known = Rig(a=0.045, e=0.009)
+    if name == "measured":
+        lengths = {"a": off["a"], "e": off["e"], "load": off["load"]}
+        tolerances = Tolerances(**lengths, k=off["k"] * K, zero=off["zero"] * SLIDE)
+        known = replace(known, noise=NOISE * SLIDE, tolerances=tolerances)
+    return Ekf(
+        model=Model(), values={"k": K}, rig=known, tuning=PROFILES[TUNINGS[name]],
+        measurement_model=AligningTorque(stiffness=not rig.endswith(FIXED)),
+    )  # fmt: skip
+
+
+@cache
+def plan_over_grounds(rig: str, target: float) -> Plan:
+    """The plan over the prior, the same for all wheels."""
+    return plan(observer_of(rig), target, LIMITS, LOAD)
+
+
+def steered(observer: Ekf, wheel: RigWheel, mu: float, target: float, command: Command) -> Reached:
+    """A wheel under a command until the target is reached."""
+    loop, angle, travel = Loop(observer), 0.0, 0.0
+    for step in range(int(LONGEST / DT)):
+        before = wheel.psi
+        sample = wheel.follow(angle)
+        travel += abs(wheel.psi - before)
+        now = loop(sample)
+        if now.usable and now.mu_std <= target * now.mu:
+            return Reached(
+                travel=travel, time=step * DT, error=now.mu / mu - 1, predicted=now.mu_std / now.mu
+            )
+        angle, ends = command(step * DT, sample, loop.state)
+        if ends:
+            break
+    return Reached()
+
+
+def along(planned: Plan) -> Command:
+    """Along a planned path, then to and fro as it ended."""
+    path = planned.path
+    far = max(np.abs(path.psi).max(), 0.02)
+    swing = np.concatenate([path.psi, *[np.linspace(s * far, -s * far, 200) for s in (1, -1) * 4]])
+    return lambda t, *_: (float(swing[min(int(t / DT), swing.size - 1)]), False)
+
+
+def led(probe: Probe) -> Command:
+    """As the probe says."""
+
+    def command(_: float, sample: Sample, state: Any) -> tuple[float, bool]:
+        advice = probe(sample, state)
+        return advice.psi, advice.stopped
+
+    return command
+
+
+def run(task: tuple[int, str, float]) -> tuple[float, dict[str, Reached]]:
+    """One wheel, steered in every way."""
+    seed, rig, target = task
+    rng = np.random.default_rng([seed, 1])
+    mu = float(np.exp(rng.uniform(*np.log([*GROUNDS.values()][seed % len(GROUNDS)]))))
+    observer = observer_of(rig)
+    commands: dict[str, Command] = {
+        "plan": along(plan_over_grounds(rig, target)),
+        "probe": led(Probe(observer, target, LIMITS)),
+        "known": along(plan(observer, target, LIMITS, LOAD, mus=(mu,))),
+        "sine": lambda t, *_: (0.4 * np.sin(0.75 * t), False),
+        "ramp": lambda t, *_: (min(0.1 * t, 0.5), t > 5),
+    }
+    return mu, {
+        name: steered(observer, RigWheel(seed, mu, rig), mu, target, commands[name]) for name in PATHS
+    }
+
+
+def report(outcomes: Sequence[tuple[float, dict[str, Reached]]]) -> None:
+    """The table, and the figures over all runs."""
+    print(f"| ground | runs | {' | '.join(PATHS)} | probe over known | probe: error rms, predicted |")
+    print("|---|---:|" + "---:|" * (len(PATHS) + 2))
+    bands = [*GROUNDS.items(), ("all", (0.0, np.inf))]
+    for ground, (low, high) in bands:
+        of = [outcome for mu, outcome in outcomes if low <= mu < high]
+        cells = []
+        for name in PATHS:
+            travels = np.array([one[name].travel for one in of])
+            # Never is the most.
+            median = np.median(np.nan_to_num(travels, nan=np.inf))
+            missed = int(np.isnan(travels).sum())
+            cells.append(f"{median:.3f}{f' ({missed} never)' if missed else ''}")
+        ratios = [one["probe"].travel / one["known"].travel for one in of]
+        print(f"| {ground} | {len(of)} | {' | '.join(cells)} | {np.nanmedian(ratios):.2f} |"
+              f" {honesty(of, 'probe')} |")  # fmt: skip
+    everything = [outcome for _, outcome in outcomes]
+    for name in PATHS:
+        travels = np.array([one[name].travel for one in everything])
+        print(
+            f"{name}: mean travel {np.nanmean(travels):.3f} rad, worst {np.nanmax(travels):.3f} rad,"
+            f" never {np.isnan(travels).sum()}, error rms, predicted {honesty(everything, name)}"
+        )
+
+
+def honesty(outcomes: Sequence[dict[str, Reached]], name: str) -> str:
+    """Rms of the errors beside that of the predicted deviations."""
+    errors, predicted = (
+        np.array([getattr(one[name], of) for one in outcomes]) for of in ("error", "predicted")
+    )
+    rms = [100 * np.sqrt(np.nanmean(values**2)) for values in (errors, predicted)]
+    return f"{rms[0]:.1f} %, {rms[1]:.1f} %"
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--runs", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=FIRST_SEED, help="of the first run")
+    parser.add_argument("--rig", choices=list(OFF), default="measured")
+    parser.add_argument("--fixed", action="store_true", help="k is no state of the observer")
+    parser.add_argument("--target", type=float, default=0.05)
+    given = parser.parse_args()
+    rig = given.rig + FIXED * given.fixed
+    tasks = [(given.seed + i, rig, given.target) for i in range(given.runs)]
+    with ProcessPoolExecutor() as pool:
+        report(list(pool.map(run, tasks)))
+
+
+if __name__ == "__main__":
+    main()
