@@ -9,7 +9,7 @@ from identification import Decay, Fit, Recording, fit
 from identification.selection.trials import fit_own_parameters
 from reference_rig import Campaign, make_campaign
 from rig_recordings import as_decay, as_read
-from symbolic import Model, Rig, Tolerances, Tyre
+from symbolic import Rig, Tolerances, Tyre
 
 __all__ = [
     "as_decay",
@@ -83,13 +83,11 @@ def positions(fitted: Fit) -> np.ndarray:
     return np.array([fitted.values.at(label) for label in fitted.labels])
 
 
-def left_out_exactly(
-    fitted: Fit, recordings: Sequence[Recording], model: Model | None = None
-) -> dict[str, np.ndarray]:
+def left_out_exactly(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, np.ndarray]:
     """Residuals of each recording by a fit of the others, to which its own parameters are fitted."""
     residuals = {}
     for left_out in recordings:
         others = [other for other in recordings if other is not left_out]
-        refitted = fit(model or fitted.model, others, fitted.values)
+        refitted = fit(fitted.model, others, fitted.values)
         residuals |= fit_own_parameters(refitted, [left_out]).residuals
     return residuals

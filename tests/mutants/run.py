@@ -99,12 +99,12 @@ def copy_checkout(target: Path) -> Path:
     return target
 
 
-def run_tests(checkout: Path, tests: Sequence[str], *, first_failure: bool = True) -> tuple[int, str]:
+def run_tests(checkout: Path, tests: Sequence[str]) -> tuple[int, str]:
     """Exit status of pytest and what it printed; bytecode is never written, so none can be stale."""
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests]
     try:
         result = subprocess.run(
-            [*command, "-x"] if first_failure else command,
+            command,
             cwd=checkout,
             env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": str(checkout)},
             stdout=subprocess.PIPE,

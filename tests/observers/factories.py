@@ -86,10 +86,10 @@ def samples_of(columns: dict[str, Array]) -> list[Sample]:
     return [Sample(psi=p, psi_dot=v, F_N=F, dt=dt, M_z=M_z, M=M) for p, v, F, dt, M_z, M in rows]
 
 
-def sparse(samples: list[Sample], every: int = 7) -> list[Sample]:
-    """The samples, each so many-th without what it measures of the tyre."""
+def sparse(samples: list[Sample]) -> list[Sample]:
+    """The samples, each seventh without what it measures of the tyre."""
     gone = [replace(s, M_z=nan) if np.isfinite(s.M_z) else replace(s, psi=nan) for s in samples]
-    return [gone[i] if i % every == every - 1 else s for i, s in enumerate(samples)]
+    return [gone[i] if i % 7 == 6 else s for i, s in enumerate(samples)]
 
 
 def states_of(observer: Any, samples: list[Sample]) -> Iterator[Any]:
@@ -105,11 +105,12 @@ def estimates_of(observer: Any, samples: list[Sample]) -> list[Estimate]:
     return [observer.estimate(state) for state in states_of(observer, samples)]
 
 
-def full_slide(mu: Array, *, turn: float = 1e3, every: int = 6, F_N: float = 400.0) -> list[Sample]:
-    """Samples in full slide to and fro at changing mu; M_z is linear in mu but for turn^-2.
+def full_slide(mu: Array, *, every: int = 6) -> list[Sample]:
+    """Samples in full slide to and fro at changing mu; M_z is linear in mu but for 1e-6.
 
-    The first stands at rest; after it the wheel turns through `turn` [rad] at once, and back.
+    The first stands at rest; after it the wheel turns through 1000 rad at once, and back.
     """
+    turn, F_N = 1e3, 400.0
     side = np.where(np.arange(mu.size) // every % 2 == 0, 1.0, -1.0)
     psi = np.concatenate([[0.0], turn * side[1:]])
     level = virgin(turn, F_N)

@@ -25,18 +25,12 @@ class Posterior:
     std: Array
 
 
-def posterior(made: GroundRecording, count: int, *, scale: float = ALLOWANCE) -> Posterior:
-    """The posterior of constant friction after each of the first `count` samples.
-
-    Args:
-        made: the recording.
-        count: samples of it.
-        scale: of the noise believed over the true one [1].
-    """
+def posterior(made: GroundRecording, count: int) -> Posterior:
+    """The posterior of constant friction after each of the first `count` samples."""
     rate = causal_rate(made.t, made.psi)
     grid = np.linspace(np.log(LEAST) - MARGIN, np.log(GREATEST) + MARGIN, COARSE)
     signals = np.vstack([made.psi, rate, made.F_N, np.full_like(rate, made.t[1] - made.t[0])])[:, :count]
-    sigma = scale * NOISE * np.ptp(made.M_z_true)
+    sigma = ALLOWANCE * NOISE * np.ptp(made.M_z_true)
     costs = []
     for ln_mu in grid:
         theta, geometry = np.array([np.exp(ln_mu), K]), np.array([RIG.a, RIG.e])

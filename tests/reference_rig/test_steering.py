@@ -30,10 +30,10 @@ STIFFNESS = 2 * TYRE.a * TYRE.k * (TYRE.e**2 + TYRE.a**2 / 3)
 FULL = full_slide_moment(TYRE, TYRE.mu * LOAD)
 
 
-def push(torque: Array, wheel: Wheel = WHEEL, step: float = STEP) -> SteeredMotion:
+def push(torque: Array, wheel: Wheel = WHEEL) -> SteeredMotion:
     """Impose a torque at constant load and friction."""
     n = len(torque)
-    return simulate_steering(torque, np.full(n, LOAD), np.full(n, TYRE.mu), step=step, wheel=wheel)
+    return simulate_steering(torque, np.full(n, LOAD), np.full(n, TYRE.mu), wheel=wheel)
 
 
 def plucked(wheel: Wheel) -> SteeredMotion:

@@ -181,17 +181,17 @@ def nested_corners(rng: np.random.Generator, reach: float, depth: int) -> list[f
     return [*corners, 1.2 * side * reach, 0.3 * side * reach, 0.8 * side * reach]
 
 
-def wandering_load(rng: np.random.Generator, n: int, swing: float = 0.15) -> Array:
-    """Load between 400 N (1 - swing) and 400 N (1 + swing), slow and fast waves together."""
+def wandering_load(rng: np.random.Generator, n: int) -> Array:
+    """Load between 340 N and 460 N, slow and fast waves together."""
     at = np.linspace(0, 1, n)
     waves = sum(
         rng.uniform(0.3, 1) / f**0.5 * np.sin(2 * np.pi * (f * at + rng.random()))
         for f in rng.uniform(0.5, 12, 6)
     )
-    return 400 * (1 + swing * waves / np.max(np.abs(waves)))
+    return 400 * (1 + 0.15 * waves / np.max(np.abs(waves)))
 
 
-def random_path(seed: int, *, depth: int = 12, samples: int = 600, swing: float = 0.15) -> Path:
+def random_path(seed: int, *, depth: int = 12, samples: int = 600) -> Path:
     """A random tyre on a random path of up to `depth` nested reversals under a wandering load."""
     rng = np.random.default_rng(seed)
     a = rng.uniform(0.03, 0.06)
@@ -200,7 +200,7 @@ def random_path(seed: int, *, depth: int = 12, samples: int = 600, swing: float 
     corners = nested_corners(rng, reach, int(rng.integers(depth // 3, depth + 1)))
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(corners)) ** 0.5)])
     psi = np.interp(np.linspace(0, way[-1], samples), way, corners)
-    return Path(psi=psi, F_N=wandering_load(rng, samples, swing), tyre=tyre)
+    return Path(psi=psi, F_N=wandering_load(rng, samples), tyre=tyre)
 
 
 def worst(M_z: Array, reference: Array) -> float:
