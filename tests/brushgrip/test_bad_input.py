@@ -1,10 +1,9 @@
-"""A bad file gets one line, exit status 2, and leaves nothing behind."""
+"""A bad file gets one line, exit status 2, and leaves nothing behind; `reading` has every fault."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.io
 
 from tests.brushgrip.helpers import Outcome, Run, Write, contents
 
@@ -36,14 +35,10 @@ def replaced(values: np.ndarray, at: int, value: object) -> list[object]:
 @pytest.mark.parametrize(
     ("columns", "words"),
     [
-        ({"M_z": None}, ["row 1", "M_z", "missing"]),
         ({"psi": replaced(GOOD, 3, "left")}, ["row 5", "psi", "'left'", "not a number"]),
-        ({"t": replaced(GOOD, 30, 0.05)}, ["row 32", "runs backwards", "must increase"]),
         ({"t": GOOD * 1e-321}, ["row 3", "stands nearly still", "at least 1e-06 s"]),
-        ({"M_z": np.full(N, np.nan)}, ["every M_z is missing"]),
-        ({"F_N": replaced(np.full(N, 400.0), 9, -5)}, ["row 11", "F_N = -5", "greater than 0"]),
     ],
-    ids=["column", "text", "time", "time still", "all NaN", "load"],
+    ids=["text", "time still"],
 )
 @pytest.mark.parametrize("command", ["diagnose", "estimate"])
 def test_bad_columns(
@@ -58,43 +53,9 @@ def test_a_diagnosis_from_nine_torques(refuses: Run, write_csv: Write) -> None:
     refuses("diagnose", path, f"{path}: M_z is known in 9 of 60 samples, at least 10 needed")
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("", ["is empty"]),
-        ("t,psi,M_z,F_N\n0,0,0,400\n0.01,0,0,400\n", ["2 samples", "at least 10"]),
-        ("t,psi,M_z,F_N\n", ["0 samples"]),
-    ],
-    ids=["empty", "two samples", "header alone"],
-)
-def test_bad_files(refuses: Run, tmp_path: Path, text: str, words: list[str]) -> None:
-    path = tmp_path / "bad.csv"
-    path.write_text(text)
-    refuses("diagnose", path, str(path), *words)
-
-
-def test_mat_without_the_angle(refuses: Run, tmp_path: Path) -> None:
-    column = np.ones((N, 1))
-    content = {"time": GOOD[:, None], "Mz": column, "Fz": column, "a": 0.04, "e": 0.0, "k": 2e6}
-    scipy.io.savemat(tmp_path / "bad.mat", content)
-    refuses("diagnose", tmp_path / "bad.mat", str(tmp_path / "bad.mat"), "Psi")
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        (("a = 0.045", "a = 0"), ["a must be", "greater than 0", "got 0"]),
-        (("a = 0.045", "a = -0.1"), ["a must be", "greater than 0", "got -0.1"]),
-        (("e = 0.009", "e = 0.045"), ["e must lie between", "got 0.045"]),
-        (("e = 0.009", "e = -0.05"), ["e must lie between", "got -0.05"]),
-        (("k = 2.4e6", ""), ["k is missing"]),
-    ],
-)
-def test_bad_rigs(
-    refuses: Run, write_csv: Write, rig: Path, changes: tuple[str, str], words: list[str]
-) -> None:
-    rig.write_text(rig.read_text().replace(*changes))
-    refuses("diagnose", write_csv(), str(rig), *words)
+def test_a_bad_rig(refuses: Run, write_csv: Write, rig: Path) -> None:
+    rig.write_text(rig.read_text().replace("k = 2.4e6", ""))
+    refuses("diagnose", write_csv(), str(rig), "k is missing")
 
 
 def test_no_rig(run: Run, write_csv: Write, tmp_path: Path) -> None:

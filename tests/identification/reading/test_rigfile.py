@@ -57,18 +57,9 @@ TOLERANCES = [
 ]
 VALUES = [
     ("a", '"4 cm"', "[rig] a must be a number, got '4 cm'"),
-    ("a", "true", "[rig] a must be a number, got 'True'"),
     ("a", "[0.04]", "[rig] a must be a number, got '[0.04]'"),
-    ("a", "0", "a must be a finite number greater than 0 m, got 0"),
-    ("a", "nan", "a must be a finite number greater than 0 m, got nan"),
     ("e", "-0.04", "e must lie between -a and a, here -0.04 and 0.04 m, got -0.04"),
-    ("k", "-1", "k must be a finite number greater than 0 N/m^2, got -1"),
-    ("mu", "0.0", "mu must be a finite number greater than 0, got 0"),
-    ("b_t", "-1", "b_t must be a number from 0 to 10000 N m s/rad, got -1"),
-    ("a", "40", "a must be given in metres, at most 1 m in size, got 40; if these are"),
-    ("e", "-9", "e must be given in metres, at most 1 m in size, got -9; if these are"),
     ("a", "inf", "a must be a finite number greater than 0 m, got inf"),
-    ("k", "1" + "0" * 400, "[tyre] holds a number too large to compute with"),
     ("a", "", "is not valid TOML: "),
 ]
 
@@ -86,15 +77,11 @@ def test_faults_of_a_value(tmp_path: Path, name: str, value: str, fault: str) ->
     ("old", "new", "fault"),
     [
         ("[rig]", "[rigg]", "unknown section or key 'rigg'; allowed: [rig], [tyre]"),
-        ("[rig]", "x = 1\n[rig]", "unknown section or key 'x'"),
-        ("[tyre]\nk = 2438000\nmu = 1.67\n", "", "section [tyre] is missing; it holds k, mu"),
         (COMPLETE, "rig = 3\n[tyre]\nk = 1\n", "section [rig] is missing"),
         ("a = 0.04\n", "", "[rig] a is missing; required: a, e"),
         ("e = 0.009\n", "", "[rig] e is missing; required: a, e"),
         ("k = 2438000\n", "", "[tyre] k is missing; required: k"),
         ("J_A", "J", "[rig] unknown key 'J'; allowed: a, e, J_A, b_t, slide_rate"),
-        ("e = 0.009", "a = 0.05", "is not valid TOML: "),
-        (COMPLETE, "", "is empty"),
         (COMPLETE, "[rig]\na = 1 # \udce9\n", "row 2"),
         (COMPLETE, "[rig]\n\0", "row 2"),
     ],
