@@ -53,14 +53,16 @@ def update_covariance(factor: ca.SX, H: ca.SX, weight: ca.SX) -> tuple[ca.SX, ca
     share = ca.SX(1)
     gain = ca.SX.zeros(n)
     for j in range(n):
-        grown = share + weight * f[j] * v[j]
-        factor_next[j, j] = factor[j, j] * share / grown
+        scaled = weight * f[j]
+        grown = share + scaled * v[j]
+        factor_next[j, j] = factor[j, j] * (share / grown)
         for i in range(j):
-            factor_next[i, j] = factor[i, j] - gain[i] * weight * f[j] / share
+            factor_next[i, j] = factor[i, j] - gain[i] * (scaled / share)
             gain[i] += factor[i, j] * v[j]
         gain[j] = v[j]
         share = grown
-    return factor_next, gain * weight / share, weight / share
+    left = weight / share
+    return factor_next, gain * left, left
 
 
 def add_variance(factor: Expression, at: int, variance: Expression) -> Expression:

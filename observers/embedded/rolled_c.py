@@ -19,7 +19,7 @@ from observers.embedded.rolled_values import (
     ValueReader,
     schedule,
 )
-from symbolic.compilation.scalar_c import LONGEST, Term, as_real, number, operation, stripped
+from symbolic.compilation.scalar_c import Term, as_real, is_kept, number, operation, stripped
 
 
 def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Known) -> str:
@@ -121,14 +121,14 @@ class LoopWriter:
         if value.stored:
             self.lines.append(f"{indent}{value.text.format(i='i')} = {stripped(as_real(term))};")
             return
-        value.text, value.is_condition = term.text, term.is_condition
-        if value.uses > 1 or len(term.text) > LONGEST or value.code == CHOICE:
-            value.text = self._name()
+        value.text, value.is_condition, value.choice = term.text, term.is_condition, term.choice
+        if is_kept(value.code, term, value.uses) or value.code == CHOICE:
+            value.text, value.choice = self._name(), None
             kind = "bool" if term.is_condition else self.real
             self.lines.append(f"{indent}const {kind} {value.text} = {stripped(term.text)};")
 
     def _term(self, value: Value) -> Term:
-        return Term(self._text(value, "i"), value.is_condition)
+        return Term(self._text(value, "i"), value.is_condition, value.choice)
 
     def _real(self, value: Value) -> str:
         return as_real(self._term(value))

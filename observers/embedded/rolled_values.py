@@ -49,6 +49,7 @@ class Value:
     constant: Array | None = None
     text: str = ""
     is_condition: bool = False
+    choice: tuple[str, str] | None = None
     is_placed: bool = False
     loop: int = 10**6
     stored: bool = False
@@ -193,7 +194,7 @@ def schedule(values: Sequence[Value], outputs: Sequence[Value]) -> None:
         value.loop = max(value.level, value.loop) if value.loop < 10**6 else value.level
         reads = value.loop if value.is_vector else value.level - 1
         for operand in value.operands:
-            operand.uses += 1 + (value.code == ca.OP_SQ)
+            operand.uses += 1 + (value.code in (ca.OP_SQ, ca.OP_TWICE))
             if operand.is_vector and operand.code >= 0:
                 operand.stored |= value.code == CHOICE or operand.loop not in (10**6, reads)
                 operand.loop = min(operand.loop, reads)

@@ -152,6 +152,12 @@ def without_inputs(function: ca.Function, names: Collection[str]) -> ca.Function
     )
 
 
+def without_outputs(function: ca.Function, names: Collection[str]) -> ca.Function:
+    """The same Function without these outputs."""
+    kept = [name for name in function.name_out() if name not in names]
+    return function.factory(function.name(), function.name_in(), kept)
+
+
 def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[str]]) -> str:
     """C of a Function of scalars of an estimator; comment and functions as of `described`."""
     outputs = [function.name_out(i) for i in range(function.n_out())]

@@ -19,8 +19,10 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import retained
+from symbolic.deformation import full_slide_level, moment_of_corner, unit_moment
 from symbolic.functions import named_function
 from symbolic.masing import virgin_torque
+from symbolic.zones import FAR
 
 POINTS = 4
 """Turning points that are remembered, the place of rest included."""
@@ -204,8 +206,12 @@ def build_sensitivity() -> ca.Function:
     """
     inputs = symbols(ca.SX, turn=1, log_ratio=1, F_N=1, tyre=3)
     turn, log_ratio, F_N, tyre = inputs.values()
-    M = virgin_torque(ca.fmax(turn, SHORTEST), F_N, ca.exp(log_ratio), *ca.vertsplit(tyre))
-    share = ca.gradient(M, log_ratio) / M
+    k, a, e = ca.vertsplit(tyre)
+    slope = full_slide_level(F_N, a) * ca.exp(log_ratio) / k
+    z = ca.fmin(slope / ca.fmax(turn, SHORTEST), FAR)
+    # As z is proportional to mu.
+    beyond, by_z = ca.vertsplit(moment_of_corner(z, a, e))
+    share = -z * by_z / (unit_moment(0, a, e) - beyond)
     outputs = {"share": ca.fmin(ca.fmax(share, LEAST_SENSITIVITY), 1)}
     return named_function("sensitivity", inputs, outputs, cse=True)
 

@@ -213,9 +213,10 @@ def build_hypothesis(gear: bool = False) -> ca.Function:
     spread = ca.dot(f, ca.diag(factor) * f)
     innovation = measured - ca.dot(mean, H)
     size = ca.fabs(innovation) / ca.sqrt(spread + variance)
-    # Huber's loss as a variance that grows with the innovation.
-    variance = variance + (spread + variance) * ca.fmax(size / ROBUST - 1, 0)
-    cost = ca.if_else(size > ROBUST, ROBUST * size - ROBUST**2 / 2, size**2 / 2)
+    # Huber's loss, and as a variance that grows with the innovation.
+    within = ca.fmin(size, ROBUST)
+    cost = within * (size - within / 2)
+    variance = variance + (spread + variance) * (size - within) / ROBUST
     factor, K, share_left = update_covariance(factor, H, 1 / variance)
     log_likelihood = older * was["log_likelihood"] - cost + ca.log(share_left * variance) / 2
     after = {"log_likelihood": log_likelihood, **named(order, mean + K * innovation)}

@@ -1,6 +1,8 @@
 """The verdict of the hypotheses of `observers.quality.hypotheses`: mu, s and whether they are known."""
 
-from functools import cache
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, partial
 
 import casadi as ca
 import numpy as np
@@ -41,38 +43,74 @@ first sample no longer matters: 0 or 1; mean and variance of the gear's friction
 [1], 0 where there is none."""
 
 
-def _weights(log_weight: Expression) -> Expression:
-    """Weights (G,) that sum to 1."""
-    weight = ca.exp(log_weight - ca.mmax(log_weight))
-    return weight / ca.sum1(weight)
+Quantity = Callable[[Parts], tuple[Expression, Expression]]
+"""Value and variance of something under a hypothesis, from its parts: of all (G,), or of one."""
 
 
-def _moments(
-    log_weight: Expression, value: Expression, variance: Expression
-) -> tuple[Expression, Expression]:
-    """Mean and variance of a quantity with this value and variance under each hypothesis (G,).
+@dataclass(frozen=True)
+class Mixture:
+    """The hypotheses with weights exp(exponent) factor, of which logarithms are taken where they matter.
 
-    Where the weight is narrower than the hypotheses are apart, its logarithm is a parabola through the
-    best and its neighbours.
+    Attributes:
+        parts: of the hypotheses, a vector (G,) each, with ln mu at the declared k as `grid`.
+        exponent: of each hypothesis (G,).
+        factor: of each, from its parts.
     """
-    count, grid, numbers = len(RATIOS), ca.DM(np.log(RATIOS)), ca.DM(range(len(RATIOS)))
-    best, weight = ca.mmax(log_weight), _weights(log_weight)
-    mean = ca.dot(weight, value)
-    broad = ca.dot(weight, (value - mean) ** 2 + variance)
-    width = ca.dot(weight, (grid - ca.dot(weight, grid)) ** 2)
-    place = ca.fmin(ca.fmax(ca.mmax((log_weight >= best) * numbers), 1), count - 2)
-    selections = [numbers == place + i for i in (-1, 0, 1)]
-    left, middle, right = (
-        (ca.dot(chosen, log_weight), ca.dot(chosen, value), ca.dot(chosen, variance))
-        for chosen in selections
-    )
-    curvature = ca.fmax(2 * middle[0] - left[0] - right[0], 1e-6)
-    shift = ca.fmin(ca.fmax((right[0] - left[0]) / (2 * curvature), -1), 1)
-    slope, bend = (right[1] - left[1]) / 2, (right[1] - 2 * middle[1] + left[1]) / 2
-    vertex = middle[1] + shift * (slope + shift * bend)
-    narrow = (slope + 2 * shift * bend) ** 2 / curvature + middle[2]
-    is_broad = width > (0.7 * STEP) ** 2
-    return ca.if_else(is_broad, mean, vertex), ca.if_else(is_broad, broad, narrow)
+
+    parts: Parts
+    exponent: Expression
+    factor: Callable[[Parts], Expression]
+
+    @property
+    def weight(self) -> Expression:
+        """The weights (G,), not normalised."""
+        return ca.exp(self.exponent - ca.mmax(self.exponent)) * self.factor(self.parts)
+
+    def mean(self, value: Expression) -> Expression:
+        """Mean of a value under each hypothesis (G,)."""
+        return ca.dot(self.weight, value) / ca.sum1(self.weight)
+
+    def near(self, name: str) -> Expression:
+        """A part of the hypothesis with the greatest exponent."""
+        return _chosen(_place(self.exponent), self.parts[name])
+
+    def moments(self, quantity: Quantity, about: Expression) -> tuple[Expression, Expression]:
+        """Mean and variance of a quantity.
+
+        Where the weight is narrower than the hypotheses are apart, its logarithm is a parabola through
+        the best and its neighbours. `about` is near the mean: little is lost where squares are
+        subtracted.
+        """
+        value, variance = quantity(self.parts)
+        offset = self.parts["grid"] - self.near("grid")
+        mean, along = self.mean(value - about), self.mean(offset)
+        broad = self.mean((value - about) ** 2 + variance) - mean**2
+        width = self.mean(offset**2) - along**2
+        place = ca.fmin(ca.fmax(_place(self.weight), 1), len(RATIOS) - 2)
+        places = [place + i for i in (-1, 0, 1)]
+        beside = [{name: _chosen(at, part) for name, part in self.parts.items()} for at in places]
+        left, middle, right = (
+            _chosen(at, self.exponent) + ca.log(self.factor(parts))
+            for at, parts in zip(places, beside, strict=True)
+        )
+        curvature = ca.fmax(2 * middle - left - right, 1e-6)
+        shift = ca.fmin(ca.fmax((right - left) / (2 * curvature), -1), 1)
+        left, middle, right = (_chosen(at, value) for at in places)
+        slope, bend = (right - left) / 2, (right - 2 * middle + left) / 2
+        vertex = middle + shift * (slope + shift * bend)
+        narrow = (slope + 2 * shift * bend) ** 2 / curvature + quantity(beside[1])[1]
+        is_broad = width > (0.7 * STEP) ** 2
+        return ca.if_else(is_broad, about + mean, vertex), ca.if_else(is_broad, broad, narrow)
+
+
+def _place(vector: Expression) -> Expression:
+    """The last place of the maximum of a vector (G,)."""
+    return ca.mmax((vector >= ca.mmax(vector)) * ca.DM(range(len(RATIOS))))
+
+
+def _chosen(place: Expression, vector: Expression) -> Expression:
+    """The element of a vector (G,) at a place."""
+    return ca.dot(ca.DM(range(len(RATIOS))) == place, vector)
 
 
 @cache
@@ -88,46 +126,62 @@ def build_verdict(gear: bool = False) -> ca.Function:
     inputs = symbols(ca.MX, hypotheses=count, explained=1, reach=1, limits=len(LIMITS))
     limits, grid = named(LIMITS, inputs["limits"]), ca.DM(np.log(RATIOS))
     rows = (row.T for row in ca.vertsplit(inputs["hypotheses"]))
-    parts = dict(zip(names, rows, strict=True))
+    parts = {"grid": ca.MX(grid), **dict(zip(names, rows, strict=True))}
     stiffness, log_std = limits["stiffness_std"] ** 2, limits["mu_std"] / limits["mu"]
-    gain, variance = ca.fmax(parts["gain"], LEAST_GAIN), parts["D_gain"]
     usual = ca.exp(-(((grid - ca.log(limits["mu"])) / log_std) ** 2) / 2) / (
         log_std * np.sqrt(2 * np.pi)
     )
     prior = ca.log((1 - EVEN) * usual + EVEN / (STEP * len(RATIOS)))
-    declared = parts["log_likelihood"] + prior + ca.log(variance / (variance + stiffness)) / 2
-    declared -= (parts["gain"] - 1) ** 2 / (variance + stiffness) / 2
-    joint = 1 / (1 / variance + 1 / stiffness)
-    known = ca.fmax((parts["gain"] / variance + 1 / stiffness) * joint, LEAST_GAIN)
-    log_mu, var_log_mu = _moments(declared, grid + ca.log(known), joint / known**2)
-    log_ratio, _ = _moments(declared, ca.MX(grid), 0 * gain)
+    misfit = (parts["gain"] - 1) ** 2 / (parts["D_gain"] + stiffness) / 2
+    likelihood = parts["log_likelihood"]
+    declared = Mixture(
+        parts, likelihood + prior - misfit, lambda of: ca.sqrt(1 / (1 + stiffness / of["D_gain"]))
+    )
+    log_mu, var_log_mu = declared.moments(partial(_log_mu, stiffness), declared.near("grid"))
+    log_ratio, _ = declared.moments(lambda of: (of["grid"], 0), declared.near("grid"))
     level, var_level = ca.MX(0), ca.MX(0)
-    zero, var_zero = _given_gain(declared, parts, known, joint, "zero")
+    zero, var_zero = declared.moments(partial(_beside, "zero", stiffness), declared.near("zero"))
     if gear:
-        level, var_level = _given_gain(declared, parts, known, joint, "gear")
+        level, var_level = declared.moments(partial(_beside, "gear", stiffness), declared.near("gear"))
     # Without a prior of s: even in ln s.
-    even = parts["log_likelihood"] + ca.log(variance) / 2 - ca.log(gain)
-    log_gain, var_gain = _moments(even, ca.log(gain), ca.fmin(variance / gain**2, 2))
+    even = Mixture(parts, likelihood, lambda of: ca.sqrt(of["D_gain"]) / ca.fmax(of["gain"], LEAST_GAIN))
+    log_gain, var_gain = even.moments(_log_gain, ca.log(ca.fmax(even.near("gain"), LEAST_GAIN)))
     error = ca.fmin(limits["error"], MOST_ERROR) ** 2
     deviation, allowed = ca.sqrt(var_gain + error), ALLOWED * limits["stiffness_std"]
     inside = (allowed - ca.fabs(log_gain)) / deviation
-    squares = -2 * ca.mmax(parts["log_likelihood"])
+    squares = -2 * ca.mmax(likelihood)
     outputs = {
         "log_mu": log_mu, "variance": var_log_mu, "log_ratio": log_ratio, "zero": zero,
         "var_zero": var_zero, "log_gain": log_gain, "var_log_gain": var_gain,
         "verified": inside > SURE[0], "suspect": inside < -SURE[1],
         "unexplained": squares > inputs["explained"] + UNEXPLAINED,
-        "wiped": ca.dot(_weights(declared), parts["left"]) <= WIPED * inputs["reach"],
+        "wiped": declared.mean(parts["left"]) <= WIPED * inputs["reach"],
         "gear": level, "var_gear": var_level,
     }  # fmt: skip
     return named_function("verdict", inputs, {"verdict": vector_of(VERDICT, outputs)}, cse=True)
 
 
-def _given_gain(
-    log_weight: Expression, parts: Parts, known: Expression, variance: Expression, name: str
-) -> tuple[Expression, Expression]:
-    """Mean and variance of an unknown where s is `known` with a variance under each hypothesis."""
+def _gain(stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
+    """Mean and variance of s with the prior 1 of this variance."""
+    variance = 1 / (1 / parts["D_gain"] + 1 / stiffness)
+    return ca.fmax((parts["gain"] / parts["D_gain"] + 1 / stiffness) * variance, LEAST_GAIN), variance
+
+
+def _log_mu(stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
+    """Mean and variance of ln mu."""
+    gain, variance = _gain(stiffness, parts)
+    return parts["grid"] + ca.log(gain), variance / gain**2
+
+
+def _beside(name: str, stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
+    """Mean and variance of an unknown beside s."""
+    gain, variance = _gain(stiffness, parts)
     slope = parts[factor_name(name, "gain")]
-    value = parts[name] + slope * (known - parts["gain"])
-    left = variance_of(parts, name, given=("gain",)) + slope**2 * variance
-    return _moments(log_weight, value, left)
+    value = parts[name] + slope * (gain - parts["gain"])
+    return value, variance_of(parts, name, given=("gain",)) + slope**2 * variance
+
+
+def _log_gain(parts: Parts) -> tuple[Expression, Expression]:
+    """Mean and variance of ln s from the torque alone."""
+    gain = ca.fmax(parts["gain"], LEAST_GAIN)
+    return ca.log(gain), ca.fmin(parts["D_gain"] / gain**2, 2)

@@ -53,10 +53,12 @@ class Term:
     Attributes:
         text: an expression; an operand of another one as it stands if it is a name, a number or a call.
         is_condition: a `bool`, no real.
+        choice: condition and value, where it is 0 otherwise.
     """
 
     text: str
     is_condition: bool = False
+    choice: tuple[str, str] | None = None
 
 
 @dataclass
@@ -94,8 +96,14 @@ def operation(code: int, terms: Sequence[Term]) -> Term:
         if code == ca.OP_NOT:
             return Term(f"(!{conditions[0]})", True)
         if code == ca.OP_IF_ELSE_ZERO:
-            return Term(f"({conditions[0]} ? {as_real(terms[1])} : 0.0)")
+            value = as_real(terms[1])
+            return Term(f"({conditions[0]} ? {value} : 0.0)", choice=(conditions[0], value))
         return Term(f"({conditions[0]} {INFIX[code]} {conditions[1]})", True)
+    if code == ca.OP_ADD and all(term.choice for term in terms):
+        # CasADi's if_else adds two choices, of which one is 0.
+        (condition, value), (other, otherwise) = (term.choice for term in terms if term.choice)
+        if other == f"(!{condition})":
+            return Term(f"({condition} ? {value} : {otherwise})")
     texts = [as_real(term) for term in terms]
     if code in INFIX:
         return Term(f"({texts[0]} {INFIX[code]} {texts[1]})", code in COMPARISONS)
@@ -111,6 +119,11 @@ def operation(code: int, terms: Sequence[Term]) -> Term:
     if code not in simple:
         raise BrushgripError(f"no C is known for operation {code} of CasADi")
     return Term(simple[code].format(*texts))
+
+
+def is_kept(code: int, term: Term, uses: int) -> bool:
+    """Whether a term becomes a variable: not a choice that is one half of another, nor a negation."""
+    return (uses > 1 and code != ca.OP_NOT) or (len(term.text) > LONGEST and code != ca.OP_IF_ELSE_ZERO)
 
 
 def c_function(
@@ -168,8 +181,7 @@ def c_function(
             terms[k] = Term(function.name_in(i) + ("" if scalar else f"[{j}]"))
         else:
             term = operation(code, [terms[source] for source in operands[k]])
-            keep = uses[k] > 1 or len(term.text) > LONGEST
-            terms[k] = writer.named(term) if keep else term
+            terms[k] = writer.named(term) if is_kept(code, term, uses[k]) else term
     return _definition(name, function, real, writer.statements, vectors, comments)
 
 

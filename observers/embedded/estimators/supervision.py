@@ -10,8 +10,8 @@ from typing import Any
 import casadi as ca
 
 from observers.embedded.constants import Constants, Tunable
-from observers.embedded.patches.corners import moment_of_corner
 from observers.embedded.rolled_c import rolled_c
+from observers.embedded.scalar_function import without_outputs
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import ModelObserver
@@ -21,6 +21,7 @@ from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import acquisition, branches, hypotheses, supervision, verdict
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.tuning import TUNING_FIELDS
+from symbolic.deformation import moment_of_corner
 from symbolic.zones import FAR
 
 
@@ -30,7 +31,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         return []
     gear = supervision.has_gear(observer.measurement_model)
     functions = [
-        branches.build_track().expand("follow_turns", {"cse": True}),
+        without_outputs(branches.build_track(), {"turns"}).expand("follow_turns", {"cse": True}),
         branches.build_turn(),
         branches.build_sliding(),
         _edge(observer, constants.tunable == "all"),
@@ -149,7 +150,7 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
         "gear_spread": repr(float(observer.measurement_model.gear_spread)),
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",
-        "limits": hypotheses.LIMITS, "hypotheses": hypotheses.RATIOS,
+        "limits": hypotheses.LIMITS,
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
         "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
         "confirms": repr(supervision.CONFIRMS), "afterwards": repr(supervision.AFTERWARDS),

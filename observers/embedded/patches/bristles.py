@@ -27,8 +27,10 @@ from symbolic.deformation import full_slide_arm
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
 OMEGA = (-12, 24)
-"""Arguments between which Wright's function is a table; it is e^x before and x - ln x ... beyond."""
+"""Arguments between which Wright's function is a table; it is e^x before."""
 OMEGA_KNOTS_PER_UNIT = 4
+OMEGA_FAR, OMEGA_SPARSE = 32, 32
+"""Knots beyond, so many times as far apart; after them it is x - ln x ..."""
 MOST_COARSE, LEAST_TRIED = 5, 16
 """In single precision a turn is tried on one of so many bristles at most, and on so many at least."""
 
@@ -53,7 +55,7 @@ def bristles(observer: ModelObserver, real: Real) -> PatchCode:
     written = [c_function(name, function, real.c_type) for name, function in functions.items()]
     table = bristle_table(effects, terms)
     arrays = (4 if terms["relaxation"] else 2) + terms["compliant"]
-    numbers = effects.own + 6 + terms["compliant"] * (2 + terms["relaxation"])
+    numbers = effects.own + 7 + terms["compliant"] * (2 + terms["relaxation"])
     kept = ["M_z", "by_mu", "mu", *(("angle", "by_angle") if angle_is_state(observer) else ())]
     tried = tried_table(table, terms["coarse"], real) if terms["coarse"] else ""
     return PatchCode(
@@ -105,14 +107,17 @@ def bristle_terms(effects: EffectExpressions, real: Real) -> dict[str, Any]:
 
 def _omega() -> dict[str, Any]:
     """The table of Wright's function: a cubic of the place between two knots."""
-    intervals = (OMEGA[1] - OMEGA[0]) * OMEGA_KNOTS_PER_UNIT
-    w = wrightomega(np.linspace(*OMEGA, intervals + 1))
-    slopes, rise = w / (1 + w) / OMEGA_KNOTS_PER_UNIT, np.diff(w)
-    bend = slopes[:-1] + slopes[1:] - 2 * rise
-    cubics = np.column_stack([w[:-1], slopes[:-1], rise - slopes[:-1] - bend, bend])
+    near = (OMEGA[1] - OMEGA[0]) * OMEGA_KNOTS_PER_UNIT
+    apart = np.repeat([1, OMEGA_SPARSE], [near, OMEGA_FAR]) / OMEGA_KNOTS_PER_UNIT
+    w = wrightomega(OMEGA[0] + np.concatenate([[0], np.cumsum(apart)]))
+    slopes, rise = w / (1 + w), np.diff(w)
+    bend = (slopes[:-1] + slopes[1:]) * apart - 2 * rise
+    first = slopes[:-1] * apart
+    cubics = np.column_stack([w[:-1], first, rise - first - bend, bend])
     return {
         "omega": [", ".join(f"{number:.9g}" for number in cubic) for cubic in cubics],
-        "omega_from": float(OMEGA[0]), "omega_intervals": intervals,
+        "omega_from": float(OMEGA[0]), "omega_near": near, "omega_far": OMEGA_FAR,
+        "omega_sparse": OMEGA_SPARSE,
         "omega_knots_per_unit": float(OMEGA_KNOTS_PER_UNIT),
     }  # fmt: skip
 
@@ -128,12 +133,13 @@ def bristle_table(effects: EffectExpressions, terms: dict[str, Any]) -> dict[str
     numbers = np.asarray(geometry.coefficients(effects.inputs())).ravel()
     n = patch.bristles
     tables = {"lever": numbers[:n], "moment": numbers[2 * n : 3 * n]}
-    tables["moment_lever"] = tables["moment"] * tables["lever"]
     if terms["grows"]:
         return tables | {"place": SPAN * np.asarray(patch.nodes()[0]).ravel()}
     tables["pressure"] = pressure = numbers[n : 2 * n]
     if terms["creep"] and terms["static_limit"]:
-        tables |= {"inverse_pressure": 1 / pressure, "log_pressure": np.log(pressure)}
+        tables |= {
+            "inverse_pressure": 1 / pressure, "log_pressure": OMEGA_KNOTS_PER_UNIT * np.log(pressure),
+        }  # fmt: skip
     return tables
 
 

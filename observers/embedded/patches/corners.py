@@ -16,7 +16,7 @@ from observers.estimators.model_observer import ModelObserver
 from symbolic import Model, full_slide_level
 from symbolic.compilation.scalar_c import c_function
 from symbolic.compliance import deflection_of
-from symbolic.deformation import edge_distance, unit_moment
+from symbolic.deformation import moment_of_corner, unit_moment
 
 DEPTH = Model().corners
 """Corners of the patch, as many as in Python, of which the one that contributes least to M_z is dropped
@@ -88,17 +88,3 @@ def corner(observer: ModelObserver, *, with_rig: bool) -> ca.Function:
     return ca.Function(
         "corner", list(inputs.values()), [outputs], list(inputs), ["moment"], {"cse": True}
     )
-
-
-def moment_of_corner(z: ca.SX, a: ca.SX, e: ca.SX) -> ca.SX:
-    """`symbolic.deformation.unit_moment` and its derivative by z, with the integrals multiplied out.
-
-    With w the distance of the edge at which |xi| = z, the derivative is that at a fixed w,
-    -int p |x - e| dx, and G = int (x - e)^2 dx + z dG/dz: a third of the operations of the quadrature.
-    """
-    moment, by_z = ca.SX(0), ca.SX(0)
-    for arm in (a - e, a + e):
-        w = edge_distance(z, a, arm)
-        moment += w * (arm * (arm - w) + w * w * (1 / 3))
-        by_z -= w * w * (a * arm + w * (w * 0.25 - (2 * a + arm) * (1 / 3)))
-    return ca.vertcat(moment + z * by_z, by_z)

@@ -65,27 +65,38 @@ static inline double any_exp(double x) { return exp(x); }
 %% endif
 %% if creep
 
-/* Wright's function between two knots: a cubic through values and slopes. */
+/* Wright's function between two knots: a cubic through values and slopes. The last ${omega_far} are ${omega_sparse} times as far apart. */
 static const ${real} omega_of[${omega|length}][4] = {
 %% for knot in omega
     {${knot}},
 %% endfor
 };
 
+static inline ${real} omega_between(${real} place) {
+    const int32_t i = place > 0.0 ? (int32_t)place : 0;
+    const ${real} t = place > 0.0 ? place - (${real})i : 0.0, *of = omega_of[i];
+    return of[0] + t * (of[1] + t * (of[2] + t * of[3]));
+}
+
 %% if single
-/* The root w of w + ln w = x; right to 1e-5 of w. */
+/* The root w of w + ln w = x, by the place of x among the knots; right to 1e-5 of w. */
 %% else
-/* The root w of w + ln w = x: right to 1e-5, and a step of fourth order.
+/* The root w of w + ln w = x, by the place of x among the knots: right to 1e-5, and a step of fourth order.
    Source: Fritsch, Shafer, Crowley, Algorithm 443, Comm. ACM 16 (1973) 123. */
 %% endif
-static inline ${real} wright_omega(${real} x) {
-    const ${real} place = (x - ${omega_from}) * ${omega_knots_per_unit};
+static inline ${real} wright_omega(${real} place) {
     ${real} w;
-    if (place < ${omega_intervals}.0) {
-        const int32_t i = place > 0.0 ? (int32_t)place : 0;
-        const ${real} t = place > 0.0 ? place - (${real})i : 0.0, *of = omega_of[i];
-        w = of[0] + t * (of[1] + t * (of[2] + t * of[3]));
+%% if not single
+    const double x = place / ${omega_knots_per_unit} + ${omega_from};
+%% endif
+    if (place < ${omega_near}.0) {
+        w = omega_between(place);
+    } else if (place < ${omega_near + omega_sparse * omega_far}.0) {
+        w = omega_between(${omega_near}.0 + (place - ${omega_near}.0) * ${1 / omega_sparse});
     } else {
+%% if single
+        const float x = place / ${omega_knots_per_unit} + ${omega_from};
+%% endif
         const ${real} log_x = natural_log(x), share = log_x / x;
         w = x - log_x + share * (1.0 + 0.5 * (log_x - 2.0) / x);
     }

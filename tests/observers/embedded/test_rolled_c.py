@@ -12,6 +12,7 @@ from observers.embedded.rolled_values import Known
 from observers.quality.hypotheses import LIMITS, RATIOS, per_hypothesis
 from observers.quality.verdict import build_verdict
 from symbolic import BrushgripError, compiler
+from symbolic.compilation.scalar_c import c_function
 from tests.compile_once import compile_once
 from tests.observers.embedded.generated_code import needs_compiler
 
@@ -90,6 +91,14 @@ def test_the_verdict_of_the_hypotheses(tmp_path: Path, known: bool) -> None:
         actual = called(library, verdict.numel_out(0), *given)
 
         np.testing.assert_allclose(actual, np.asarray(verdict(*given)).ravel(), rtol=1e-11, atol=1e-13)
+
+
+def test_of_a_choice_c_computes_one_value() -> None:
+    x = ca.SX.sym("x")
+    either = ca.Function("either", [x], [ca.if_else(x > 1, ca.sqrt(x), ca.sin(x))], ["x"], ["y"])
+
+    assert "y[0] = t0 ? sqrt(x) : sin(x);" in c_function("either", either, "double")
+    assert "!" not in rolled_c("weighted", weighted(), COUNT, "double", {})
 
 
 def test_what_cannot_be_rolled_is_told() -> None:

@@ -1,7 +1,7 @@
 /* Supervision: friction is acquired among hypotheses before the estimator tracks it. -------------------------- */
 
 enum { HYPOTHESES = ${ratios|length}, POINTS = ${points}, PATHS = ${paths} };
-/* Own numbers of the supervision, the present branch of the path with what the torques so far were worth, the tuning, and
+/* Own numbers of the supervision, the present branch of the path with what the torques so far were worth, the tuning,
    moments of stiffness over the declared one [1], zero [N m] and twist [1] under a hypothesis. */
 %% for prefix, names in (("OWN", own), ("TRACK", track), ("LIMIT", limits), ("PART", parts))
 enum {
@@ -93,32 +93,48 @@ static void restart_search(${name}_state_t *state, ${real} gain_std, ${real} zer
     }
 }
 
+/* The branches of both paths up to the angle psi: k times the turn [N/m^2 rad], the place up to which the patch slides over
+   mu at the declared k, and which paths have it: 0, 1, or 2 for both. Returns their number. */
+static int32_t find_branches(const ${name}_state_t *state, ${real} psi, const ${real} *tyre, ${real} *weight, ${real} *place, int32_t *path_of) {
+    const int32_t counts[PATHS] = {(int32_t)state->track[TRACK_COUNT], (int32_t)state->track[TRACK_COUNT_SLID]};
+    int32_t path, j, shared = 0, found = 0;
+    while ((counts[0] - shared > 1) && (counts[1] - shared > 1) && (state->points[counts[0] - 1 - shared] == state->points[POINTS + counts[1] - 1 - shared])) {
+        ++shared;
+    }
+    for (path = 0; path < PATHS; ++path) {
+        const ${real} *points = &state->points[path * POINTS];
+        for (j = 0; j < counts[path] - (path == 0 ? 0 : shared); ++j) {
+            const ${real} turn = (j + 1 < counts[path] ? points[j + 1] : psi) - points[j];
+            /* A branch that begins at a turning point is the virgin one at twice the scale. */
+            const ${real} virgin = fabs(j == 0 ? turn : 0.5 * turn);
+            weight[found] = tyre[0] * turn;
+            place[found] = 3.0 * state->own[OWN_F_N] / (4.0 * tyre[1] * tyre[1] * tyre[1] * tyre[0] * virgin);
+            place[found] = place[found] < ${far} ? place[found] : ${far};
+            path_of[found] = j < counts[path] - shared ? path : 2;
+            ++found;
+        }
+    }
+    return found;
+}
+
 /* All hypotheses after a torque [N m] of this variance. From one turning point to the next the torque changes by that of
    a branch: the patch sticks, less what is beyond the place up to which it slides; that place is as mu over k. */
-static void weigh_torque(${name}_state_t *state, const ${real} *turns, const ${real} *tyre, ${real} M_z, ${real} variance, ${real} share) {
-    const int32_t counts[PATHS] = {(int32_t)state->track[TRACK_COUNT], (int32_t)state->track[TRACK_COUNT_SLID]};
-    ${real} place[PATHS * POINTS], stuck;
-    int32_t i, j, path;
+static void weigh_torque(${name}_state_t *state, ${real} psi, const ${real} *tyre, ${real} M_z, ${real} variance, ${real} share) {
+    ${real} weight[PATHS * POINTS], place[PATHS * POINTS], stuck;
+    int32_t path_of[PATHS * POINTS], i, j;
+    const int32_t branches = find_branches(state, psi, tyre, weight, place, path_of);
     beyond(0.0, tyre[1], tyre[2], &stuck);
-    for (j = 0; j < PATHS * POINTS; ++j) {
-        /* A branch that begins at a turning point is the virgin one at twice the scale. */
-        const ${real} turn = fabs(j % POINTS == 0 ? turns[j] : 0.5 * turns[j]);
-        place[j] = 3.0 * state->own[OWN_F_N] / (4.0 * tyre[1] * tyre[1] * tyre[1] * tyre[0] * turn);
-    }
     for (i = 0; i < HYPOTHESES; ++i) {
-        ${real} expected[PATHS] = {0.0, 0.0}, part[PARTS];
-        for (path = 0; path < PATHS; ++path) {
-            for (j = POINTS * path; j < POINTS * path + counts[path]; ++j) {
-                const ${real} z = RATIOS[i] * place[j];
-                ${real} slides;
-                beyond(z < ${far} ? z : ${far}, tyre[1], tyre[2], &slides);
-                expected[path] -= tyre[0] * turns[j] * (stuck - slides);
-            }
+        ${real} sums[3] = {0.0, 0.0, 0.0}, part[PARTS];
+        for (j = 0; j < branches; ++j) {
+            ${real} slides;
+            beyond(RATIOS[i] * place[j], tyre[1], tyre[2], &slides);
+            sums[path_of[j]] -= weight[j] * (stuck - slides);
         }
-        hypothesis(state->hypotheses[i], expected[0], expected[1], M_z, variance, share${", " ~ dry if gear}, part);
-        for (j = 0; j < PARTS; ++j) {
-            state->hypotheses[i][j] = part[j];
-        }
+        hypothesis(state->hypotheses[i], sums[0] + sums[2], sums[1] + sums[2], M_z, variance, share${", " ~ dry if gear}, part);
+%% for name in parts
+        state->hypotheses[i][PART_${name|upper}] = part[PART_${name|upper}];
+%% endfor
     }
 }
 
@@ -143,10 +159,10 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
     const ${real} at = ((direction == 0.0) && (away <= ${start} * limits[LIMIT_PSI_NOISE])) ? state->track[TRACK_ORIGIN] : given;
     const bool weighs = known && is_certain && (state->own[OWN_PHASE] == 0.0);
     const ${real} counts = weighs ? 1.0 : 0.0;
-    ${real} track[TRACKS], points[POINTS * PATHS], turns[POINTS * PATHS], own[OWNS], handed[${handover}];
+    ${real} track[TRACKS], points[POINTS * PATHS], own[OWNS], handed[${handover}];
     ${real} share, size, variance, noisy;
     torque_error(torque, state->own[OWN_F_N], tyre[1], 0.0, 0.0, 1.0, 0.0, &size, &variance, &noisy);
-    follow_turns(state->track, state->points, at, torque, size, limits[LIMIT_PSI_NOISE], counts, track, points, turns, &share);
+    follow_turns(state->track, state->points, at, torque, size, limits[LIMIT_PSI_NOISE], counts, track, points, &share);
     set_numbers(state->track, track, TRACKS);
     set_numbers(state->points, points, POINTS * PATHS);
     if (weighs) {
@@ -155,7 +171,7 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
 %% if gear
         variance += ${dry_std} * ${dry_std} / share;
 %% endif
-        weigh_torque(state, turns, tyre, torque, variance, share);
+        weigh_torque(state, at, tyre, torque, variance, share);
     } else if (state->own[OWN_PHASE] != 0.0) {
         verdict_of(&state->hypotheses[0][0], state->track[TRACK_EXPLAINED], state->track[TRACK_REACH], limits, state->verdict);
     } else {

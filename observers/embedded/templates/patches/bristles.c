@@ -75,7 +75,8 @@ static inline ${real} limit_over_scale(const limits_t *limits, int32_t i) {
 %% if creep
 /* Slip of a bristle beyond ${rest_factor} of its limit, where friction is that of rest. It grows with the log of a
    bristle's own speed: size - slip (1 + gain) = limit (1 + c ln(slip / (reach * reference))).
-   With w = slip (1 + gain) / (limit c) that is w + ln w = size / (limit c) + offset. */
+   With w = slip (1 + gain) / (limit c) that is w + ln w = size / (limit c) + ...; log_pressure and offset are in knots of the
+   table of its root. */
 static inline slip_t slip_of(${real} stress, ${real} pressure, ${real} rest_limit, const limits_t *limits, int32_t i) {
     const ${real} size = fabs(stress), at_rest = size - rest_limit;
 %% if not static_limit
@@ -85,9 +86,9 @@ static inline slip_t slip_of(${real} stress, ${real} pressure, ${real} rest_limi
     if (at_rest > limits->least_slip${"" if static_limit else " && limit > 1e-12"}) {
 %% if static_limit
         const ${real} over = size * limits->per_scale * bristle_of[i].inverse_pressure;
-        const ${real} w = wright_omega(over + limits->offset - bristle_of[i].log_pressure);
+        const ${real} w = wright_omega(${omega_knots_per_unit} * over + limits->offset - bristle_of[i].log_pressure);
 %% else
-        const ${real} over = size / (limit * ${creep}), w = wright_omega(over + limits->offset - natural_log(limit));
+        const ${real} over = size / (limit * ${creep}), w = wright_omega(${omega_knots_per_unit} * (over - natural_log(limit)) + limits->offset);
         (void)i;
 %% endif
         const ${real} unit = limits->creep_scale * pressure;
@@ -138,7 +139,7 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
 %% if creep
     limits->rest_scale = limits->scale * ${rest_factor};
     limits->per_scale = 1.0 / (limits->scale * ${creep});
-    limits->offset = ${offset} + natural_log(slope * ${"limits->per_scale" if static_limit else 1 / creep});
+    limits->offset = ${omega_knots_per_unit} * (${offset - omega_from} + natural_log(slope * ${"limits->per_scale" if static_limit else 1 / creep}));
     limits->creep_scale = limits->scale * ${creep}${shared};
     limits->least_slip = slope * ${rest_speed};
 %% endif
@@ -153,22 +154,30 @@ typedef struct {
     ${real} retention, change${", further, further_by_mu" if compliant}${", gain" if compliant and relaxation};
 } follow_t;
 
+/* A bristle${" and its Maxwell branch" if relaxation}: stress, and its derivative by mu. */
+typedef struct {
+    ${real} q, q_by_mu${", branch, branch_by_mu" if relaxation};
+} stress_t;
+
 /* A bristle at the mu of the sample. */
-static inline void follow_friction(${name}_patch_t *restrict patch, const follow_t *restrict follow, int32_t i) {
+static inline stress_t follow_friction(const ${name}_patch_t *restrict patch, const follow_t *restrict follow, int32_t i) {
+    stress_t now;
 %% if compliant
-    patch->q[i] += patch->follows[i] * follow->further;
-    patch->q_by_mu[i] += patch->follows[i] * follow->further_by_mu;
+    now.q_by_mu = (patch->q_by_mu[i] + patch->follows[i] * follow->further_by_mu) * follow->retention;
+    now.q = patch->q[i] + patch->follows[i] * follow->further + now.q_by_mu * follow->change;
 %% if relaxation
-    patch->branch[i] += follow->gain * patch->follows[i] * follow->further;
-    patch->branch_by_mu[i] += follow->gain * patch->follows[i] * follow->further_by_mu;
+    now.branch_by_mu = (patch->branch_by_mu[i] + follow->gain * patch->follows[i] * follow->further_by_mu) * follow->retention;
+    now.branch = patch->branch[i] + follow->gain * patch->follows[i] * follow->further + now.branch_by_mu * follow->change;
 %% endif
-%% endif
-    patch->q_by_mu[i] *= follow->retention;
-    patch->q[i] += patch->q_by_mu[i] * follow->change;
+%% else
+    now.q_by_mu = patch->q_by_mu[i] * follow->retention;
+    now.q = patch->q[i] + now.q_by_mu * follow->change;
 %% if relaxation
-    patch->branch_by_mu[i] *= follow->retention;
-    patch->branch[i] += patch->branch_by_mu[i] * follow->change;
+    now.branch_by_mu = patch->branch_by_mu[i] * follow->retention;
+    now.branch = patch->branch[i] + now.branch_by_mu * follow->change;
 %% endif
+%% endif
+    return now;
 }
 
 %% if compliant
@@ -186,13 +195,10 @@ static void try_turn(const ${name}_patch_t *restrict patch, ${"const follow_t *r
     for (j = 0; j < ${"TRIED" if coarse else "BRISTLES"}; ++j) {
 %% if coarse
         const int32_t i = tried_of[j].at;
-        /* As `follow_friction` will leave it. */
-        const ${real} by_mu = (patch->q_by_mu[i] + patch->follows[i] * follow->further_by_mu) * follow->retention;
-        const ${real} q = patch->q[i] + patch->follows[i] * follow->further + by_mu * follow->change;
-        const ${real} moment = tried_of[j].moment;
+        const stress_t was = follow_friction(patch, follow, i);
+        const ${real} q = was.q, moment = tried_of[j].moment;
 %% if relaxation
-        const ${real} share = follow->gain * patch->follows[i];
-        const ${real} branch = patch->branch[i] + share * follow->further + (patch->branch_by_mu[i] + share * follow->further_by_mu) * follow->retention * follow->change;
+        const ${real} branch = was.branch;
 %% endif
 %% else
         const int32_t i = j;
@@ -266,6 +272,7 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
 %% endif
     initial_memory(signals, &patch->angle${", patch->own" if own else ""});
     patch->angle_by_mu = 0.0;
+    patch->retained = 1.0;
     patch->mu = mu;
     patch->M_z = 0.0;
     patch->M_z_by_mu = 0.0;
@@ -286,13 +293,14 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
     for (i = 0; i < BRISTLES; ++i) {
         const ${real} stretch = -bristle_of[i].lever * turn;
 %% if compliant and not coarse
-        const ${real} q = patch->q[i] + stretch;
+        const stress_t was = {patch->q[i], patch->q_by_mu[i]${", patch->branch[i], patch->branch_by_mu[i]" if relaxation}};
 %% else
-        const ${real} q = (follow_friction(patch, follow, i), patch->q[i] + stretch);
+        const stress_t was = follow_friction(patch, follow, i);
 %% endif
+        const ${real} q = was.q + stretch;
 %% if relaxation
-        const ${real} branch = patch->branch[i] * terms[TERM_DECAY] + gain * stretch;
-        const ${real} branch_by_mu = patch->branch_by_mu[i] * terms[TERM_DECAY];
+        const ${real} branch = was.branch * terms[TERM_DECAY] + gain * stretch;
+        const ${real} branch_by_mu = was.branch_by_mu * terms[TERM_DECAY];
 %% endif
         const ${real} pressure = limit_over_scale(limits, i);
         const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
@@ -300,13 +308,14 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
         if (fabs(q${branched}) > rest_limit) {
             const slip_t now = slip_of(q${branched}, pressure, rest_limit, limits, i);
             slip = now.slip;
-            slip_by_mu = now.by_stress${shared} * (patch->q_by_mu[i]${branched_by_mu}) + now.by_mu;
+            slip_by_mu = now.by_stress${shared} * (was.q_by_mu${branched_by_mu}) + now.by_mu;
             follow_turn -= now.by_stress;
         }
         patch->q[i] = q - slip;
-        patch->q_by_mu[i] -= slip_by_mu;
+        patch->q_by_mu[i] = was.q_by_mu - slip_by_mu;
+        follow_turn = -bristle_of[i].lever * follow_turn;
 %% if compliant
-        patch->follows[i] = -bristle_of[i].lever * follow_turn;
+        patch->follows[i] = follow_turn;
 %% endif
 %% if relaxation
         patch->branch[i] = branch - gain * slip;
@@ -317,7 +326,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
         total += bristle_of[i].moment * patch->q[i];
         by_mu += bristle_of[i].moment * patch->q_by_mu[i];
 %% endif
-        by_turn -= bristle_of[i].moment_lever * follow_turn;
+        by_turn += bristle_of[i].moment * follow_turn;
     }
     sums[0] = total;
     sums[1] = ${gained}by_turn;
@@ -341,7 +350,8 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% endif
     (void)stiffness;
     torque[BY_STIFFNESS] = 0.0;
-    follow.retention = retention;
+    follow.retention = retention * patch->retained;
+    patch->retained = 1.0;
     follow.change = mu - patch->mu;
 %% if compliant
     follow.further = patch->further;
@@ -376,7 +386,13 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     turn = goal + deflected;
 %% else
     for (i = 0; i < BRISTLES; ++i) {
-        follow_friction(patch, &follow, i);
+        const stress_t now = follow_friction(patch, &follow, i);
+        patch->q[i] = now.q;
+        patch->q_by_mu[i] = now.q_by_mu;
+%% if relaxation
+        patch->branch[i] = now.branch;
+        patch->branch_by_mu[i] = now.branch_by_mu;
+%% endif
     }
     M_z = patch->M_z;
     turn = 0.0;
@@ -425,18 +441,9 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     slide[1] = terms[TERM_BESIDE];
 }
 
-/* A change of the ground: the memory was made on the old one. */
+/* A change of the ground: the memory was made on the old one. The bristles follow with the next sample. */
 static void forget_sensitivity(${name}_patch_t *patch, ${real} share) {
-    int32_t i;
-    for (i = 0; i < BRISTLES; ++i) {
-        patch->q_by_mu[i] *= share;
-%% if relaxation
-        patch->branch_by_mu[i] *= share;
-%% endif
-    }
-%% if compliant
-    patch->further_by_mu *= share;
-%% endif
+    patch->retained *= share;
     patch->angle_by_mu *= share;
     patch->M_z_by_mu *= share;
 }

@@ -10,6 +10,6 @@ typedef struct {
 %% if compliant
     ${real} follows[${bristles}], further, further_by_mu${", gain" if relaxation}; /* what the last turn lacked */
 %% endif
-    ${real} angle, angle_by_mu, mu, M_z, M_z_by_mu, slope;
+    ${real} angle, angle_by_mu, mu, M_z, M_z_by_mu, slope, retained;
 } ${name}_patch_t;
 
