@@ -8,14 +8,15 @@ from numpy.typing import NDArray
 
 from identification.reading.signal_map import SignalSource, mending_map
 from identification.reading.table import Table
-from identification.reading.units import UNITS, unit_by_size
+from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
 from symbolic.vehicle.steering import jacking, lever, mean_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
-LEAST_WAY = 0.02
-"""Way of the rack after which signs are judged [m]."""
+LEAST_SPAN = 0.03
+"""Way of the rack from end to end from which on force and signs are judged [m]: tyres that stand twisted
+unwind within half of it, and give work."""
 GIVEN_BACK = 0.25
 """Share of the work, without regard to its sign, that no ground and no gear give back [1]."""
 LARGEST_FORCE = 6e4
@@ -59,20 +60,29 @@ def way_and_force(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array
 
 def _units(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
     """Units by column where they are not SI."""
-    units = {column: unit_by_size(column, values) for column, values in columns.items()}
-    motor = columns.get("T_motor")
-    if motor is not None and vehicle.motor_ratio > 0:
+    sizes = dict(columns)
+    if "T_motor" in columns and vehicle.motor_ratio > 0:
         # What a motor gives depends on its gear.
-        force = np.abs(rack_force(vehicle, 0.0, motor))
-        units["T_motor"] = "mN m" if np.nanmax(force, initial=0.0) > LARGEST_FORCE else ""
+        share = rack_force(vehicle, 0.0, columns["T_motor"]) / LARGEST_FORCE
+        sizes["T_motor"] = share * OF_SIZE["T_motor"][0]
+    units = {column: unit_by_size(column, values) for column, values in sizes.items()}
+    way = "rack" if "rack" in columns else "handwheel"
+    gain = UNITS[way].get(units[way], 1.0) * (1.0 if way == "rack" else vehicle.rack_gain)
+    if "F_rack" in columns and not gain * _span(columns[way]) > LEAST_SPAN:
+        units["F_rack"] = ""
     return {column: unit for column, unit in units.items() if unit}
+
+
+def _span(values: Array) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.ptp(known)) if known.size else 0.0
 
 
 def _signs(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
     """Columns that count the other way, and why."""
     s, force = way_and_force(columns, vehicle)
     ds = np.diff(s, prepend=s[:1])
-    if not np.nansum(np.abs(ds)) > LEAST_WAY:
+    if not _span(s) > LEAST_SPAN:
         return {}
     bar, motor = columns.get("T_bar"), columns.get("T_motor")
     if "F_rack" not in columns and bar is not None and motor is not None:

@@ -13,7 +13,7 @@ from tests.refusal import refused
 from tests.simulated_car import vehicle_text
 
 T = 0.01 * np.arange(60)
-RACK = 0.02 * np.sin(5 * T)
+RACK = 0.035 * np.sin(5 * T)
 FORCE = 1000 * np.sign(np.cos(5 * T))
 CAR = vehicle_from_tables(tomllib.loads(vehicle_text()))
 
@@ -164,3 +164,20 @@ def test_a_handwheel_that_the_motor_drags_along_is_no_fault(tmp_path: Path) -> N
     read_recording(
         write(tmp_path / "car.csv", t=T, **columns), vehicle=vehicle_from_tables(tomllib.loads(text))
     )
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        # A gear that hardly moves puts little force on the rack, and tyres that unwind turn the wheels.
+        {"rack": 0.01 * RACK, "F_rack": 0.01 * FORCE},
+        {"rack": -0.02 * T, "F_rack": 1000 * (1 - T / 0.4)},
+        # Single samples are glitches.
+        {**ASSISTED, "T_motor": ASSISTED["T_motor"] + 1e3 * (T[30] == T)},
+    ],
+)  # fmt: skip
+def test_what_is_no_other_unit_and_no_other_sign(tmp_path: Path, columns: dict[str, object]) -> None:
+    motor = {"motor_ratio": 20.0, "steering_ratio": 12.5} if "T_motor" in columns else {}
+    car = vehicle_from_tables(tomllib.loads(vehicle_text(**motor)))
+
+    read_recording(write(tmp_path / "car.csv", t=T, **columns), vehicle=car)
