@@ -50,14 +50,13 @@ class Stroke(NamedTuple):
     alarm: bool
 
 
-def model_of(folder: Path, path: Path | None) -> FoundModel:
+def model_of(folder: Path, path: Path) -> FoundModel:
     """The model of the constant runs, diagnosed where it is not in the file yet."""
-    if path is None or not path.is_file():
+    if not path.is_file():
         runs = {name: raw(folder, name) for name in CONSTANT}
         training = [at_rate(name, run, CYCLES_RATE / run["t"][-1]) for name, run in runs.items()]
         diagnosis = diagnose(training, [], progress=print_progress)
         print_diagnosis(diagnosis)
-        path = path or Path("changing_friction_model.json")
         path.write_text(model_text(diagnosis), encoding="utf-8")
     return read_model(path)
 
@@ -116,10 +115,8 @@ def draw(along: Mapping[str, tuple[Recording, Mapping[str, Estimates]]], out: Pa
     with picture(out / "friction.png", 5.0) as figure:
         for axis, name in zip(figure.subplots(len(SHOWN), 1), SHOWN, strict=True):
             recording, found = along[name]
-            force = np.abs(recording.M_z) / (0.375 * LOAD * RIG.a)
-            lines = axis.plot(
-                recording.t, force, color=MEASURED, linewidth=0.8, label="|force|, no model"
-            )
+            force, label = np.abs(recording.M_z) / (0.375 * LOAD * RIG.a), "|force|, no model"
+            lines = axis.plot(recording.t, force, color=MEASURED, linewidth=0.8, label=label)
             for label, colour in (("ekf", BEFORE), ("ekf --by-direction", AFTER)):
                 lines += axis.plot(recording.t, found[label].mu_eff, color=colour, label=label)
             axis.set(title=name, xlabel="time [s]", ylabel="friction [1]", xlim=(1, 13), ylim=(0, 1.8))
@@ -130,7 +127,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Follow friction that is changed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", nargs="?", type=Path)
-    parser.add_argument("--model", type=Path)
+    parser.add_argument("--model", type=Path, default=Path("changing_friction_model.json"))
     parser.add_argument("--rate", type=float, default=RATE)
     parser.add_argument("--pictures", type=Path)
     options = parser.parse_args(arguments)
