@@ -21,7 +21,7 @@ from math import exp, nan
 
 import numpy as np
 
-from identification.reading.car import RackAcceleration
+from identification.reading.rack_motion import RackMotion
 from observers import Ekf, Loop, Sample
 from observers.interfaces.car import car_observer
 from reference_rig import CAR_STEP, Car, CarBus, CarRecording, record_car, simulate_car
@@ -79,10 +79,11 @@ def steered(mu: float) -> CarRecording:
 def friction_of(seen: CarRecording) -> tuple[float, float, str]:
     """Friction and its deviation by the last sample, NaN where it is not usable, and what is wrong."""
     loop = Loop(car_observer(Ekf, VEHICLE, brakes=True))
-    acceleration_at, before = RackAcceleration(), seen.t[0] - BUS.period
+    instant_of, before = RackMotion(), seen.t[0] - BUS.period
     for t, s, force in zip(seen.t.tolist(), seen.rack.tolist(), seen.F_rack.tolist(), strict=True):
-        torque = aligning_torque(VEHICLE, s, force, acceleration_at(t, s), brakes=True)
-        psi = float(patch_angle(VEHICLE, mean_angle(VEHICLE, s), brakes=True))
+        moved = instant_of(t, s, force)
+        torque = aligning_torque(VEHICLE, *moved, brakes=True)
+        psi = float(patch_angle(VEHICLE, mean_angle(VEHICLE, moved.s), brakes=True))
         given = {"psi": psi, "psi_dot": nan, "F_N": VEHICLE.wheel_load, "dt": t - before}
         now = loop(Sample(**given, M_z=float(torque)))
         before = t

@@ -32,7 +32,8 @@ class SimulatedCar:
         x, y = np.meshgrid(*(((np.arange(n) + 0.5) / n * 2 - 1) for n in (40, 20)), indexing="ij")
         arm = np.hypot(self.half_length * x, self.half_width * y)
         area = 4 * self.half_length * self.half_width / x.size
-        pressure = (1 - x**2) / ((1 - x**2).sum() * area) * self.load
+        pressure = (1 - np.abs(x) ** 2.5) * (1 - y**8)
+        pressure *= self.load / (pressure.sum() * area)
         stiffness = self.k / (2 * self.half_width)
         q, slip, before, forces = [np.zeros_like(arm) for _ in self.mu], 0.0, rack[0], []
         for s in rack:
@@ -54,7 +55,7 @@ def vehicle_text(**more: object) -> str:
         "front_axle_load": 8000.0, "tyre": '"205/55 R16"', "pressure": 2.4e5, "wheelbase": 2.6,
         "track": 1.5, "steering_arm": 0.125, "half_length": 0.055, "contact_width": 0.16,
         "stiffness": 9e6, "trail": 0.0, "scrub_radius": 0.0, "inclination": 0.0, "caster": 0.0,
-        "lever_loss": 0.0,
+        "lever_loss": 0.0, "damping": 0.0,
     } | more  # fmt: skip
     return "[vehicle]\n" + "".join(f"{name} = {value}\n" for name, value in values.items())
 

@@ -110,7 +110,7 @@ def model_observer(
         raise InvalidInputError("--by-direction needs M_z of a wheel on a rig; leave it out")
     return kind(
         model=model, values=values, rig=recording.rig, measurement_model=measurement_model,
-        tuning=tuning_for(found, tuning, by_hand, by_direction=by_direction),
+        tuning=tuning_for(found, tuning, by_hand, by_direction=by_direction, car=car is not None),
     )  # fmt: skip
 
 

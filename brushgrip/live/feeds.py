@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgrip.live.columns import OF_CAR, OF_WHEEL, Row
-from identification.reading.car import RackAcceleration, of_mean_wheel, require_steering
+from identification.reading.car import of_mean_wheel, require_steering
 from identification.reading.car_plausibility import require_plausible_car, way_and_force
+from identification.reading.rack_motion import RackInstant, RackMotion
 from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
 from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car import HOLDING
@@ -157,7 +158,7 @@ class CarFeed:
         self._held = {"speed": 0.0, "brake": float(self._vehicle.brakes)}
         self._state: bool | None = None
         self._waiting: list[tuple[tuple[float, ...], float, float]] = []
-        self._acceleration = RackAcceleration()
+        self._motion = RackMotion()
 
     @property
     def suspicions(self) -> tuple[str, ...]:
@@ -182,7 +183,7 @@ class CarFeed:
         points: list[Point] = []
         if state is not self._state:
             points += self._rolled()
-            self._state, self._stretch = state, None
+            self._state, self._stretch, self._motion = state, None, RackMotion()
         psi, M_z = self._wheel(recorded, bool(state))
         self._waiting.append((recorded, psi, M_z if stands else nan))
         if state is None:
@@ -213,9 +214,10 @@ class CarFeed:
         """Angle [rad] and torque [N m] of the mean wheel."""
         columns = {name: np.array([v]) for name, v in zip(self.columns, recorded, strict=True)}
         s, force = way_and_force(columns, self._vehicle)
-        follows = self._vehicle.rack_mass > 0
-        acceleration = self._acceleration(recorded[0], float(s[0])) if follows else 0.0
-        psi, M_z = of_mean_wheel(self._vehicle, s, force, np.array([acceleration]), np.array([brakes]))
+        moved = self._motion(recorded[0], float(s[0]), float(np.ravel(force)[0]))
+        psi, M_z = of_mean_wheel(
+            self._vehicle, RackInstant(*(np.array([each]) for each in moved)), np.array([brakes])
+        )
         return float(psi[0]), float(M_z[0])
 
     def _stood(self, stretch: _Stretch) -> list[Point]:

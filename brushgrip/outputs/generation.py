@@ -138,7 +138,7 @@ def of_vehicle(
     if not isinstance(settings.pop("measurement_model"), AligningTorque):
         raise InvalidInputError("--torque M is that of a wheel on a rig; leave it out")
     settings.pop("effects")
-    tuning = tuning_for(None, settings.pop("tuning"), settings.pop("by_hand"))
+    tuning = tuning_for(None, settings.pop("tuning"), settings.pop("by_hand"), car=True)
     return car_observer(kind, read_vehicle_file(vehicle), tuning=tuning, **settings)
 
 

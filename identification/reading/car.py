@@ -20,6 +20,7 @@ from identification.reading.car_channels import absent_of_steering
 from identification.reading.car_plausibility import require_plausible_car, way_and_force
 from identification.reading.channels import map_hint, missing_channels
 from identification.reading.files import read_bytes
+from identification.reading.rack_motion import RackInstant, rack_motion
 from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MIN_SAMPLES, Table
@@ -31,8 +32,6 @@ from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
-RATE_MEMORY = 0.03
-"""Time constant of the rate and of the acceleration of the rack [s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -122,11 +121,9 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
             f" {vehicle.standstill:g} m/s"
         )
     s, force = way_and_force(columns, vehicle)
-    follow = RackAcceleration()
-    followed = vehicle.rack_mass > 0
-    acceleration = [follow(*at) if followed else 0.0 for at in zip(columns["t"], s, strict=True)]
     held = np.append(standstills.brakes, False)[standstills.stretch]
-    psi, M_z = of_mean_wheel(vehicle, s, force, np.array(acceleration), held)
+    moved = rack_motion(columns["t"], s, np.broadcast_to(force, s.shape), standstills.stretch)
+    psi, M_z = of_mean_wheel(vehicle, moved, held)
     of_wheel = {
         "t": columns["t"],
         "psi": psi,
@@ -136,15 +133,16 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
     return replace(table, columns=of_wheel), standstills
 
 
-def of_mean_wheel(
-    vehicle: Vehicle, s: Array, force: Array, acceleration: Array, held: NDArray[np.bool_]
-) -> tuple[Array, Array]:
+def of_mean_wheel(vehicle: Vehicle, moved: RackInstant, held: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Angle [rad] and torque [N m] of the mean wheel; `held` says where the brakes hold the wheels."""
+    s, force, speed, acceleration = moved
+    if vehicle.rack_mass == 0:
+        acceleration = np.zeros_like(s)
     angles, torques = (
         [of(vehicle, *given, brakes=brakes) for brakes in (True, False)]
         for of, given in (
             (patch_angle, (mean_angle(vehicle, s),)),
-            (aligning_torque, (s, force, acceleration)),
+            (aligning_torque, (s, force, speed, acceleration)),
         )
     )
     return np.where(held, *angles), np.where(held, *torques)
@@ -196,23 +194,3 @@ def _held(values: Array | None, count: int, default: float) -> Array:
         return np.full(count, default)
     place = np.searchsorted(known, np.arange(count), side="right") - 1
     return np.where(place >= 0, values[known[np.maximum(place, 0)]], default)
-
-
-class RackAcceleration:
-    """Causal second derivative of the way of the rack, sample by sample."""
-
-    def __init__(self) -> None:
-        """Begin at rest."""
-        self._t = self._s = np.nan
-        self._rate = self._acceleration = 0.0
-
-    def __call__(self, t: float, s: float) -> float:
-        """The acceleration at a time [s] and a way [m], [m/s^2]; 0 where the way is not known."""
-        dt, step, known = t - self._t, s - self._s, np.isfinite(s)
-        self._t, self._s = t, s
-        if not (known and np.isfinite(step)):
-            return 0.0
-        before = self._rate
-        self._rate += (step - self._rate * dt) / (RATE_MEMORY + dt)
-        self._acceleration += (self._rate - before - self._acceleration * dt) / (RATE_MEMORY + dt)
-        return self._acceleration

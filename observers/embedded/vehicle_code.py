@@ -38,17 +38,20 @@ def generate_vehicle(vehicle: Vehicle, folder: str | Path, real: Real, *, name: 
 
 
 def vehicle_functions(vehicle: Vehicle) -> list[ca.Function]:
-    """(rack, force, acceleration) -> (psi, M_z), and (handwheel, T_bar, T_motor) -> (rack, force)."""
-    rack, force, acceleration = (ca.SX.sym(n) for n in ("rack", "force", "acceleration"))
+    """From the rack and from the handwheel.
+
+    (rack, force, speed, acceleration) -> (psi, M_z), and (handwheel, T_bar, T_motor) -> (rack, force).
+    """
+    rack, *moved = (ca.SX.sym(n) for n in ("rack", "force", "speed", "acceleration"))
     handwheel, bar, motor = (ca.SX.sym(n) for n in ("handwheel", "T_bar", "T_motor"))
     brakes = vehicle.brakes
     psi = patch_angle(vehicle, mean_angle(vehicle, rack), brakes=brakes)
-    M_z = aligning_torque(vehicle, rack, force, acceleration, brakes=brakes)
+    M_z = aligning_torque(vehicle, rack, *moved, brakes=brakes)
     of_hand = [rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor)]
     return [
         ca.Function(
-            "wheel_of_rack", [rack, force, acceleration], [psi, M_z],
-            ["rack", "force", "acceleration"], ["psi", "M_z"], {"cse": True},
+            "wheel_of_rack", [rack, *moved], [psi, M_z],
+            ["rack", "force", "speed", "acceleration"], ["psi", "M_z"], {"cse": True},
         ),
         ca.Function(
             "rack_of_handwheel", [handwheel, bar, motor], of_hand,

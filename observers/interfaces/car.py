@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from observers.estimates import Estimates
 from observers.estimators.model_observer import ModelObserver
+from observers.interfaces.profiles import tuning_for
 from observers.interfaces.run import as_estimates, run
 from observers.measurement.rack_force import RackForce
 from observers.protocol import ESTIMATE, Observer, Status
@@ -38,6 +39,7 @@ def car_observer(
         "model": Model(),
         "values": {"k": tyre.k},
         "measurement_model": RackForce.of(vehicle, brakes=brakes),
+        "tuning": tuning_for(None, car=True),
     }
     return kind(**(given | {"rig": rig} | settings))
 

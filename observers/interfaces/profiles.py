@@ -14,6 +14,9 @@ from types import MappingProxyType
 from observers.tuning import REFERENCE_STEP, Tuning
 from symbolic import FoundModel, InvalidInputError, ModelError
 
+CAR = MappingProxyType({"error": 0.03, "mu_floor": 0.0})
+"""What is otherwise for a car: its contacts differ less from their model than a rig's small wheel does,
+and its tolerances count in full."""
 TURNING_RATE = 0.1
 """Yaw rate at which a correlation time is taken for a turn [rad/s]: that of hand-turned recordings."""
 SENSOR_SHARE = 0.1
@@ -54,6 +57,7 @@ def tuning_for(
     by_hand: Mapping[str, float] | None = None,
     *,
     by_direction: bool = False,
+    car: bool = False,
 ) -> Tuning:
     """A tuning with the error of the model that was found in place of its own, where that is known.
 
@@ -62,8 +66,11 @@ def tuning_for(
         tuning: the tuning to begin with; None for `real_tyre`.
         by_hand: fields that go before all of that.
         by_direction: friction has one value each way; it walks as much as it did under that model.
+        car: it is for a car, see `CAR`.
     """
     tuning = Tuning() if tuning is None else tuning
+    if car:
+        tuning = replace(tuning, mu_floor=CAR["mu_floor"], error=min(tuning.error, CAR["error"]))
     if found is not None and found.error is not None:
         tuning = with_model_error(tuning, found.error)
         if by_direction and found.error.friction_walk:

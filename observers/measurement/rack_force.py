@@ -34,6 +34,7 @@ from observers.measurement.torque_error import (
 from observers.tuning import REFERENCE_STEP
 from symbolic import full_slide_arm
 from symbolic.parameters import EVEN
+from symbolic.vehicle.kingpin import growth_of
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock
 from symbolic.vehicle.steering import jacking, lock_angle
 from symbolic.vehicle.vehicle import Vehicle
@@ -47,6 +48,12 @@ PRESLIDING = 0.5
 """Standard deviation of the logarithm of the presliding [1]."""
 TURNING_OVER = 0.75
 """Largest derivative of z by the logarithm of the presliding, over (1 - z^2)^(1/2), nearly [1]."""
+GROWTH = 0.5
+"""Standard deviation of the torque's growth towards the locks as a share of it [1]: on split ground the
+nose gives way, and the contacts turn about their middles."""
+RESTING = 0.5
+"""Standard deviation of z while the wheels rest [1]: before the first turn it may be anything, and later
+the hands move the gear by less than an angle's noise."""
 GEAR_WALK = 0.01
 """Random walk of the gear's friction as a share of the declared one [1/sqrt(s)]."""
 
@@ -64,6 +71,8 @@ class RackForce(AligningTorque):
         jacking: standard deviation of the return torque over the sine of the angle [N m].
         error: standard deviation of the torque's error that lasts [N m].
         slack: play of the angle's noise, either way [rad].
+        damping: standard deviation of the damping [N m s/rad].
+        growth: standard deviation of the torque's growth over its share, over sin^2 of the angle [1].
         lever_growth: by which one over the lever grows with the square of the angle [1/rad^2].
     """
 
@@ -75,6 +84,8 @@ class RackForce(AligningTorque):
     jacking: float = 0.0
     error: float = 0.0
     slack: float = 2e-4
+    damping: float = 0.0
+    growth: float = 0.0
     lever_growth: float = 0.0
 
     @classmethod
@@ -88,6 +99,8 @@ class RackForce(AligningTorque):
             presliding=vehicle.presliding / vehicle.steering_arm,
             error=vehicle.steering_arm / 2 * vehicle.force_error,
             jacking=JACKING * abs(float(jacking(vehicle, lock))) / sin(lock),
+            damping=EVEN * vehicle.tolerances.damping * vehicle.damping,
+            growth=GROWTH * abs(growth_of(vehicle, brakes=held).torque),
             lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,
             **chosen,
         )
@@ -130,7 +143,10 @@ class RackForce(AligningTorque):
         turning = TURNING_OVER * PRESLIDING * ca.sqrt(ca.fmax(0, 1 - slip**2))
         # What is wrong of the return torque is so all along the way.
         returned = self.jacking * ca.sin(psi)
-        uncertain = ca.sqrt((level * turning) ** 2 + returned**2 + self.error**2)
+        lasting = (self.growth * ca.sin(psi) ** 2 * torque) ** 2 + returned**2 + self.error**2
+        drag = self.damping * (psi - last["psi"]) / now["dt"]
+        resting = RESTING * ca.exp(-ca.fabs(angle - before) / slack)
+        uncertain = ca.sqrt(level**2 * (turning**2 + resting**2) + drag**2 + lasting)
         gear = {"gear_angle": angle, "slip": slip, "dry": -level * slip, "dry_std": uncertain}
         return {**now, **gear}, imputed
 

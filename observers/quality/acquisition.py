@@ -31,11 +31,14 @@ from observers.quality.hypotheses import (
 )
 from observers.quality.plausibility import GREATEST_FRICTION
 from observers.quality.screening import has_flag
-from observers.quality.verdict import VERDICT, build_verdict
+from observers.quality.verdict import ALLOWED, VERDICT, build_verdict
 from symbolic.functions import named_function
 
 DECIDED = 0.15
 """Standard deviation of ln mu at which the filter takes over [1]."""
+SLIPPERY = (0.015, 0.3)
+"""Standard deviations of mu and of ln mu at which friction of a car is known too, whatever s may be [1]:
+on ice the contacts slide at once, and nothing tells how stiff they are."""
 HANDED = 3.0
 """Model errors that ln mu is uncertain by at the handover [1]: a real tyre's do not average out."""
 MOST_VARIANCE = 1.0
@@ -150,7 +153,9 @@ def build_search(gear: bool = False) -> ca.Function:
 
 
 @cache
-def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool, gain_share: float) -> ca.Function:
+def build_conclusion(
+    patch: EquivalentPatch, *, is_scaled: bool, gear: bool, gain_share: float
+) -> ca.Function:
     """A sample while friction is acquired.
 
     (own, verdict, output, widest, counted, share, tyre, limits) -> (own, handover, output), the second
@@ -159,6 +164,7 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool, gain_share: flo
     Args:
         patch: the declared patch that stands for the model.
         is_scaled: the estimator's torque is divided by s.
+        gear: there is a steering gear.
         gain_share: of s that is the torque's.
     """
     inputs = symbols(
@@ -171,7 +177,7 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool, gain_share: flo
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
     sensitivity = build_sensitivity()(inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
     by_error = error / sensitivity**2
-    decided = ca.logic_and(verdict["variance"] + by_error < DECIDED**2, verdict["verified"])
+    decided = _is_known(verdict, verdict["variance"] + by_error, limits, gear)
     # The estimator begins with a patch free of torque.
     decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
     spread = limits["stiffness_std"] ** 2
@@ -209,6 +215,16 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool, gain_share: flo
         "result": vector_of(OUTPUT, results),
     }
     return named_function("conclude", inputs, outputs, cse=True)
+
+
+def _is_known(verdict: Parts, unsure: Expression, limits: Parts, gear: bool) -> Expression:
+    """Whether friction is known with this variance of ln mu [1]."""
+    known = ca.logic_and(unsure < DECIDED**2, verdict["verified"])
+    if not gear:
+        return known
+    most = ca.fmin(SLIPPERY[1], SLIPPERY[0] * ca.exp(-verdict["log_mu"]))
+    possible = ca.fabs(verdict["log_gain"]) < ALLOWED * limits["stiffness_std"]
+    return ca.logic_or(known, ca.logic_and(unsure < most**2, possible))
 
 
 def doubted(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
@@ -271,6 +287,6 @@ def build_acquiring(
         search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits, *dry
     )
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
-    conclude = build_conclusion(patch, is_scaled=is_scaled, gain_share=gain_share)
+    conclude = build_conclusion(patch, is_scaled=is_scaled, gear=gear, gain_share=gain_share)
     results = conclude(own, verdict, output, widest, counted, share, tyre, limits)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

@@ -19,6 +19,7 @@ TOLERATED_BY = {
     "half_length": "half_length",
     "stiffness": "stiffness",
     "gear_friction": "gear_friction",
+    "damping": "damping",
 }
 """Tolerance of each key that may be declared with one, `{ value = ..., tolerance = ... }`."""
 FULL_ASPECT, DEFLECTION, INCH = 82, 0.2, 0.0254
@@ -34,9 +35,9 @@ _KEYS = tuple(field.name for field in fields(Vehicle) if field.name not in ("tol
 def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
     """A vehicle from ``[vehicle]``.
 
-    ``tyre = "195/65 R15"`` gives the nominal width. `half_length`, `stiffness`, `front_axle_load` and
-    `gear_friction` may be tables ``{ value = 0.06, tolerance = 0.009 }``; ``geometry = { tolerance =
-    0.03 }`` is that of all lengths and ratios of the steering, as a share.
+    ``tyre = "195/65 R15"`` gives the nominal width. `half_length`, `stiffness`, `front_axle_load`,
+    `gear_friction` and `damping` may be tables ``{ value = 0.06, tolerance = 0.009 }``;
+    ``geometry = { tolerance = 0.03 }`` is that of all lengths and ratios of the steering, as a share.
 
     Raises:
         InvalidInputError: a key is missing or unknown, or a value is out of its range.

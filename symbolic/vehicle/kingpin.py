@@ -11,6 +11,8 @@ e psi: tyres and suspension hold it by some 50 kN/m only. The contacts then turn
 their middles and the kingpins; of the mean trail the share `NOSE` counts, none or twice that at
 most.
 
+Real prints bear no parabola: the pressure is flatter along them, and falls off towards their shoulders.
+
 In terms of the contact straight ahead that is a torque divided by the first and an angle
 
     psi' = int (1 + c_k sin^2) / (1 + c_M sin^2) dpsi
@@ -31,6 +33,8 @@ from symbolic.vehicle.steering import lock_angle
 from symbolic.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
+ALONG, ACROSS = 2.5, 8.0
+"""Pressure ~ (1 - |x/a|^n) (1 - |y/b|^m): flatter than a parabola along it, with rounded shoulders."""
 NOSE = 0.3
 """Share of the trail about which the contacts turn [1]."""
 
@@ -77,7 +81,7 @@ def bristles(contact: Contact) -> tuple[Array, Array]:
     x, y = (((np.arange(n) + 0.5) / n * 2 - 1) for n in (120, 60))
     along, across = np.meshgrid(x, y, indexing="ij")
     arm = np.hypot(contact.a * along + contact.e, contact.b * across + contact.r_s)
-    return (1 - along**2).ravel(), arm.ravel()
+    return ((1 - np.abs(along) ** ALONG) * (1 - np.abs(across) ** ACROSS)).ravel(), arm.ravel()
 
 
 def kingpin_axis(vehicle: Vehicle, side: int = 1) -> Array:

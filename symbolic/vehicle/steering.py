@@ -8,7 +8,9 @@ r"""The steering by virtual work: rack, mean angle of the front wheels, lever, j
 
     F_R ds = -sum_j M_j dpsi_j + dU + F_f |ds| + m s'' ds
 
-    M_z = -r/2 (F_R - m s'') + J(psi)        the mean of both wheels' M_j, gear's friction in it
+    M_z = -r/2 (F_R - m s'') + d psi' + I psi'' + J(psi)        the mean of both wheels' M_j
+
+with the gear's dry friction in it, damping d and inertia I of a wheel about its kingpin.
 
 r falls towards full lock: 1 / r = (1 + q (s / s_max)^2) / r_0. The angle is its integral, never a table
 of its own. The wheels' angles differ by 2 delta, delta = share (track / wheelbase) sin^2 psi / 2, from

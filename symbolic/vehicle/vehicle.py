@@ -44,6 +44,7 @@ RANGES: dict[str, tuple[float, float, str]] = {
     "gear_load_share": (0.0, 0.3, "1"),
     "presliding": (1e-6, 5e-3, "m"),
     "rack_mass": (0.0, 2e3, "kg"),
+    "damping": (0.0, 200.0, "N m s/rad"),
     "torsion_bar": (10.0, inf, "N m/rad"),
     "motor_ratio": (0.0, 100.0, "1"),
     "motor_efficiency": (0.3, 1.0, "1"),
@@ -64,6 +65,7 @@ class VehicleTolerances:
         half_length: of the half-length of the contact.
         stiffness: of the tyre's stiffness.
         gear_friction: of the gear's dry friction.
+        damping: of the damping about the kingpin.
         geometry: of lengths and ratios of the steering.
     """
 
@@ -71,6 +73,7 @@ class VehicleTolerances:
     half_length: float = 0.15
     stiffness: float = 0.2
     gear_friction: float = 0.5
+    damping: float = 0.5
     geometry: float = 0.03
 
     def __post_init__(self) -> None:
@@ -109,6 +112,7 @@ class Vehicle:
         gear_load_share: share of the force on the rack by which that friction grows [1].
         presliding: way of the rack in which that friction turns over, from the middle [m].
         rack_mass: moving with the rack, the motor's inertia included [kg].
+        damping: viscous, of joints and gear, about the kingpin of one wheel [N m s/rad].
         torsion_bar: rate [N m/rad]; inf where the angle is that of the pinion.
         motor_ratio: of the assistance, turn of the motor over that of the pinion [1].
         motor_efficiency: of that gear [1].
@@ -146,11 +150,12 @@ class Vehicle:
     gear_load_share: float = 0.02
     presliding: float = 6e-5
     rack_mass: float = 0.0
+    damping: float = 20.0
     torsion_bar: float = 115.0
     motor_ratio: float = 0.0
     motor_efficiency: float = 0.9
     force_noise: float = 40.0
-    force_error: float = 60.0
+    force_error: float = 40.0
     force_zero: float = 60.0
     standstill: float = 0.02
     brakes: bool = True

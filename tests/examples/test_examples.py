@@ -414,12 +414,9 @@ def test_a_drive_off_by_the_estimate_slips_as_one_by_the_truth(tmp_path: Path) -
     rows = {found[1].strip(): found for found in row.finditer(text)}
 
     assert set(rows) == {"ice", "snow", "wet cobbles", "dry asphalt"}
-    for ground in ("snow", "wet cobbles", "dry asphalt"):
+    for ground in rows:
         mu, slip, _, true, time, by_estimate, own_time, found = map(float, rows[ground].groups()[1:9])
         assert abs(by_estimate - true) <= 0.1 * max(true, slip), ground
         assert own_time == pytest.approx(time, rel=0.1), ground
         assert found == pytest.approx(mu, rel=0.1), ground
     assert float(rows["snow"][3]) > 5 > 0.1 > float(rows["snow"][7])
-    # Where friction is not usable, it drives off as without, and says so.
-    assert rows["ice"].groups()[2:4] == rows["ice"].groups()[6:8]
-    assert "ice: friction is not usable, drives off as without: friction is being acquired" in text

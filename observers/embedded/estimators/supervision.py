@@ -41,6 +41,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         acquisition.build_conclusion(
             equivalent_patch(observer.model, observer.values, observer.rig),
             is_scaled=bool(observer.measurement_model.scaled),
+            gear=gear,
             gain_share=observer.measurement_model.gain_share,
         ),
     ]

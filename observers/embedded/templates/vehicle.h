@@ -12,11 +12,11 @@ ${functions}
    standstill, and after the brakes were applied or released. */
 #define ${NAME}_STANDSTILL ((${real})${standstill})
 
-/* The sample from the way of the rack [m], positive to the left, the force of the gear on it [N] and its acceleration
-   [m/s^2], dt after the last one [s]. */
-static inline ${name}_sample_t ${name}_from_rack(${real} rack, ${real} force, ${real} acceleration, ${real} dt) {
+/* The sample from the way of the rack [m], positive to the left, the force of the gear on it [N], its speed [m/s]
+   and acceleration [m/s^2], dt after the last one [s]. */
+static inline ${name}_sample_t ${name}_from_rack(${real} rack, ${real} force, ${real} speed, ${real} acceleration, ${real} dt) {
     ${name}_sample_t sample = {0};
-    wheel_of_rack(rack, force, acceleration, &sample.psi, &sample.M_z);
+    wheel_of_rack(rack, force, speed, acceleration, &sample.psi, &sample.M_z);
     sample.psi_dot = (${real})NAN;
     sample.F_N = ${load};
     sample.dt = dt;
@@ -24,10 +24,10 @@ static inline ${name}_sample_t ${name}_from_rack(${real} rack, ${real} force, ${
 }
 
 /* The same from the handwheel's angle [rad], the torque of its torsion bar and of the motor [N m], 0 without one. */
-static inline ${name}_sample_t ${name}_from_handwheel(${real} handwheel, ${real} T_bar, ${real} T_motor, ${real} acceleration, ${real} dt) {
+static inline ${name}_sample_t ${name}_from_handwheel(${real} handwheel, ${real} T_bar, ${real} T_motor, ${real} speed, ${real} acceleration, ${real} dt) {
     ${real} rack, force;
     rack_of_handwheel(handwheel, T_bar, T_motor, &rack, &force);
-    return ${name}_from_rack(rack, force, acceleration, dt);
+    return ${name}_from_rack(rack, force, speed, acceleration, dt);
 }
 
 #endif

@@ -66,7 +66,7 @@ def test_sensors_of_a_car_in_c(tmp_path: Path) -> None:
     (tmp_path / "use.c").write_text(
         '#include "grip_vehicle.h"\n'
         "void use(double s, double F, double *out) {\n"
-        "    const grip_sample_t sample = grip_from_rack(s, F, 0.0, 0.01);\n"
+        "    const grip_sample_t sample = grip_from_rack(s, F, 0.0, 0.0, 0.01);\n"
         "    out[0] = sample.psi; out[1] = sample.M_z; out[2] = sample.F_N;\n}\n"
     )
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wno-unused-function", "-Werror", "-fPIC", "-shared"]

@@ -49,6 +49,15 @@ def test_gear_friction_is_learnt(mu: float, gear: float) -> None:
     assert abs(found - mu) < 1.5 * std
 
 
+@pytest.mark.parametrize("gear", [130.0, 270.0])
+def test_ice_under_a_heavy_gear(gear: float) -> None:
+    # The tyres' own force is 230 N.
+    found, std = final(SimulatedCar(mu=(0.06, 0.06), gear=gear))
+
+    assert abs(found - 0.06) < 0.015
+    assert abs(found - 0.06) < 2 * std < 0.03
+
+
 @pytest.mark.parametrize("wrong", [{"gear_friction": 800.0}, {"half_length": 0.03}])
 def test_what_is_declared_wrong_is_not_usable_and_wrong(wrong: dict[str, float]) -> None:
     vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(**wrong)))
@@ -82,6 +91,18 @@ def test_the_gear_turns_over_at_once_and_ignores_noise() -> None:
     assert forth["dry"] == pytest.approx(-12.52, rel=1e-3)
     assert still["dry"] == pytest.approx(forth["dry"], rel=1e-3)
     assert back["dry"] == pytest.approx(12.4, rel=0.02)
+
+
+def test_gear_friction_at_rest_may_be_anything() -> None:
+    clean = build_clean(RackForce.of(CAR))
+    first: Any = np.zeros(len(CLEAN))
+    resting, turning = (
+        dict(zip(CLEAN, np.array(clean(s, first)[0]).ravel().tolist(), strict=True))
+        for s in ([0.0, 0.0, 4000.0, 0.01, 1.0, np.nan], [0.02, 0.0, 4000.0, 0.01, 1.0, np.nan])
+    )
+
+    # 12.5 N m of gear friction, evenly between both signs.
+    assert resting["dry_std"] > 12.5 / 3**0.5 > 2 * turning["dry_std"]
 
 
 def test_held_while_the_car_rolls() -> None:

@@ -127,20 +127,22 @@ def test_upright_kingpins_turn_the_contact_alike_everywhere() -> None:
 
 @pytest.mark.parametrize("turn", [0.005, 0.02, 0.05, 0.1, 0.3])
 @pytest.mark.parametrize("scrub_radius", [0.0, 0.05])
-def test_one_line_turns_as_hard_as_a_rectangle(turn: float, scrub_radius: float) -> None:
+def test_one_line_turns_as_hard_as_a_contact(turn: float, scrub_radius: float) -> None:
     mu, rng = 0.7, np.random.default_rng(3)
     car = replace(CAR, trail=0.0, scrub_radius=scrub_radius, inclination=0.0, caster=0.0)
     rig, tyre = rig_of(car, brakes=True)
     x, y = rng.uniform(-1, 1, (2, 200_000))
     arm = np.hypot(car.a * x, car.width / 2 * y + scrub_radius)
-    limit = mu * 0.75 * (1 - x**2) * car.wheel_load / (car.a * car.width)
+    # 7/5 and 9/8 make the mean pressure that of the load; shoulders bear less.
+    limit = mu * 63 / 40 * (1 - np.abs(x) ** 2.5) * (1 - y**8) * car.wheel_load
+    limit /= 2 * car.a * car.width
     # Rods, joints and suspension take a tenth of the stiffness.
     stress = np.minimum(0.9 * car.k / car.width * arm * turn, limit)
     expected = float((stress * arm).mean() * 2 * car.a * car.width)
     slide = float((limit * arm).mean() * 2 * car.a * car.width)
     found = -float(virgin_torque(turn, car.wheel_load, mu, tyre.k, rig.a, rig.e))
 
-    assert found == pytest.approx(expected, abs=0.03 * slide)
+    assert found == pytest.approx(expected, abs=0.015 * slide)
 
 
 def test_tolerances_reach_the_wheel() -> None:
@@ -157,7 +159,10 @@ def test_tolerances_reach_the_wheel() -> None:
 def test_force_on_the_rack_as_torque_of_a_wheel() -> None:
     plain = replace(CAR, inclination=0.0, caster=0.0, lever_loss=0.0, rack_mass=100.0)
 
-    assert aligning_torque(plain, 0.01, 1000.0, 2.0, brakes=False) == pytest.approx(-0.125 / 2 * 800)
+    # 20 N m s of each wheel at 0.4 rad/s, 1 kg m^2 of each at 16 rad/s^2.
+    assert aligning_torque(plain, 0.01, 1000.0, 0.05, 2.0, brakes=False) == pytest.approx(
+        -0.125 / 2 * 800 + 20 * 0.4 + 16
+    )
 
 
 def test_from_the_handwheel() -> None:
