@@ -1,5 +1,6 @@
 """`brushgrip live`."""
 
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -20,6 +21,7 @@ from brushgrip.commands.options import (
 from brushgrip.inputs.choices import ObserverName
 
 if TYPE_CHECKING:
+    from brushgrip.live.messages import Sender
     from brushgrip.live.session import Session
 
 
@@ -64,6 +66,29 @@ class LiveRequest:
             " and so on.",
         ),
     ] = None
+    target: Annotated[
+        str | None,
+        option(
+            "--target",
+            metavar="SHARE",
+            help="Advise where to turn until friction is known to it, as 5%.",
+        ),
+    ] = None
+    limit: Annotated[
+        list[str] | None,
+        option("--limit", metavar="NAME=VALUE", help="What the wheel may do then, as of plan."),
+    ] = None
+    send: Annotated[
+        list[str] | None,
+        option(
+            "--send",
+            metavar="TO",
+            help="Send friction to can:INTERFACE:CHANNEL, or as JSON to udp:HOST:PORT. May be repeated.",
+        ),
+    ] = None
+    send_dbc: Annotated[
+        Path | None, file_option("--send-dbc", "DBC", "Write the database of the CAN frames sent.")
+    ] = None
     host: Annotated[
         str, typer.Option("--host", help="Address to serve the page at; 0.0.0.0 for other machines too.")
     ] = "127.0.0.1"
@@ -79,9 +104,24 @@ class LiveRequest:
 
     def run(self) -> None:
         """Follow the source until it is told to end."""
+        with ExitStack() as stack:
+            senders = self._senders(stack)
+            self._run(self._session(senders))
+
+    def _senders(self, stack: ExitStack) -> "tuple[Sender, ...]":
+        """What sends friction, closed with the stack."""
+        from brushgrip.inputs.pipeline import write_text
+        from brushgrip.live.messages import DATABASE, Sender
+        from brushgrip.outputs.atomic import staged_file
+
+        if self.send_dbc is not None:
+            with staged_file(self.send_dbc) as stage:
+                write_text(stage, DATABASE)
+        return tuple(stack.enter_context(closing(Sender(spec))) for spec in self.send or ())
+
+    def _run(self, session: "Session") -> None:
         from brushgrip.outputs.console import say
 
-        session = self._session()
         session.start()
         try:
             if self.no_page:
@@ -94,12 +134,14 @@ class LiveRequest:
             session.stop()
             self._conclude(session)
 
-    def _session(self) -> "Session":
+    def _session(self, senders: "tuple[Sender, ...]") -> "Session":
         from dataclasses import replace
 
         from brushgrip.estimation.estimates import observer_factory
         from brushgrip.inputs.pipeline import locate_inputs
+        from brushgrip.inputs.steering_limits import chosen_limits, share
         from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.live.adviser import Adviser
         from brushgrip.live.following import follow
         from brushgrip.live.session import Session
 
@@ -109,10 +151,14 @@ class LiveRequest:
         )  # fmt: skip
         signals = replace(inputs.signals, dbc=self.dbc or inputs.signals.dbc)
         factory = observer_factory(self.observer, chosen_tuning(self.tuning, self.tune))
+        limits = chosen_limits(self.limit)
+        adviser = None if self.target is None else Adviser(share(self.target), limits)
         opened, feed = follow(
-            self.source, replace(inputs, signals=signals), factory, speed=self.speed, ground=self.ground
-        )
-        return Session(opened, feed, record=self.record)
+            self.source, replace(inputs, signals=signals), factory, speed=self.speed, ground=self.ground,
+            adviser=adviser,
+        )  # fmt: skip
+        advice = (lambda _: "") if adviser is None else (lambda _: adviser.text)
+        return Session(opened, feed, record=self.record, advice=advice, listeners=senders)
 
     def _serve(self, session: "Session") -> None:
         """The page, until it is interrupted."""

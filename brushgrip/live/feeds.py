@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.live.adviser import Adviser
 from brushgrip.live.columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car import of_mean_wheel, require_steering
 from identification.reading.car_plausibility import require_plausible_car, way_and_force
@@ -63,8 +64,10 @@ class _Stretch:
     The first one takes its step from the second, as in `observers.run`; it waits for it.
     """
 
-    def __init__(self, observer: Observer) -> None:
-        self.loop = Loop(observer, history=1)
+    def __init__(self, observer: Observer, adviser: Adviser | None) -> None:
+        self.loop, self._adviser = Loop(observer, history=1), adviser
+        if adviser is not None:
+            adviser.begin(observer)
         self._channel = observer.channel
         self._waiting: tuple[tuple[float, ...], float, float, float, float] | None = None
         self._t = nan
@@ -89,15 +92,18 @@ class _Stretch:
     ) -> Point:
         M_z, M = (torque, nan) if self._channel == "M_z" else (nan, torque)
         sample = Sample(psi=psi, psi_dot=rate, F_N=F_N, dt=dt, M_z=M_z, M=M)
-        return Point(recorded, psi, torque, self.loop(sample))
+        estimate = self.loop(sample)
+        if self._adviser is not None:
+            self._adviser(sample, self.loop.state)
+        return Point(recorded, psi, torque, estimate)
 
 
 class WheelFeed:
     """The wheel of a rig."""
 
-    def __init__(self, observer_of: Callable[[str], Observer]) -> None:
+    def __init__(self, observer_of: Callable[[str], Observer], adviser: Adviser | None = None) -> None:
         """Begin; `observer_of` gives the observer for a torque, M_z or M."""
-        self._observer_of = observer_of
+        self._observer_of, self._adviser = observer_of, adviser
         self._observers: dict[str, Observer] = {}
         self.reset()
 
@@ -138,15 +144,21 @@ class WheelFeed:
         self.columns = ("t", "psi", "F_N", torque, *rate)
         observer = self._observers.get(torque) or self._observer_of(torque)
         self._observers[torque] = observer
-        self._stretch = _Stretch(observer)
+        self._stretch = _Stretch(observer, self._adviser)
 
 
 class CarFeed:
     """The mean front wheel of a car, each standstill by an observer of its own."""
 
-    def __init__(self, vehicle: Vehicle, observers: Mapping[bool, Observer], where: str) -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        observers: Mapping[bool, Observer],
+        where: str,
+        adviser: Adviser | None = None,
+    ) -> None:
         """Begin; observers by whether the brakes hold, and the source's name for messages."""
-        self._vehicle, self._observers = vehicle, observers
+        self._vehicle, self._observers, self._adviser = vehicle, observers, adviser
         self._path = Path(where)
         self.reset()
 
@@ -189,7 +201,7 @@ class CarFeed:
         if state is None:
             return points + self._rolled()
         if self._stretch is None and len(self._waiting) >= MIN_SAMPLES:
-            self._stretch = _Stretch(self._observers[state])
+            self._stretch = _Stretch(self._observers[state], self._adviser)
         return points if self._stretch is None else points + self._stood(self._stretch)
 
     def implausible(self, recorded: NDArray[np.float64], /) -> str:

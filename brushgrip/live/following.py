@@ -9,10 +9,12 @@ import numpy as np
 from brushgrip.estimation.estimates import ObserverFactory
 from brushgrip.inputs.pipeline import Inputs
 from brushgrip.inputs.recordings import locate
+from brushgrip.live.adviser import Adviser
 from brushgrip.live.bus import CanSource
 from brushgrip.live.columns import Columns
 from brushgrip.live.feeds import CarFeed, Feed, WheelFeed
 from brushgrip.live.sources import FileSource, LineSource, Source, UdpSource
+from brushgrip.live.state import address_of
 from identification import READERS, Recording, Standstills, read_rig, read_vehicle
 from identification.reading.readers import read_table
 from identification.reading.rigfile import rig_of_table
@@ -28,6 +30,7 @@ def follow(
     *,
     speed: float = 1.0,
     ground: str | None = None,
+    adviser: Adviser | None = None,
 ) -> tuple[Callable[[], Source], Feed]:
     """A source with the observer that `estimate` would use for its recording.
 
@@ -37,6 +40,7 @@ def follow(
         factory: of the observer.
         speed: of the clock of a file.
         ground: what the wheel stands on.
+        adviser: says where to turn.
 
     Returns:
         What opens the source, and what makes estimates of its samples.
@@ -62,14 +66,14 @@ def follow(
     if inputs.vehicle is not None:
         vehicle = read_vehicle(inputs.vehicle)
         observers = {brakes: _of_car(factory, found, vehicle, brakes) for brakes in (True, False)}
-        return open_source, CarFeed(vehicle, observers, where)
+        return open_source, CarFeed(vehicle, observers, where, adviser)
     nominal = None if inputs.rig is None else read_rig(inputs.rig)
     if tables:
         nominal, ground = rig_of_table(tables[0], nominal), ground or tables[0].ground
     if nominal is None:
         raise InvalidInputError(f"{where}: needs the rig, --rig rig.toml, or --vehicle car.toml")
     rig, tyre = nominal
-    feed = WheelFeed(lambda torque: factory(_stub(rig, tyre, torque, ground), found))
+    feed = WheelFeed(lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser)
     return open_source, feed
 
 
@@ -133,18 +137,6 @@ def opener(
             raise InvalidInputError(f"{spec}: --dbc names the database of the bus, such as car.dbc")
         return lambda: CanSource(interface, channel, dbc, columns)
     return lambda: replay(rest if kind == "replay" else spec)
-
-
-def address_of(spec: str, rest: str) -> tuple[str, int]:
-    """Host and port of `HOST:PORT` or `PORT`, which means this machine alone.
-
-    Raises:
-        InvalidInputError: it is none such.
-    """
-    host, _, port = rest.rpartition(":")
-    if not (port.isascii() and port.isdigit() and 0 < int(port[:9]) < 65536):
-        raise InvalidInputError(f"{spec}: expected a port from 1 to 65535, such as udp:5005")
-    return host or "127.0.0.1", int(port)
 
 
 def require_speed(speed: float) -> float:

@@ -40,12 +40,16 @@ COLUMNS = ("t", "mu", "low", "high", "usable_mu", "psi", "torque", "predicted")
 
 
 class View:
-    """What one browser shows of a session."""
+    """What one browser shows of a session.
+
+    Attributes:
+        newest: time of the newest point [s].
+    """
 
     def __init__(self, session: Session) -> None:
         """Begin with what is still in memory."""
         models = import_module("bokeh.models")
-        self._session, self._at, self._stretch = session, 0, 0.0
+        self._session, self._at, self._stretch, self.newest = session, 0, 0.0, -np.inf
         style = STYLE.read_text("utf-8")
         self.points = models.ColumnDataSource({name: [] for name in COLUMNS})
         self.words = models.Div(stylesheets=[style], sizing_mode="stretch_width")
@@ -65,6 +69,7 @@ class View:
         new = self._session.ring.since(max(self._at, self._session.ring.end - 20 * SHOWN))
         self._at = new.end
         if len(new.fields):
+            self.newest = float(new.t[-1])
             self.points.stream(self._columns(new), SHOWN)
             usable = np.asarray(self.points.data["usable_mu"], dtype=float)
             self._top.end = max(LEAST_TOP, 1.2 * float(np.nanmax(usable, initial=0.0)))

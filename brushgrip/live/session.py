@@ -5,6 +5,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import replace
 from math import nan
 from pathlib import Path
 
@@ -208,6 +209,8 @@ class Session:
             raise
         finally:
             self._end_recording()
+            for listener in self._listeners:
+                listener(replace(self.state(), usable=False, ended=True))
 
     def _take(self, row: Row) -> None:
         self._counts["samples"] += 1

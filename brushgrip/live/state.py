@@ -5,6 +5,7 @@ from math import isfinite
 
 from brushgrip.wording.friction import band
 from observers import Estimate
+from symbolic import InvalidInputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,3 +53,15 @@ def line_of(state: State) -> str:
     """A state on one line."""
     friction = f"{state.t:.2f} s: μ {band(*friction_of(state.estimate))}, {verdict(state)}"
     return "; ".join(filter(None, [friction, state.status, state.advice, state.recording]))
+
+
+def address_of(spec: str, rest: str) -> tuple[str, int]:
+    """Host and port of `HOST:PORT` or `PORT`, which means this machine alone.
+
+    Raises:
+        InvalidInputError: it is none such.
+    """
+    host, _, port = rest.rpartition(":")
+    if not (port.isascii() and port.isdigit() and 0 < int(port[:9]) < 65536):
+        raise InvalidInputError(f"{spec}: expected a port from 1 to 65535, such as udp:5005")
+    return host or "127.0.0.1", int(port)

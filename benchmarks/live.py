@@ -1,0 +1,106 @@
+"""Live estimation at 1 kHz over UDP on the loopback: samples lost, memory, delay.
+
+``python benchmarks/live.py [--seconds N] [--observer ekf|mhe]`` prints samples sent, estimated and lost,
+memory before and after, and the delay from sending to the estimate, and to the data of a page that is
+updated at 20 Hz. The sender is a process of its own; its times are the clock that both share.
+"""
+
+import argparse
+import json
+import multiprocessing
+import socket
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+from brushgrip.estimation.estimates import observer_factory
+from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.live.following import follow
+from brushgrip.live.page import PERIOD, View
+from brushgrip.live.session import Session
+
+RIG = Path(__file__).parent.parent / "examples" / "recordings" / "rig.toml"
+RATE = 1000
+SETTLING = 5.0
+"""Before memory is taken [s]."""
+
+
+def send(port: int, count: int, origin: float) -> None:
+    """Send a wheel that is turned to and fro, a sample a datagram."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.connect(("127.0.0.1", port))
+        begin = time.monotonic()
+        for at in range(count):
+            due = begin + at / RATE
+            if (wait := due - time.monotonic()) > 0:
+                time.sleep(wait)
+            psi = 0.25 * np.sin(0.8 * at / RATE)
+            sample = {
+                "psi": psi,
+                "M_z": -8 * np.tanh(15 * psi),
+                "F_N": 400.0,
+                "t": time.monotonic() - origin,
+            }
+            sender.send(json.dumps(sample).encode())
+
+
+def memory() -> float:
+    """Of this process [MB]."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * 4096 / 1e6
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seconds", type=int, default=30)
+    parser.add_argument("--observer", default="ekf")
+    given = parser.parse_args()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    factory = observer_factory(ObserverName(given.observer))
+    session = Session(*follow(f"udp:{port}", locate_inputs(rig=RIG), factory))
+    session.start()
+    origin = time.monotonic()
+    view, shown, stop = View(session), list[float](), threading.Event()
+
+    def update() -> None:
+        while not stop.wait(PERIOD / 1000):
+            before = view.newest
+            view.update()
+            if view.newest != before:
+                shown.append(time.monotonic() - origin - view.newest)
+
+    page = threading.Thread(target=update)
+    page.start()
+    sender = multiprocessing.get_context("spawn").Process(
+        target=send, args=(port, given.seconds * RATE, origin)
+    )
+    sender.start()
+    delays, at, first = list[float](), 0, 0.0
+    while sender.is_alive():
+        sender.join(0.5)
+        points = session.ring.since(at)
+        at = points.end
+        delays += (points.of("done") - origin - points.t).tolist()
+        if not first and at > SETTLING * RATE:
+            first = memory()
+    time.sleep(1.0)
+    stop.set()
+    page.join()
+    session.stop()
+    sent, estimated = given.seconds * RATE, session.ring.end
+    print(
+        f"{sent} samples sent, {estimated} estimated, {sent - estimated} lost; {session.state().counts}"
+    )
+    print(f"memory {first:.0f} MB after {SETTLING:g} s, {memory():.0f} MB at the end")
+    for name, values in (("estimate", delays), ("data of the page", shown)):
+        middle, high = 1e3 * np.quantile(values, [0.5, 0.99])
+        print(f"from sending to the {name}: median {middle:.1f} ms, 99 % {high:.1f} ms")
+
+
+if __name__ == "__main__":
+    main()

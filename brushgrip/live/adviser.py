@@ -1,0 +1,85 @@
+"""Where to turn so that friction is known soon: a `Probe` that follows in a thread of its own."""
+
+import threading
+from collections import deque
+from math import degrees
+from typing import Any
+
+from observers import Advice, Observer, Probe, Sample, SteeringLimits
+from observers.estimators.model_observer import ModelObserver
+from symbolic import InvalidInputError
+
+MOST_WAITING = 2_000
+"""Samples that a plan may take; where it takes longer, it begins anew."""
+
+
+class Adviser:
+    """Plans take some ten milliseconds, which samples must not wait for.
+
+    Attributes:
+        text: what to do now; empty before the first plan.
+    """
+
+    def __init__(self, target: float, limits: SteeringLimits) -> None:
+        """Until friction is known to a share, within what the wheel may do."""
+        self._target, self._limits = target, limits
+        self._waiting: deque[tuple[Sample, Any]] = deque(maxlen=MOST_WAITING)
+        self._arrived, self._generation, self.text = threading.Event(), 0, ""
+
+    def begin(self, observer: Observer) -> None:
+        """Advise on an observer from its next sample on, as long as no other one begins."""
+        self._generation += 1
+        self._waiting, self.text = deque(maxlen=MOST_WAITING), ""
+        try:
+            if not isinstance(observer, ModelObserver):
+                raise InvalidInputError("--target is for ekf and mhe, whose deviation it can forecast")
+            probe = Probe(observer, self._target, self._limits)
+        except InvalidInputError as error:
+            self.text = f"no advice: {error}"
+            return
+        arguments = (probe, self._generation, self._waiting)
+        threading.Thread(target=self._follow, args=arguments, name="live-advise", daemon=True).start()
+
+    def __call__(self, sample: Sample, state: Any) -> None:
+        """Tell of a sample, and of the observer's state after it."""
+        self._waiting.append((sample, state))
+        self._arrived.set()
+
+    def _follow(self, probe: Probe, own: int, waiting: deque[tuple[Sample, Any]]) -> None:
+        while own == self._generation:
+            if not waiting:
+                self._arrived.wait(0.1)
+                self._arrived.clear()
+                continue
+            if len(waiting) == MOST_WAITING:
+                waiting.clear()
+                probe.reset()
+                continue
+            sample, state = waiting.popleft()
+            try:
+                text = text_of(probe(sample, state), sample.psi, self._target)
+            except Exception as error:
+                self.text = f"no advice: {error}"
+                raise
+            if own == self._generation and not waiting:
+                self.text = text
+
+
+def text_of(advice: Advice, psi: float, target: float) -> str:
+    """An advice in a sentence.
+
+    Args:
+        advice: of a `Probe`.
+        psi: angle of the wheel now [rad].
+        target: deviation over friction that is wanted [1].
+    """
+    if advice.finished:
+        return f"friction is known to {target:.1%}, stop turning"
+    if advice.stopped:
+        return f"stop turning: {advice.reason}"
+    left = degrees(advice.toward - psi)
+    return (
+        f"turn {abs(left):.0f}° more to the {'left' if left > 0 else 'right'}"
+        if abs(left) >= 0.5
+        else ""
+    )

@@ -1,0 +1,68 @@
+from dataclasses import replace
+
+import pytest
+
+from brushgrip.live.adviser import Adviser, text_of
+from observers import (
+    Advice,
+    Ekf,
+    Loop,
+    Observer,
+    Sample,
+    SteeringLimits,
+    SteeringTorque,
+    ZoneRootSolver,
+)
+from symbolic import Model, Rig
+from tests.brushgrip.live.sessions import wait_for
+
+RIG = Rig(a=0.045, e=0.009)
+OBSERVER = Ekf(model=Model(), values={"k": 2.4e6}, rig=RIG)
+
+
+def test_an_advice_says_how_far_and_which_way() -> None:
+    advice = Advice(
+        psi=0.0, psi_dot=0.1, toward=0.2, finished=False, stopped=False, reason="", travel=0.0, left=0.3,
+        estimate=OBSERVER.prior,
+    )  # fmt: skip
+
+    assert text_of(advice, 0.2 - 0.1396, 0.05) == "turn 8° more to the left"
+    assert text_of(replace(advice, toward=-0.1), 0.0, 0.05) == "turn 6° more to the right"
+    assert text_of(advice, 0.2, 0.05) == ""
+    assert (
+        text_of(replace(advice, finished=True), 0.2, 0.05) == "friction is known to 5.0%, stop turning"
+    )
+    assert text_of(replace(advice, stopped=True, reason="too far"), 0.2, 0.05) == "stop turning: too far"
+
+
+@pytest.mark.long
+def test_it_advises_without_keeping_samples_waiting() -> None:
+    adviser, loop = Adviser(0.05, SteeringLimits(angle=0.3)), Loop(OBSERVER)
+    adviser.begin(OBSERVER)
+    for _ in range(30):
+        sample = Sample(psi=0.0, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0)
+        loop(sample)
+        adviser(sample, loop.state)
+    wait_for(lambda: adviser.text)
+    assert adviser.text.startswith("turn ")
+    adviser.begin(OBSERVER)
+    assert adviser.text == ""
+
+
+@pytest.mark.parametrize(
+    ("observer", "reason"),
+    [
+        (ZoneRootSolver(rig=RIG, k=2.4e6), "--target is for ekf and mhe"),
+        (
+            replace(
+                OBSERVER, rig=Rig(a=0.045, e=0.009, J_A=0.1, b_t=1.0), measurement_model=SteeringTorque()
+            ),
+            "a Probe needs an observer of M_z",
+        ),
+    ],
+)
+def test_without_a_forecast_it_says_why_there_is_no_advice(observer: Observer, reason: str) -> None:
+    adviser = Adviser(0.05, SteeringLimits())
+    adviser.begin(observer)
+
+    assert adviser.text.startswith(f"no advice: {reason}")

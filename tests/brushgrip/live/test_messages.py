@@ -1,0 +1,81 @@
+import json
+import math
+import select
+import socket
+from pathlib import Path
+
+import pytest
+
+from brushgrip.live.messages import DATABASE, IDENTIFIER, frame_of
+from brushgrip.live.state import State
+from observers import Estimate, Status
+from tests.brushgrip.helpers import Run
+from tests.brushgrip.live.sessions import RIG
+
+
+def state(mu: float, std: float, *, usable: bool = True, status: Status = Status.USED) -> State:
+    estimate = Estimate(
+        mu=mu, mu_std=std, mu_eff=mu, mu_eff_std=std, M_z_predicted=0.0, informed=True, status=status
+    )
+    return State(
+        t=1.0, estimate=estimate, usable=usable, age=0.0, status="", advice="", counts={}, recording="",
+        ended=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("mu", "std", "usable"),
+    [
+        (0.8125, 0.0312, True),
+        (0.0, 0.0, False),
+        (6.6, 0.01, True),
+        (math.nan, 0.1, True),
+        (1.0, -1.0, True),
+    ],
+)
+def test_a_frame_says_by_its_database_what_the_state_is(mu: float, std: float, usable: bool) -> None:
+    cantools = pytest.importorskip("cantools", reason="needs brushgrip[live]")
+    message = cantools.database.load_string(DATABASE, "dbc").get_message_by_frame_id(IDENTIFIER)
+    given = state(mu, std, usable=usable, status=Status.SUSPECT)
+    said = message.decode(frame_of(given, 258), scaling=True)
+    highest = message.get_signal_by_name("mu_eff").maximum
+    within = 0 <= mu <= 6.5534 and 0 <= std <= 6.5534
+
+    assert (said["counter"], said["status"]) == (2, Status.SUSPECT)
+    assert said["usable"] == (usable and within)
+    if within:
+        assert (said["mu_eff"], said["mu_eff_std"]) == (pytest.approx(mu), pytest.approx(std))
+    else:
+        assert max(said["mu_eff"], said["mu_eff_std"]) > highest
+
+
+@pytest.mark.long
+def test_friction_is_sent_while_it_is_measured(run: Run, tmp_path: Path) -> None:
+    can = pytest.importorskip("can", reason="needs brushgrip[live]")
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver,
+        can.Bus(interface="virtual", channel="sent") as bus,
+    ):
+        receiver.bind(("127.0.0.1", 0))
+        send = [f"udp:{receiver.getsockname()[1]}", "can:virtual:sent"]
+        outcome = run(
+            "live", RIG.with_name("train_a.csv"), "--rig", RIG, "--speed", 20, "--no-page",
+            "--send", send[0], "--send", send[1], "--send-dbc", tmp_path / "friction.dbc",
+        )  # fmt: skip
+        told = []
+        while select.select([receiver], [], [], 0)[0]:
+            told.append(json.loads(receiver.recv(4096)))
+        frames = list(iter(lambda: bus.recv(0), None))
+
+    assert outcome.status == 0
+    assert (tmp_path / "friction.dbc").read_text() == DATABASE
+    assert any(one["usable"] for one in told)
+    assert not told[-1]["usable"]
+    assert told[-1]["mu_eff"] == pytest.approx(1.3382615756)
+    assert len(frames) == len(told) > 10
+    assert [frame.data[5] for frame in frames] == [number % 256 for number in range(1, len(frames) + 1)]
+
+
+def test_what_cannot_be_sent_to_is_refused(run: Run) -> None:
+    for to in ("udp:0", "can:nothing:x", "mail:me"):
+        run("live", "udp:5005", "--rig", RIG, "--no-page", "--send", to).refused()
