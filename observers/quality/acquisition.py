@@ -192,10 +192,7 @@ def build_conclusion(
         "phase": ca.if_else(own["phase"] == 1, 0, inputs["counted"]),
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
         "excess": gain_share * ca.fmax(0, excess),
-        "squares": 0,
-        "weight": 0,
-        "streak": 0,
-        "confirmed": 0,
+        **dict.fromkeys(("squares", "weight", "streak", "confirmed"), 0),
         "doubt": doubted(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
     }
     after["lost"] = after["doubt"] > HOPELESS

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from brushgrip.comparison import scores
-from reference_rig import RigRecording, make_recording
-from reference_rig import write_csv as write_recording
+from reference_rig import RigRecording, make_recording, recording_csv
 from symbolic import compiler
 from tests.brushgrip.helpers import Run, Write, contents
 
@@ -35,7 +34,7 @@ def rig_recording() -> RigRecording:
 def recording(rig_recording: RigRecording, tmp_path: Path) -> Path:
     path = tmp_path / "data" / "run.csv"
     path.parent.mkdir()
-    write_recording(path, rig_recording)
+    path.write_text(recording_csv(rig_recording), encoding="utf-8")
     return path
 
 
@@ -247,7 +246,8 @@ def test_networks_stand_in_the_table_where_there_is_something_to_learn_from(
 ) -> None:
     pytest.importorskip("sklearn", reason="the networks need scikit-learn")
     training = recording.with_name("training.csv")
-    write_recording(training, make_recording(9, duration=6.0, mu=MU, bristles=800))
+    rig = make_recording(9, duration=6.0, mu=MU, bristles=800)
+    training.write_text(recording_csv(rig), encoding="utf-8")
     outcome = compare("--train", training)
 
     assert outcome.status == 0

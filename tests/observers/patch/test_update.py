@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, Sample, Status, Tuning
+from observers.measurement.measurement_model import CLEAN
 from observers.patch.update import sensitivity_retention
 from symbolic import Model
 from tests.observers.conftest import make
@@ -23,7 +24,7 @@ TYRE = [AligningTorque(zero=False), AligningTorque(zero=False, stiffness=True)]
 def retention(measurement_model: AligningTorque, P: Array, Q: Array) -> Array:
     n = len(measurement_model.states)
     x = np.array([np.log(0.7), 1.1])[:n]
-    made = sensitivity_retention(measurement_model, ca.MX(P), ca.MX(Q), ca.MX(x))
+    made = sensitivity_retention(measurement_model, ca.MX(P), ca.MX(Q), ca.MX(x), ca.MX(len(CLEAN), 1))
     return np.asarray(ca.evalf(made))
 
 
