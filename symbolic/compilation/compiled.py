@@ -27,11 +27,13 @@ FLAGS = (
     "-O2",
     "-ftree-vectorize",
     "-mcpu=native" if platform.machine() in ("arm64", "aarch64") else "-march=native",
+    "-ffp-contract=off",
     "-fno-math-errno",
     "-fno-trapping-math",
     "-fPIC",
     "-shared",
 )
+"""Nothing is contracted, so that steps one by one and many in one call agree to the last digit."""
 VECTORISED = (
     "-O1",
     "-finline-small-functions",
