@@ -6,6 +6,7 @@ all of them. Nothing is taken from later samples; the whole is late by half the 
 """
 
 from collections import deque
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -47,14 +48,29 @@ class RackMotion:
         while len(samples) > LEAST_SAMPLES and samples[0][0] < t - 1.05 * WINDOW:
             samples.popleft()
         at, way, held = samples[len(samples) // 2]
-        table = np.array(samples)
-        known = table[np.isfinite(table[:, 1])]
-        if len(known) < LEAST_SAMPLES or not np.isfinite(way):
+        near = [((then - at) / WINDOW, s - way) for then, s, _ in samples if isfinite(s)]
+        if len(near) < LEAST_SAMPLES or not isfinite(way):
             return RackInstant(way, held, 0.0, 0.0)
-        u = known[:, 0] - at
-        powers = np.stack([np.ones_like(u), u, u**2])
-        fit = np.linalg.lstsq(powers.T, known[:, 1], rcond=None)[0]
-        return RackInstant(way, held, float(fit[1]), 2 * float(fit[2]))
+        slope, bend = _parabola(near)
+        return RackInstant(way, held, slope / WINDOW, 2 * bend / WINDOW**2)
+
+
+def _parabola(points: list[tuple[float, float]]) -> tuple[float, float]:
+    """Slope and half the curvature at 0 of the parabola through points, by least squares.
+
+    In plain sums: a library's depend in their last digit on where arrays lie.
+    """
+    n = len(points)
+    u1, u2, u3, u4 = (sum(u**power for u, _ in points) for power in (1, 2, 3, 4))
+    v0, v1, v2 = (sum(v * u**power for u, v in points) for power in (0, 1, 2))
+    # Less their means.
+    a, b, c = u2 - u1 * u1 / n, u3 - u1 * u2 / n, u4 - u2 * u2 / n
+    p, q = v1 - u1 * v0 / n, v2 - u2 * v0 / n
+    determinant = a * c - b * b
+    if not determinant > 0:
+        # Samples of fewer than three times.
+        return 0.0, 0.0
+    return (c * p - b * q) / determinant, (a * q - b * p) / determinant
 
 
 def rack_motion(t: Array, s: Array, force: Array, stretch: NDArray[np.int64]) -> RackInstant:
@@ -64,4 +80,4 @@ def rack_motion(t: Array, s: Array, force: Array, stretch: NDArray[np.int64]) ->
         motion = motion if number == before else RackMotion()
         rows.append(motion(*sample))
         before = number
-    return RackInstant(*np.array(rows).T)
+    return RackInstant(*np.ascontiguousarray(np.array(rows).T))
