@@ -2,7 +2,6 @@
 
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,18 +10,20 @@ from brushgrip.commands.options import (
     EffectModules,
     ModelFile,
     OutFolder,
+    RigAlone,
+    TorqueMeasured,
     TuningProfile,
     TuningValues,
+    VehicleAlone,
     option,
 )
+from brushgrip.inputs.choices import ModelObserverName, TorqueChannel
 
-GeneratedObserver = StrEnum("GeneratedObserver", {"EKF": "ekf", "MHE": "mhe"})
 RealType = StrEnum("RealType", {"FLOAT": "float", "DOUBLE": "double"})
 Target = StrEnum("Target", {"C": "c", "FMU": "fmu", "FMU3": "fmu3", "ROS2": "ros2"})
 RunTime = StrEnum("RunTime", {"TUNING": "tuning", "ALL": "all"})
-TorqueChannel = StrEnum("TorqueChannel", {"GROUND": "M_z", "HAND": "M"})
-"""What a user chooses from: observers that can be written out, types of number by their name in C, what
-is written, what the code takes at run time, and the torque that the target measures."""
+"""What a user chooses from: types of number by their name in C, what is written, and what the code takes
+at run time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,12 +52,10 @@ class CodegenRequest:
 
     out: OutFolder
     observer: Annotated[
-        GeneratedObserver, option("--observer", help="Observer to write; ekf if left out.")
-    ] = GeneratedObserver.EKF
-    rig: Annotated[Path | None, option("--rig", metavar="R", help="Rig file (TOML).")] = None
-    vehicle: Annotated[
-        Path | None, option("--vehicle", metavar="CAR", help="Vehicle file (TOML) of a car.")
-    ] = None
+        ModelObserverName, option("--observer", help="Observer to write; ekf if left out.")
+    ] = ModelObserverName.EKF
+    rig: RigAlone = None
+    vehicle: VehicleAlone = None
     model: ModelFile = None
     effects: EffectModules = None
     tuning: TuningProfile = None
@@ -75,9 +74,7 @@ class CodegenRequest:
     ] = None
     real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C
-    torque: Annotated[
-        TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
-    ] = TorqueChannel.GROUND
+    torque: TorqueMeasured = TorqueChannel.GROUND
     tunable: Annotated[
         RunTime | None,
         option(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from brushgrip.inputs.choices import TuningName
+from brushgrip.inputs.choices import TorqueChannel, TuningName
 
 if TYPE_CHECKING:
     from brushgrip.inputs.pipeline import Inputs
@@ -103,6 +103,13 @@ VehicleFile = Annotated[
         help="Vehicle file (TOML) of a car, in place of a rig: recordings then have rack or handwheel,"
         " and F_rack or T_bar and T_motor.",
     ),
+]
+RigAlone = Annotated[Path | None, option("--rig", metavar="R", help="Rig file (TOML).")]
+VehicleAlone = Annotated[
+    Path | None, option("--vehicle", metavar="CAR", help="Vehicle file (TOML) of a car.")
+]
+TorqueMeasured = Annotated[
+    TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
 ]
 ChannelMap = Annotated[
     str | None,

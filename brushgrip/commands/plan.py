@@ -10,21 +10,22 @@ import typer
 from brushgrip.commands.options import (
     EffectModules,
     ModelFile,
+    RigAlone,
+    TorqueMeasured,
     TuningProfile,
     TuningValues,
+    VehicleAlone,
     file_option,
     option,
 )
+from brushgrip.inputs.choices import ModelObserverName, TorqueChannel
 
 if TYPE_CHECKING:
     from observers import Plan
 
 Least = StrEnum("Least", {"TRAVEL": "travel", "TIME": "time", "ANGLE": "angle"})
 OverPrior = StrEnum("OverPrior", {"WORST": "worst", "MEAN": "mean"})
-PlannedObserver = StrEnum("PlannedObserver", {"EKF": "ekf", "MHE": "mhe"})
-PlannedTorque = StrEnum("PlannedTorque", {"GROUND": "M_z", "HAND": "M"})
-"""What a user chooses from: what is least, over which of the frictions, and the observer with the torque
-that it measures."""
+"""What a user chooses from: what is least, and over which of the frictions."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,10 +40,8 @@ class PlanRequest:
     until it is usable. OUT.png shows both. What cannot be reached is told with its cause.
     """
 
-    rig: Annotated[Path | None, option("--rig", metavar="R", help="Rig file (TOML).")] = None
-    vehicle: Annotated[
-        Path | None, option("--vehicle", metavar="CAR", help="Vehicle file (TOML) of a car.")
-    ] = None
+    rig: RigAlone = None
+    vehicle: VehicleAlone = None
     model: ModelFile = None
     effects: EffectModules = None
     target: Annotated[
@@ -72,12 +71,10 @@ class PlanRequest:
     ] = None
     least: Annotated[Least, typer.Option("--least", help="What is to be least.")] = Least.TRAVEL
     over: Annotated[OverPrior, typer.Option("--over", help="Over the frictions.")] = OverPrior.WORST
-    observer: Annotated[PlannedObserver, typer.Option("--observer", help="Observer that estimates.")] = (
-        PlannedObserver.EKF
-    )
-    torque: Annotated[
-        PlannedTorque, typer.Option("--torque", help="Torque measured: aligning, or steering.")
-    ] = PlannedTorque.GROUND
+    observer: Annotated[
+        ModelObserverName, typer.Option("--observer", help="Observer that estimates.")
+    ] = ModelObserverName.EKF
+    torque: TorqueMeasured = TorqueChannel.GROUND
     tuning: TuningProfile = None
     tune: TuningValues = None
     out: Annotated[

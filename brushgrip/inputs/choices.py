@@ -11,6 +11,20 @@ class ObserverName(StrEnum):
     ROOT = "root"
 
 
+class ModelObserverName(StrEnum):
+    """Observers on a model, which can be written as C and whose knowledge can be forecast."""
+
+    EKF = "ekf"
+    MHE = "mhe"
+
+
+class TorqueChannel(StrEnum):
+    """The torque that is measured: aligning, or steering."""
+
+    GROUND = "M_z"
+    HAND = "M"
+
+
 class TuningName(StrEnum):
     """Tunings by the name that a user gives."""
 
