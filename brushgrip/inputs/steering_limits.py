@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
+from brushgrip.inputs.tunings import named_texts
 from observers import SteeringLimits
 from observers.interfaces.factory import read_vehicle_file
 from symbolic import InvalidInputError
@@ -16,8 +17,7 @@ def chosen_limits(texts: Sequence[str] | None) -> SteeringLimits:
         InvalidInputError: there is no such limit, it is given twice, or it is out of range.
     """
     names, given = [field.name for field in fields(SteeringLimits)], {}
-    for pair in (pair.strip() for text in texts or () for pair in text.split(",") if pair.strip()):
-        name, _, text = (part.strip() for part in pair.partition("="))
+    for pair, name, text in named_texts(texts):
         if name not in names or name in given:
             raise InvalidInputError(
                 f"--limit {pair}: expected NAME=NUMBER, each name once out of {', '.join(names)}"

@@ -36,6 +36,15 @@ class ChosenTuning(NamedTuple):
         return {"tuning": asdict(self.tuning), "by_hand": sorted(self.by_hand)}
 
 
+def named_texts(values: Sequence[str] | None) -> list[tuple[str, str, str]]:
+    """Each pair of texts such as "angle=0.2,rate=0.5", with its name and what is behind the sign."""
+    pairs = [pair.strip() for text in values or () for pair in text.split(",") if pair.strip()]
+    parted = (pair.partition("=") for pair in pairs)
+    return [
+        (pair, name.strip(), text.strip()) for pair, (name, _, text) in zip(pairs, parted, strict=True)
+    ]
+
+
 def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTuning | None:
     """A profile and the values that replace some of its; None where nothing is chosen.
 
@@ -47,12 +56,11 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTunin
         InvalidInputError: there is no such profile or value, or a value is given twice or outside its
             range.
     """
-    pairs = [pair.strip() for text in values or () for pair in text.split(",") if pair.strip()]
+    pairs = named_texts(values)
     if name is None and not pairs:
         return None
     given: dict[str, float] = {}
-    for pair in pairs:
-        field, _, text = (part.strip() for part in pair.partition("="))
+    for pair, field, text in pairs:
         if field not in TUNING_FIELDS:
             allowed = ", ".join(TUNING_FIELDS)
             raise InvalidInputError(f"--tune {pair}: expected NAME=NUMBER with a name out of {allowed}")
