@@ -122,9 +122,9 @@ class LiveRequest:
     def _run(self, session: "Session") -> None:
         from brushgrip.outputs.console import say
 
-        session.start()
         try:
             if self.no_page:
+                session.start()
                 self._print(session)
             else:
                 self._serve(session)
@@ -132,7 +132,8 @@ class LiveRequest:
             say("ended")
         finally:
             session.stop()
-            self._conclude(session)
+            if session.begun:
+                self._conclude(session)
 
     def _session(self, senders: "tuple[Sender, ...]") -> "Session":
         from dataclasses import replace
@@ -161,13 +162,14 @@ class LiveRequest:
         return Session(opened, feed, record=self.record, advice=advice, listeners=senders)
 
     def _serve(self, session: "Session") -> None:
-        """The page, until it is interrupted."""
+        """The page, until it is interrupted; the source is opened once it is there."""
         import webbrowser
 
         from brushgrip.live.page import serve
         from brushgrip.outputs.console import say
 
         def opened(address: str) -> None:
+            session.start()
             say(f"page at {address}; Ctrl-C ends")
             if not self.no_browser:
                 webbrowser.open(address)

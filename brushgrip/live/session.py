@@ -95,6 +95,11 @@ class Session:
             self._threads.append(threading.Thread(target=target, name=f"live-{name}", daemon=True))
             self._threads[-1].start()
 
+    @property
+    def begun(self) -> bool:
+        """Whether it was started."""
+        return bool(self._threads)
+
     def stop(self) -> None:
         """Close the source, estimate what waits, and end the recording."""
         self._stop.set()
