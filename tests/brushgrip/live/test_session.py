@@ -1,4 +1,5 @@
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from brushgrip.live.session import OLD, Session
 from observers import Status
 from tests.brushgrip.helpers import Run
 from tests.brushgrip.live.sessions import (
+    RECORDINGS,
     RIG,
     ListSource,
     estimated,
@@ -315,3 +317,10 @@ def test_speed_and_rig_are_required(run: Run) -> None:
     recording = RIG.with_name("train_a.csv")
     run("live", recording, "--rig", RIG, "--speed", 0).refused("--speed must be finite")
     run("live", "udp:5005").refused("needs the rig")
+
+
+def test_nothing_is_read_before_the_page_is_there(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "bokeh", None)
+    outcome = run("live", RECORDINGS / "train_a.csv", "--rig", RIG, "--no-browser")
+
+    outcome.refused("the page needs Bokeh; pip install 'brushgrip[live]'")
