@@ -36,7 +36,10 @@ STYLE = Path(__file__).with_name("page.css")
 TURNED = """:host { overflow: hidden }
 @media (prefers-color-scheme: dark) { :host { filter: invert(1) hue-rotate(180deg) } }"""
 """What is drawn for a white page, on a dark one."""
-COLUMNS = ("t", "mu", "low", "high", "usable_mu", "psi", "torque", "predicted")
+COLUMNS = (
+    *("t", "mu", "low", "high", "usable_mu", "usable_low", "usable_high"),
+    *("psi", "torque", "predicted"),
+)
 
 
 class View:
@@ -92,12 +95,14 @@ class View:
         # Between stretches no line.
         begins = np.diff(new.of("stretch"), prepend=self._stretch) != 0
         self._stretch = float(new.of("stretch")[-1])
+        low, high = np.maximum(mu - BAND * std, 0.0), mu + BAND * std
+        shown = zip(("usable_mu", "usable_low", "usable_high"), (mu, low, high), strict=True)
         return {
             "t": new.t,
             "mu": np.where(begins, np.nan, mu),
-            "low": np.maximum(mu - BAND * std, 0.0),
-            "high": mu + BAND * std,
-            "usable_mu": np.where(usable, mu, np.nan),
+            "low": low,
+            "high": high,
+            **{name: np.where(usable, values, np.nan) for name, values in shown},
             "psi": np.degrees(new.of("psi")),
             "torque": sign * new.of("torque"),
             "predicted": np.where(begins, np.nan, new.of("M_z_predicted")),
@@ -105,15 +110,17 @@ class View:
 
     def _friction(self) -> Any:
         figure = _figure("time [s]", "friction μ", y_range=self._top)
-        figure.varea("t", "low", "high", source=self.points, fill_color="#0072b2", fill_alpha=0.25)
+        for low, high, alpha in (("low", "high", 0.1), ("usable_low", "usable_high", 0.3)):
+            figure.varea("t", low, high, source=self.points, fill_color="#0072b2", fill_alpha=alpha)
         figure.line("t", "mu", source=self.points, color="#555555", line_width=2)
         figure.line("t", "usable_mu", source=self.points, color="#0072b2", line_width=5)
         return figure
 
     def _torque(self) -> Any:
         figure = _figure("angle [°]", "torque of the ground [N m]")
-        figure.scatter("psi", "torque", source=self.points, color="#555555", size=5)
-        figure.line("psi", "predicted", source=self.points, color="#d55e00", line_width=3)
+        drawn = {"source": self.points}
+        figure.scatter("psi", "torque", color="#555555", size=5, legend_label="measured", **drawn)
+        figure.line("psi", "predicted", color="#d55e00", line_width=3, legend_label="model", **drawn)
         return figure
 
 
@@ -123,6 +130,7 @@ def words(state: State, columns: tuple[str, ...]) -> str:
     value, sign, within = ("–" if std >= mu else band(mu, std)).partition(" ± ")
     counts = ", ".join(f"{count} {name}" for name, count in state.counts.items())
     lines = [
+        "the source has ended" * state.ended,
         state.status,
         state.recording and f"recording {state.recording}",
         counts,
@@ -134,6 +142,7 @@ def words(state: State, columns: tuple[str, ...]) -> str:
     return (
         f'<div class="now {"yes" if state.usable else "no"}" {digits}>'
         f'<div class="mu">{value} <small>{sign}{within}</small></div>'
+        "<p>friction μ_eff, ± 95 % band</p>"
         f'<div class="verdict">{verdict(state)}</div>'
         f'<p class="advice">{escape(state.advice)}</p>{small}</div>'
     )
