@@ -7,15 +7,17 @@ from types import FrameType
 
 INTERRUPTED = 130
 """Exit status of a process that was told to end, as shells have it."""
-_BETWEEN_LOOKS = 0.02
-"""While a module is imported, how often its end is looked for [s]."""
+_BETWEEN_LOOKS = 0.002
+"""While an interruption waits, how often it is looked whether it may come [s]."""
 _IMPORT_SYSTEM = "<frozen importlib._bootstrap>"
+_CASADI = "casadi.py"
 
 
 class Interruptions:
     """Raises KeyboardInterrupt where Python code can take it, once; what is over is not interrupted.
 
-    Amid an import, compiled code would print it as a fault: it waits until the import is done, unless it
+    Amid an import, compiled code would print it as a fault; amid a function of CasADi's module, which
+    its compiled code may have called, it would be lost. There it waits until that is done, unless it
     comes again. Raised in a destructor it would be printed and lost: it is raised once more.
     """
 
@@ -56,14 +58,14 @@ class Interruptions:
         del number
         if self.is_over:
             return
-        if not self._waits and hasattr(signal, "setitimer") and _imports(frame):
+        if not self._waits and hasattr(signal, "setitimer") and _is_amid(frame):
             self._wait()
         else:
             self._interrupt()
 
     def _look_again(self, number: int, frame: FrameType | None) -> None:
         del number
-        if self.is_over or not _imports(frame):
+        if self.is_over or not _is_amid(frame):
             self._interrupt()
 
     def _unraisable(self, fault: "sys.UnraisableHookArgs") -> None:
@@ -84,7 +86,10 @@ class Interruptions:
             raise KeyboardInterrupt
 
 
-def _imports(frame: FrameType | None) -> bool:
+def _is_amid(frame: FrameType | None) -> bool:
+    """Whether a frame is of CasADi, or of an import."""
+    if frame is not None and frame.f_code.co_filename.endswith(_CASADI):
+        return True
     while frame is not None:
         if frame.f_code.co_filename == _IMPORT_SYSTEM:
             return True

@@ -8,8 +8,8 @@ removed.
 import os
 import platform
 import re
+import secrets
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -44,19 +44,34 @@ def claim_folder(parent: Path) -> tuple[Path, int | None]:
     """
     _remove_abandoned(parent)
     while True:
-        folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=parent))
+        # Its name is known before it is there, so that an interruption at any instant leaves none.
+        folder = parent / f"{PREFIX}{secrets.token_hex(4)}"
         try:
-            lock = lock_folder(folder)
-        except BlockingIOError:
-            continue  # Another process found it before it was locked, and removes it.
-        except OSError:
-            if folder.exists():
-                return folder, None
-            continue
-        if folder.exists():
+            is_ours, lock = _make_and_lock(folder)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        if is_ours:
             return folder, lock
-        if lock is not None:
-            os.close(lock)
+
+
+def _make_and_lock(folder: Path) -> tuple[bool, int | None]:
+    """Whether the folder is there and ours, and its lock."""
+    try:
+        folder.mkdir(mode=0o700)
+    except FileExistsError:
+        return False, None
+    try:
+        lock = lock_folder(folder)
+    except BlockingIOError:
+        return False, None  # Another process found it before it was locked, and removes it.
+    except OSError:
+        return folder.exists(), None
+    if folder.exists():
+        return True, lock
+    if lock is not None:
+        os.close(lock)
+    return False, None
 
 
 def _remove_abandoned(parent: Path) -> None:
