@@ -76,6 +76,7 @@ def test_rig_recordings(tmp_path: Path) -> None:
     assert -10 < float(low) < -5 < 5 < float(high) < 10
 
 
+@pytest.mark.long
 def test_own_reader(tmp_path: Path) -> None:
     text = printed_by("own_reader.py", tmp_path)
     found = {name: float(mu) for name, mu in re.findall(rf"^(\w+): mu = {NUMBER}$", text, re.MULTILINE)}
@@ -229,6 +230,7 @@ def test_change_of_surface(tmp_path: Path) -> None:
         assert max(turns["bristles, default tuning"][place]) < 0.4
 
 
+@pytest.mark.long
 def test_observability(tmp_path: Path) -> None:
     text = printed_by("observability.py", tmp_path, "information.png", leaves="information.png")
     out, back = (
@@ -386,6 +388,7 @@ def test_least_steering(tmp_path: Path) -> None:
         assert float(cells[ground][1]) < 0.3 * float(cells[ground][4])
 
 
+@pytest.mark.long
 def test_lower_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     smaller = {"MUS": (0.02, 0.1, 0.9), "SHARES": (0.0005, 0.04), "LOADS": (1.0,)}
     smaller |= {"SEEDS": range(2), "MANY": range(2)}

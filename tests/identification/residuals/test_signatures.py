@@ -220,7 +220,7 @@ def test_slope_and_size_are_those_planted(recordings: list[Recording]) -> None:
     ("effect", "signal", "sign"),
     [
         pytest.param("steering_return", ANGLE, 1, marks=pytest.mark.long),
-        ("carcass_torsion", ANGLE, -1),
+        pytest.param("carcass_torsion", ANGLE, -1, marks=pytest.mark.long),
         pytest.param("pressure_skew", ANGLE, -1, marks=pytest.mark.long),
         ("contact_damping", RATE, 1),
         pytest.param("bearing_friction", DIRECTION, 1, marks=pytest.mark.long),

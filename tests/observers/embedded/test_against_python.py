@@ -136,7 +136,7 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
 @pytest.mark.parametrize(
     ("kind", "settings"),
     [
-        (Ekf, {}),
+        pytest.param(Ekf, {}, marks=LONG),
         pytest.param(Mhe, {"window": 2}, marks=LONG),
         pytest.param(Mhe, {"window": 7}, marks=LONG),
         pytest.param(Mhe, {"window": 50}, marks=LONG),
@@ -178,7 +178,7 @@ def test_a_change_of_the_ground_under_bristles(generated: Generate, kind: Any) -
     assert sum(int(status) & Status.RESET > 0 for status in expected[:, -1]) > 0
 
 
-@pytest.mark.parametrize("name", cases("mhe creep aligning", "ekf creep aligning"))
+@pytest.mark.parametrize("name", cases("ekf creep aligning", "mhe creep aligning"))
 def test_creep_with_a_compliance_in_single_precision(
     generated: Generate, name: str, recording: RigRecording
 ) -> None:

@@ -35,7 +35,7 @@ def rows() -> np.ndarray:
     return SINGLE.round(np.column_stack([psi, np.nan * same, M_z, 4000.0 * same, 0.01 * same]))
 
 
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 def test_c_is_python(generated: Generate, rows: np.ndarray, kind: type[Ekf] | type[Mhe]) -> None:
     observer = car_observer(kind, CAR)
     expected = python_estimates(observer, rows)
@@ -44,6 +44,7 @@ def test_c_is_python(generated: Generate, rows: np.ndarray, kind: type[Ekf] | ty
     np.testing.assert_allclose(generated(observer, SINGLE).run(rows)[:, :2], expected[:, :2], rtol=2e-3)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not tools_installed(), reason=TOOLS)
 def test_budget_on_the_target(generated: Generate, rows: np.ndarray) -> None:
     code = generated(car_observer(Ekf, CAR), SINGLE)

@@ -19,7 +19,7 @@ pytestmark = needs_compiler
 @pytest.mark.parametrize(
     "name",
     cases(
-        "ekf declared steering; mhe declared aligning", "ekf declared aligning; mhe declared steering"
+        "ekf declared steering", "mhe declared aligning; ekf declared aligning; mhe declared steering"
     ),
 )
 def test_implausible_samples_are_those_of_python(generated: Generate, name: str) -> None:

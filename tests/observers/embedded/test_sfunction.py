@@ -30,7 +30,9 @@ MEX = ("-O1", "-ffp-contract=off", "-fPIC", "-DMATLAB_MEX_FILE", f"-I{STUB}")
 @pytest.mark.parametrize(
     "measurement_model", [AligningTorque(), SteeringTorque()], ids=["aligning", "steering"]
 )
-@pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
+@pytest.mark.parametrize(
+    "real", [pytest.param(SINGLE, id="float", marks=pytest.mark.long), pytest.param(DOUBLE, id="double")]
+)
 def test_block_outputs_what_the_c_estimates(
     generated: Generate, real: Any, measurement_model: Any
 ) -> None:

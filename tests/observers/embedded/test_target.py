@@ -46,6 +46,7 @@ def test_a_whole_recording(
     assert cost.state + cost.stack < memory
 
 
+@pytest.mark.long
 def test_from_the_steering_torque(generated: Generate, steered: SteeringRecording) -> None:
     observer = observer_named("ekf declared steering", acquire=False)
     samples = SINGLE.round(rows_of(steered))

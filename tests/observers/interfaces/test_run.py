@@ -161,7 +161,7 @@ def test_status_of_every_sample(recording: RigRecording, kind: Any) -> None:
     assert flags == {50: Status.MISSING, 60: missing_and_held, 70: missing_and_held}
 
 
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 @pytest.mark.parametrize("load", [0.03, 1e-3, 1e-170, 5.0])
 def test_a_load_of_nothing_leaves_friction_alone(
     recording: RigRecording, kind: Any, load: float

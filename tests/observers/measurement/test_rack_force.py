@@ -30,7 +30,7 @@ def final(car: SimulatedCar, **options: Any) -> tuple[float, float]:
     return float(found.mu[known[-1]]), float(found.mu_std[known[-1]])
 
 
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 @pytest.mark.parametrize("mu", [0.15, 0.4, 1.0])
 def test_friction_of_a_car(mu: float, kind: Any) -> None:
     found, std = final(SimulatedCar(mu=(mu, mu)), kind=kind)
@@ -58,7 +58,9 @@ def test_ice_under_a_heavy_gear(gear: float) -> None:
     assert abs(found - 0.06) < 2 * std < 0.03
 
 
-@pytest.mark.parametrize("wrong", [{"gear_friction": 800.0}, {"half_length": 0.03}])
+@pytest.mark.parametrize(
+    "wrong", [{"gear_friction": 800.0}, pytest.param({"half_length": 0.03}, marks=pytest.mark.long)]
+)
 def test_what_is_declared_wrong_is_not_usable_and_wrong(wrong: dict[str, float]) -> None:
     vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(**wrong)))
     found = estimates(SimulatedCar(mu=(0.3, 0.3)), vehicle)

@@ -149,7 +149,7 @@ def test_a_tolerance_of_k_admits_another_scale() -> None:
     assert abs(estimates[1].mu[-1] - 0.7) < 2 * estimates[1].mu_std[-1]
 
 
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 def test_friction_stays_usable_on_the_steering_torque(kind: Any) -> None:
     made = make_steering_recording(5, constant_friction(0.3), tyre=RigTyre(k=K, mu=0.3), rate=500.0)
     observer = kind(model=Model(), values={"k": K}, rig=RIG, measurement_model=SteeringTorque())

@@ -90,7 +90,7 @@ def test_wrong_standard_deviations_would_be_noticed(kind: Any, scale: float) -> 
     assert not likely(off)
 
 
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 @pytest.mark.parametrize("seed", [17, *(pytest.param(n, marks=pytest.mark.long) for n in (0, 14))])
 def test_little_is_lost_against_bayes_rule(kind: Any, seed: int) -> None:
     made = turned_by_hand(seed)

@@ -47,6 +47,7 @@ def test_faults_cost_no_more_than_a_factor_of_two(kind: Any, fault: str) -> None
     assert rmse(kind, FAULTS[fault], seeds) < 2 * without
 
 
+@pytest.mark.long
 def test_all_faults_at_once_cost_the_window_no_more_than_a_factor_of_two() -> None:
     seeds = range(3)
 
@@ -91,6 +92,7 @@ def test_a_lost_steering_torque_costs_more_but_not_the_truth() -> None:
         assert np.mean(run.normal[run.slid :] ** 2) < 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", PLACES)
 def test_a_ground_that_falls_is_known_within_a_tenth_of_a_radian(place: float) -> None:
     for seed in NOISES:
