@@ -10,8 +10,7 @@ from brushgrip.comparison.cases import Case
 from brushgrip.comparison.methods import Method
 from identification import Recording
 from identification.thesis import Activation, Design, FrictionNetwork, label_mean, train
-from observers import ZoneRootSolver, run
-from observers.thesis import ZoneState, advance_zones
+from observers import ZoneHistory, ZoneRootSolver, run, zone_history
 
 Array = NDArray[np.float64]
 ANALYTIC = 9
@@ -29,8 +28,7 @@ def plain_inputs(recording: Recording) -> Array:
         np.where(np.isfinite(recording.M_z), np.arange(recording.t.size), 0)
     )
     M = np.nan_to_num(-recording.M_z[last_measured])
-    psi_max = [state.psi_max for state in _zone_states(recording)]
-    return np.column_stack([recording.psi - recording.psi[0], psi_max, M])
+    return np.column_stack([recording.psi - recording.psi[0], _zones(recording).psi_max, M])
 
 
 def all_inputs(recording: Recording) -> Array:
@@ -38,7 +36,7 @@ def all_inputs(recording: Recording) -> Array:
 
     psi, psi_max, M, e, F_N, direction, five zones or three, a, k and the analytic estimate of mu.
     """
-    rig, k, states = recording.rig, recording.tyre.k, _zone_states(recording)
+    rig, k, history = recording.rig, recording.tyre.k, _zones(recording)
     # The root solver takes missing torques as they are.
     analytic = run(
         ZoneRootSolver(rig=rig, k=k), recording.t, recording.psi, recording.F_N, recording.M_z
@@ -48,8 +46,8 @@ def all_inputs(recording: Recording) -> Array:
         plain_inputs(recording),
         constant[0],
         recording.F_N,
-        [state.direction for state in states],
-        [state.zones == 5 for state in states],
+        history.direction,
+        history.zones == 5,
         *constant[1:],
         analytic.mu,
     ])  # fmt: skip
@@ -85,9 +83,6 @@ def trained_methods(training: Sequence[Case]) -> list[Method]:
     return [neural_network(labelled), corrected_root(labelled), label_mean(labelled)]
 
 
-def _zone_states(recording: Recording) -> list[ZoneState]:
-    state, states = ZoneState(), []
-    for psi in recording.psi - recording.psi[0]:
-        state = advance_zones(state, float(psi), LEAST_TURN)
-        states.append(state)
-    return states
+def _zones(recording: Recording) -> ZoneHistory:
+    """Angles of the last reversals and zones, counted from the first sample."""
+    return zone_history(recording.psi - recording.psi[0], LEAST_TURN)

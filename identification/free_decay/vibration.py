@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symbolic import Expression, compiled, full_slide_level
+from symbolic.compilation.buffered import BufferedCall
 from symbolic.deformation import unit_moment
 
 Array = NDArray[np.float64]
@@ -86,31 +87,21 @@ def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> Response:
     state, sensitivity = (matrix.full() for matrix in first(unknowns, geometry))
     theta = unknowns[[UNKNOWNS.index(name) for name in PARAMETERS]]
     # Matrices of casadi lie column by column: the transposes of these arrays, sample after sample.
-    dt = np.empty(_STRETCH)
-    given = (
-        state.ravel(),
-        sensitivity.T.copy(),
-        np.tile(theta, _STRETCH),
-        np.tile(geometry, _STRETCH),
-        dt,
-    )
-    states = np.empty((_STRETCH, len(_STATES)))
-    along = np.empty((_STRETCH, len(UNKNOWNS), len(_STATES)))
-    # Reads and writes these arrays; handing matrices over would take longer than the work. The stubs of
-    # casadi ask for a size that its buffers do not take.
-    buffer, evaluate = stretch.buffer()
-    for i, array in enumerate(given):
-        buffer.set_arg(i, memoryview(array.data))  # type: ignore[call-arg]
-    for i, array in enumerate((states, along)):
-        buffer.set_res(i, memoryview(array.data))  # type: ignore[call-arg]
+    buffered = BufferedCall(stretch)
+    given = (state, sensitivity.T, np.tile(theta, _STRETCH), np.tile(geometry, _STRETCH))
+    for array, values in zip(buffered.inputs, given, strict=False):
+        array[:] = values.ravel()
+    dt = buffered.inputs[-1]
+    states = buffered.outputs[0].reshape(_STRETCH, len(_STATES))
+    along = buffered.outputs[1].reshape(_STRETCH, len(UNKNOWNS), len(_STATES))
     psi, sensitivities = np.empty(t.size), np.empty((t.size, len(UNKNOWNS)))
     psi[0], sensitivities[0] = state[0, 0], sensitivity[0]
     for at in range(1, t.size, _STRETCH):
         count = min(_STRETCH, t.size - at)
         dt[:count], dt[count:] = np.diff(t[at - 1 : at + count]), 0
-        evaluate()
+        buffered.call()
         psi[at : at + count], sensitivities[at : at + count] = states[:count, 0], along[:count, :, 0]
-        given[0][:], given[1][:] = states[-1], along[-1]
+        buffered.inputs[0][:], buffered.inputs[1][:] = states[-1], along[-1].ravel()
     return Response(psi, sensitivities)
 
 

@@ -206,7 +206,7 @@ def _definition(
     unused = [
         f"    (void){function.name_in(i)};"
         for i in range(function.n_in())
-        if function.numel_in(i) > 0 and not _uses(text, function.name_in(i))
+        if function.numel_in(i) > 0 and not re.search(rf"\b{function.name_in(i)}\b", text)
     ]
     body = "\n".join([*unused, *statements])
     return f"static void {name}({', '.join([*inputs, *outputs])}) {{\n{body}\n}}\n"
@@ -236,7 +236,7 @@ def number(value: float, real: str) -> str:
 
 def is_atom(text: str) -> bool:
     """True for a name, an element or a number."""
-    return text.replace("_", "").replace("[", "").replace("]", "").replace(".", "").isalnum()
+    return re.fullmatch(r"[\w.[\]]+", text) is not None
 
 
 def _is_number(text: str) -> bool:
@@ -254,13 +254,3 @@ def stripped(text: str) -> str:
             return text
     inner = text[1:-1]
     return text if inner.startswith(("float)", "double)")) else inner
-
-
-def _uses(text: str, name: str) -> bool:
-    at = text.find(name)
-    while at >= 0:
-        before, after = text[at - 1 : at], text[at + len(name) : at + len(name) + 1]
-        if not (before.isalnum() or before == "_" or after.isalnum() or after == "_"):
-            return True
-        at = text.find(name, at + 1)
-    return False
