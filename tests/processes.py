@@ -1,4 +1,4 @@
-"""Processes that tests start, as the system sees them."""
+"""What tests wait for, and processes that they start, as the system sees them."""
 
 import time
 from collections.abc import Callable
@@ -13,9 +13,9 @@ def is_running(pid: int) -> bool:
         return False
 
 
-def wait_for(happens: Callable[[], bool]) -> None:
+def wait_for(happens: Callable[[], object]) -> None:
     """Wait until it happens, a minute at most."""
     end = time.monotonic() + 60
     while not happens():
-        assert time.monotonic() < end
-        time.sleep(0.05)
+        assert time.monotonic() < end, "it has not come"
+        time.sleep(0.005)

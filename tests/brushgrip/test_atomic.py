@@ -3,6 +3,7 @@ import stat
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -24,16 +25,12 @@ def write(path: str | Path, text: str) -> None:
         stage.write_text(text, encoding="utf-8")
 
 
-def unwritable(tmp_path: Path) -> list[Path]:
-    (tmp_path / "file").write_text("x")
-    return [tmp_path / "file" / "below", tmp_path / "file" / "far" / "below", Path("/proc/none/x")]
-
-
 def test_what_is_not_finished_is_hidden(tmp_path: Path) -> None:
     with staged_file(tmp_path / "figure.png") as stage, staged_directory(tmp_path / "out") as folder:
         hidden = {path.name for path in tmp_path.iterdir()}
         assert {stage.parent.name, folder.parent.name} == hidden
         assert all(name.startswith(".brushgrip-") for name in hidden)
+        assert stage.suffix == ".png", "for those who look at it"
         stage.write_text("new")
 
 
@@ -54,6 +51,18 @@ def test_what_a_killed_process_left_goes_with_the_next(tmp_path: Path, repositor
         (two / "file").write_text("2")
 
     assert names(tmp_path) == [".brushgrip-of-the-user", "one", "two", "two/file"]
+
+
+@pytest.mark.parametrize("staged", [staged_file, staged_directory])
+@pytest.mark.parametrize("place", ["file/below", "file/far/below", "/proc/none/x"])
+def test_unwritable_shows_before_the_work(tmp_path: Path, staged: Any, place: str) -> None:
+    (tmp_path / "file").write_text("x")
+    path = tmp_path / place
+    with pytest.raises(InvalidInputError) as caught, staged(path):
+        pytest.fail("the work began")
+
+    assert str(caught.value).startswith(f"{path}: cannot be written: ")
+    assert names(tmp_path) == ["file"]
 
 
 class TestStagedFile:
@@ -84,22 +93,9 @@ class TestStagedFile:
 
         assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
-    @pytest.mark.parametrize("case", range(3))
-    def test_unwritable_shows_before_the_work(self, tmp_path: Path, case: int) -> None:
-        path = unwritable(tmp_path)[case]
-        with pytest.raises(InvalidInputError) as caught, staged_file(path):
-            pytest.fail("the work began")
-
-        assert str(caught.value).startswith(f"{path}: cannot be written: ")
-        assert names(tmp_path) == ["file"]
-
     def test_folder_in_its_place(self, tmp_path: Path) -> None:
         with pytest.raises(InvalidInputError, match=r"is a folder, expected the name of a file$"):
             write(tmp_path, "x")
-
-    def test_keeps_the_suffix_for_those_who_look_at_it(self, tmp_path: Path) -> None:
-        with staged_file(tmp_path / "figure.png") as stage:
-            assert stage.suffix == ".png"
 
     @pytest.mark.parametrize("text", ["new", "new \ud800"])
     def test_failure_leaves_the_old(self, tmp_path: Path, text: str) -> None:
@@ -147,15 +143,6 @@ class TestStagedDirectory:
             fail_after(stage / "report.html")
 
         assert names(tmp_path) == before
-
-    @pytest.mark.parametrize("case", range(3))
-    def test_unwritable_shows_before_the_work(self, tmp_path: Path, case: int) -> None:
-        path = unwritable(tmp_path)[case]
-        with pytest.raises(InvalidInputError) as caught, staged_directory(path):
-            pytest.fail("the work began")
-
-        assert str(caught.value).startswith(f"{path}: cannot be written: ")
-        assert names(tmp_path) == ["file"]
 
     def test_file_in_its_place(self, tmp_path: Path) -> None:
         (tmp_path / "out").write_text("x")

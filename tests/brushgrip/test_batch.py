@@ -107,12 +107,6 @@ def test_what_cannot_be_is_said_before_the_work(
     assert sorted(path.name for path in tmp_path.glob("*.csv")) == ["a.csv", "b.csv"]
 
 
-def test_one_file_twice(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
-    path = write_csv("a.csv")
-
-    assert "same recording" in estimate(path, path, "--summary", tmp_path / "t.csv").err
-
-
 def test_a_scheduler_that_is_not_there(
     run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

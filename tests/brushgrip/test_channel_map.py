@@ -8,35 +8,10 @@ import pytest
 
 from identification import read_recording, read_rig
 from tests.brushgrip.helpers import Run
-from tests.identification.reading.logs import MAP, WRITERS, as_logged, write_german
+from tests.identification.reading.logs import MAP, as_logged, write_german
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 FOLDER = Path(__file__).parents[2] / "examples" / "recordings"
-
-
-def friction(run: Run, path: Path, out: Path, *options: object) -> np.ndarray:
-    rig = FOLDER / "rig.toml"
-    outcome = run("estimate", "--rig", rig, "--observer", "ekf", path, "--out", out, *options)
-    assert outcome.status == 0, outcome.err
-    return np.genfromtxt(out, delimiter=",", names=True)["mu"]
-
-
-@pytest.mark.parametrize(
-    "format_",
-    [
-        "german",
-        *(pytest.param(n, marks=pytest.mark.long) for n in WRITERS if n not in ("german", "matlab")),
-    ],
-)
-def test_every_format_gives_the_same_friction(run: Run, tmp_path: Path, format_: str) -> None:
-    original = read_recording(FOLDER / "holdout_c.csv", read_rig(FOLDER / "rig.toml"))
-    name, write, signals = WRITERS[format_]
-    write(tmp_path / name, as_logged(original.t, original.psi, original.M_z, original.F_N))
-
-    expected = friction(run, FOLDER / "holdout_c.csv", tmp_path / "a.csv")
-    found = friction(run, tmp_path / name, tmp_path / "b.csv", "--map", signals)
-
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5)
 
 
 def test_the_rig_file_may_hold_the_map(run: Run, tmp_path: Path) -> None:

@@ -77,9 +77,6 @@ def test_json_table_and_pictures(compare: Run, tmp_path: Path) -> None:
 
     assert outcome.status == 0
     assert list(content) == ["settled", "machine", "published", "methods", "recordings", "provenance"]
-    assert [(row["rmse"], row["theta"]) for row in content["published"]] == [
-        (0.638, 0.525), (0.4794, 0.0085), (0.3837, 0.538),
-    ]  # fmt: skip
     assert [row["method"] for row in content["methods"]] == OURS
     for row in content["methods"]:
         assert list(row) == [

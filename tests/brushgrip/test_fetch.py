@@ -114,16 +114,17 @@ class TestLocalCopy:
         assert "\n" not in message
         assert not (tmp_path / "out").exists()
 
-    def test_nothing_found(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path))
-        with pytest.raises(InvalidInputError, match="holds none of the published files"):
+    @pytest.mark.parametrize(
+        ("name", "fault"),
+        [(".", "holds none of the published files"), ("none", "none: is not a folder")],
+    )
+    def test_no_local_copy(
+        self, name: str, fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path / name))
+        with pytest.raises(InvalidInputError, match=f"^BRUSHGRIP_DATA=.*{fault}"):
             fetch(tmp_path / "out")
         assert list(tmp_path.iterdir()) == []
-
-    def test_no_folder(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path / "none"))
-        with pytest.raises(InvalidInputError, match=r"^BRUSHGRIP_DATA=.*none: is not a folder$"):
-            fetch(tmp_path / "out")
 
 
 @pytest.mark.usefixtures("registry")

@@ -3,7 +3,6 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from identification.free_decay.estimator import identify_free_decay
@@ -158,11 +157,3 @@ def test_no_result_without_a_solution(
 
     identify(*struck).refused("not solved: strike harder", status=1)
     assert not (tmp_path / "id.json").exists()
-
-
-def test_numbers_are_finite(identify: Run, struck: list[Path], tmp_path: Path) -> None:
-    identify(struck[0])
-    content = json.loads((tmp_path / "id.json").read_text())
-
-    assert np.isfinite(content["k"]["std"])
-    assert content["noise"]["value"] > 0

@@ -233,15 +233,6 @@ def test_effect_that_remembers_must_say_what() -> None:
         forgetful.initial(Signals(psi=0.0, psi_dot=0.0, F_N=400.0, dt=0.01))
 
 
-def test_values_out_of_bounds_are_refused() -> None:
-    model = Model(effects=(EFFECTS["pressure_skew"],))
-
-    with pytest.raises(
-        InvalidInputError, match=r"pressure_skew.skew must lie in \[-0.95, 0.95\] 1, got 2"
-    ):
-        model.theta({"mu": 1.0, "k": 2e6, "pressure_skew.skew": 2})
-
-
 @pytest.mark.parametrize(("name", "unit"), [
     ("a b", "1"), ("", "1"), ("\udcff", "1"), ("%s", "1"), ("c", "two\nlines"), ("c", 'N "m"'),
     ("c", "<b>"), ("c", "a&b"), ("c", "*/"), ("c", "/*"), ("c", "\\"), ("c", "\x1b[2J"), ("c", "\u2028"),

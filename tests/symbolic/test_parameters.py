@@ -1,4 +1,3 @@
-import dataclasses
 import math
 from typing import Any
 
@@ -15,11 +14,6 @@ from symbolic import (
 from tests.refusal import refused
 
 RIG: dict[str, Any] = {"a": 0.04, "e": 0.009}
-
-
-def test_what_is_not_known_is_none() -> None:
-    assert Rig(**RIG) == Rig(a=0.04, e=0.009, J_A=None, b_t=None)
-    assert Tyre(k=6e4) == Tyre(k=6e4, mu=None)
 
 
 @pytest.mark.parametrize(
@@ -77,12 +71,6 @@ def test_tyre_refuses(values: dict[str, Any]) -> None:
     (name,) = values
     with pytest.raises(InvalidInputError, match=f"^{name} must be a finite number greater than 0"):
         Tyre(**{"k": 6e4} | values)
-
-
-def test_parameters_are_frozen() -> None:
-    rig = Rig(**RIG)
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        rig.a = 1.0  # type: ignore[misc]
 
 
 def test_invalid_input_is_a_value_error_of_the_one_tree() -> None:

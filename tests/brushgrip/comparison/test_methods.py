@@ -9,7 +9,7 @@ from brushgrip.comparison.methods import Method, ObserverMethod, default_methods
 from identification import Recording
 from observers import Sample, zone_history
 from reference_rig import RigDrive, RigTyre, simulate_bristles
-from symbolic import Rig, Tyre, compiler
+from symbolic import Rig, Tyre
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 MU = 1.2
@@ -67,10 +67,3 @@ def test_deviation(nested: Recording, method: ObserverMethod) -> None:
 
     estimate = observer.estimate(observer.step(observer.init(first), first))
     assert np.isfinite(estimate.mu_std) == method.gives_deviation
-
-
-def test_names_are_unique_and_c_is_there_where_a_compiler_is() -> None:
-    names = [method.name for method in default_methods()]
-
-    assert len(set(names)) == len(names)
-    assert ("EKF in C" in names) == (compiler() is not None)

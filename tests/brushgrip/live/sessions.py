@@ -1,7 +1,6 @@
 """What tests of live estimation share: a recording, sessions over it, what `estimate` says."""
 
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +13,10 @@ from brushgrip.live.columns import Row
 from brushgrip.live.following import follow
 from brushgrip.live.session import Session
 from observers import ESTIMATE, Estimates
+from tests.processes import wait_for
 
 RECORDINGS = Path(__file__).parents[3] / "examples" / "recordings"
 RIG = RECORDINGS / "rig.toml"
-LONGEST = 20.0
-"""What a test waits for at most [s]."""
 
 
 def rows_of(samples: int, begin: int = 0) -> list[dict[str, float]]:
@@ -56,14 +54,6 @@ class ListSource:
 
     def close(self) -> None:
         pass
-
-
-def wait_for(condition: Callable[[], object]) -> None:
-    """Until it holds."""
-    end = time.monotonic() + LONGEST
-    while not condition():
-        assert time.monotonic() < end, "it has not come"
-        time.sleep(0.005)
 
 
 def run_to_end(session: Session) -> None:

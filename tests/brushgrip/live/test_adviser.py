@@ -14,7 +14,7 @@ from observers import (
     ZoneRootSolver,
 )
 from symbolic import Model, Rig
-from tests.brushgrip.live.sessions import wait_for
+from tests.processes import wait_for
 
 RIG = Rig(a=0.045, e=0.009)
 OBSERVER = Ekf(model=Model(), values={"k": 2.4e6}, rig=RIG)

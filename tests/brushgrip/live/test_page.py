@@ -21,8 +21,8 @@ from tests.brushgrip.live.sessions import (
     rows_of,
     run_to_end,
     session_of,
-    wait_for,
 )
+from tests.processes import wait_for
 
 pytest.importorskip("bokeh", reason="needs brushgrip[live]")
 RECORDING = RIG.with_name("train_a.csv")

@@ -20,8 +20,8 @@ from tests.brushgrip.live.sessions import (
     run_to_end,
     same_to_the_last_digit,
     session_of,
-    wait_for,
 )
+from tests.processes import wait_for
 from tests.simulated_car import SimulatedCar, steering, vehicle_text
 
 pytest.importorskip("pyarrow", reason="needs brushgrip[live]")

@@ -16,7 +16,7 @@ from brushgrip.live.sources import LineSource, Source, UdpSource
 from brushgrip.live.text_lines import LONGEST_LINE, TextLines
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
-from tests.brushgrip.live.sessions import wait_for
+from tests.processes import wait_for
 
 JSON_LINE = '{"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560}'
 DBC = """VERSION ""

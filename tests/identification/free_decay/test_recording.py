@@ -43,12 +43,6 @@ def test_reads_time_and_angle_alone(tmp_path: Path) -> None:
     np.testing.assert_allclose(made.psi, np.delete(PSI, [3, 4]), rtol=1e-7)
 
 
-def test_what_is_the_recordings_own_goes_first(tmp_path: Path) -> None:
-    path = write(tmp_path, "# a = 0.05", "# e = 0.01", "# J_A = 0.2", "# b_t = 1.1")
-
-    assert read_decay(path, RIG).rig == Rig(a=0.05, e=0.01, J_A=0.2, b_t=1.1)
-
-
 def test_mat(tmp_path: Path) -> None:
     path = tmp_path / "run.mat"
     savemat(path, {"time": T, "Psi": PSI, "a": 0.05})

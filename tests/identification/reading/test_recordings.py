@@ -161,10 +161,7 @@ def test_a_header_with_another_delimiter(tmp_path: Path) -> None:
     ("comment", "fault"),
     [
         ("# a = 0", "row 2: a must be a finite number greater than 0 m, got 0"),
-        ("# a = -0.04", "row 2: a must be a finite number greater than 0 m"),
-        ("# e = 0.04", "row 2: e must lie between -a and a"),
         ("# a = 0.008", "e must lie between -a and a, here -0.008 and 0.008 m, got 0.009"),
-        ("# k = 0", "row 2: k must be a finite number greater than 0"),
         ("# mu = -1", "row 2: mu must be a finite number greater than 0"),
         ("# a = 45 mm", "row 2: a = '45 mm' is not a number; expected such as '# a = 0.045'"),
         ("# a =", "row 2: a = '' is not a number"),
@@ -303,8 +300,6 @@ class TestMat:
             ({"Fz": np.where(AFTER_3, -F_N, F_N)}, "sample 4: F_N = -4"),
             ({"a": 0.0}, "scalar a: a must be a finite number greater than 0 m, got 0"),
             ({"a": [0.04, 0.05]}, "a must be one number, it holds 2"),
-            ({"e": -0.05}, "scalar e: e must lie between -a and a"),
-            ({"k": np.nan}, "scalar k: k must be a finite number greater than 0"),
         ],
     )
     def test_faults(self, tmp_path: Path, changes: dict[str, Any], fault: str) -> None:

@@ -14,7 +14,7 @@ from identification import read_recording
 from observers import ESTIMATE, AligningTorque, Ekf, Mhe, Status, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, generate_fmu
 from observers.embedded.fmu import is_host
-from symbolic import InvalidInputError, Tyre, compiler
+from symbolic import Tyre, compiler
 from symbolic.parameters import STIFFNESS
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate, Unpacked
@@ -266,15 +266,6 @@ def test_sanitisers_have_no_finding(unpacked: Unpacked, tmp_path: Path, kind: An
 
     assert seen.returncode == 0, seen.stdout + seen.stderr
     assert seen.stderr == ""
-
-
-def test_without_a_compiler_there_is_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("observers.embedded.fmu.compiler", lambda: None)
-    with pytest.raises(InvalidInputError, match="needs a C compiler") as told:
-        generate_fmu(EKF, tmp_path / "none")
-
-    assert "\n" not in str(told.value)
-    assert not (tmp_path / "none").exists()
 
 
 def test_parameters_can_be_tuned(tmp_path: Path, samples: Array) -> None:

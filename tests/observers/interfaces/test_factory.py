@@ -5,12 +5,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from observers import AligningTorque, Ekf, Mhe, SteeringTorque, Tuning, from_files, run
+from observers import AligningTorque, Ekf, Mhe, SteeringTorque, Tuning, from_files
 from observers.interfaces.factory import read_model_file, read_rig_file
-from reference_rig import RigRecording
 from symbolic import Effect, Model, Rig, Tyre, effects_named
 from tests.refusal import refused
 
@@ -58,18 +56,6 @@ def test_a_model_that_was_found(rig: Path, tmp_path: Path) -> None:
     # The k of the model goes before that of the rig; nothing fitted to one recording is believed.
     assert observer.values == {"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0}
     assert (observer.window, observer.measurement_model) == (7, AligningTorque())
-
-
-def test_it_runs(rig: Path, tmp_path: Path, recording: RigRecording) -> None:
-    columns = [a[:300] for a in (recording.t, recording.psi, recording.F_N, recording.M_z)]
-    made = run(from_files(Ekf, rig, write_model(tmp_path)), *columns)
-    by_hand = Ekf(
-        model=Model(effects=effects_named(FOUND["effects"]), discretised=True),
-        values={"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0},
-        rig=WHOLE,
-    )
-
-    np.testing.assert_array_equal(made.mu, run(by_hand, *columns).mu)
 
 
 def test_what_the_files_hold(rig: Path, tmp_path: Path) -> None:
