@@ -96,7 +96,7 @@ class Judged:
         return float(np.mean(self.usable & ~(self.normal <= sigmas)))
 
 
-def vehicle_toml(declared: Mapping[str, float], *, brake: bool) -> str:
+def vehicle_toml(declared: Mapping[str, float], *, brake: bool, handwheel_inertia: float = 0.0) -> str:
     """The vehicle file, with the tolerances where they are declared."""
 
     def tolerated(name: str) -> str:
@@ -124,6 +124,7 @@ def vehicle_toml(declared: Mapping[str, float], *, brake: bool) -> str:
         "gear_friction": tolerated("gear_friction"),
         "gear_load_share": f"{declared['gear_load_share']:.6g}",
         "rack_mass": f"{declared['moved_mass']:.6g}",
+        "handwheel_inertia": f"{handwheel_inertia:.6g}",
         "torsion_bar": f"{declared['torsion_bar']:.6g}",
         "motor_ratio": f"{declared['motor_ratio']:.6g}",
         "motor_efficiency": "1.0",
@@ -147,9 +148,11 @@ def estimate(drawn: FleetCar, recording: CarRecording, sensing: str, observer: s
     """What the command line makes of the recording, by column."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "car.toml").write_text(
-            vehicle_toml(drawn.declared, brake=drawn.brake), encoding="utf-8"
-        )
+        # The torque at the handwheel turns its inertia too, known as well as the rack's mass.
+        share = (sensing == "handwheel") * drawn.declared["moved_mass"] / drawn.true["moved_mass"]
+        inertia = share * drawn.car.handwheel_inertia
+        text = vehicle_toml(drawn.declared, brake=drawn.brake, handwheel_inertia=inertia)
+        (folder / "car.toml").write_text(text, encoding="utf-8")
         write_recording(folder / "car.csv", recording, sensing)
         files = {key: str(folder / key) for key in ("car.toml", "car.csv", "mu.csv")}
         command = ["--quiet", "estimate", "--vehicle", files["car.toml"], "--observer", observer]

@@ -136,7 +136,7 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
 def of_mean_wheel(vehicle: Vehicle, moved: RackInstant, held: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Angle [rad] and torque [N m] of the mean wheel; `held` says where the brakes hold the wheels."""
     s, force, speed, acceleration = moved
-    if vehicle.rack_mass == 0:
+    if vehicle.moved_mass == 0:
         acceleration = np.zeros_like(s)
     angles, torques = (
         [of(vehicle, *given, brakes=brakes) for brakes in (True, False)]
@@ -149,7 +149,7 @@ def of_mean_wheel(vehicle: Vehicle, moved: RackInstant, held: NDArray[np.bool_])
 
 
 def require_steering(table: Table, vehicle: Vehicle) -> None:
-    """Refuse a table without way or force of the rack, or with a motor on one side alone.
+    """Refuse a table without way or force of the rack, with a motor or the handwheel on one side alone.
 
     Raises:
         InvalidInputError: it is such a table.
@@ -157,7 +157,15 @@ def require_steering(table: Table, vehicle: Vehicle) -> None:
     columns, signals = table.columns, SignalMap(signals=table.sources)
     if absent := absent_of_steering(columns):
         raise missing_channels(table.path, absent, table.names, signals)
-    if "F_rack" in columns or ("T_motor" in columns) == (vehicle.motor_ratio > 0):
+    if "F_rack" in columns:
+        return
+    if ("T_motor" in columns) == (vehicle.motor_ratio > 0):
+        if "T_motor" not in columns and vehicle.handwheel_inertia is None:
+            raise InvalidInputError(
+                f"{table.path}: T_bar alone may be the torque at the rim, which turns the handwheel too:"
+                " declare handwheel_inertia in [vehicle], 0 where the torsion bar is measured, else"
+                " usually 0.035 kg m^2"
+            )
         return
     remedy = "declare motor_ratio in [vehicle]"
     if vehicle.motor_ratio > 0:

@@ -142,7 +142,7 @@ def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
     lift = 2 * jacking(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
     by_load = lift + vehicle.gear_load_share * np.abs(lift) * side
     regressors: Array = np.column_stack([side, rate, by_load, np.ones_like(s)])
-    force = recording.force - vehicle.rack_mass * acceleration
+    force = recording.force - vehicle.moved_mass * acceleration
     return regressors[even], force[even]
 
 

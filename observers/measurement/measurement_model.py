@@ -195,21 +195,17 @@ class AligningTorque:
     scaled: ClassVar[str] = "M_z"
     # The torque is measured: nothing is kept.
     torque_state: ClassVar[tuple[str, ...]] = ()
-
-    @property
-    def states(self) -> tuple[str, ...]:
-        """Names of the states."""
-        return select_states(log_mu=True, M_0=self.zero, stiffness=self.stiffness)
-
-    @property
-    def gain_share(self) -> float:
-        """Nothing tells the stiffness from the torque's scale."""
-        return GAIN_SHARE
+    gain_share: ClassVar[float] = GAIN_SHARE
 
     @property
     def gear_spread(self) -> float:
         """No gear stands between the sensor and the wheel."""
         return 0.0
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return select_states(log_mu=True, M_0=self.zero, stiffness=self.stiffness)
 
     def observed_torque(
         self, before: Parts, sample: Parts, rig: Expression, tuning: Expression

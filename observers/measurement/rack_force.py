@@ -12,6 +12,7 @@ tyre over an angle of its own, which tells them apart. While z turns over, its p
 
 from dataclasses import dataclass
 from math import sin
+from typing import ClassVar
 
 import casadi as ca
 
@@ -33,11 +34,10 @@ from observers.measurement.torque_error import (
 )
 from observers.tuning import REFERENCE_STEP
 from symbolic import full_slide_arm
-from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_of
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock
 from symbolic.vehicle.steering import jacking, lock_angle
-from symbolic.vehicle.vehicle import Vehicle
+from symbolic.vehicle.vehicle import SPREAD, Vehicle
 
 JACKING = 0.08
 """Standard deviation of the return torque as a share of it [1]: angles within 1 deg, wheel radius."""
@@ -87,6 +87,8 @@ class RackForce(AligningTorque):
     damping: float = 0.0
     growth: float = 0.0
     lever_growth: float = 0.0
+    # Load and levers are known far better than the stiffness of tyre and suspension.
+    gain_share: ClassVar[float] = SCALE_SHARE
 
     @classmethod
     def of(cls, vehicle: Vehicle, *, brakes: bool | None = None, **chosen: bool) -> "RackForce":
@@ -95,11 +97,11 @@ class RackForce(AligningTorque):
         return cls(
             friction=vehicle.steering_arm / 2 * vehicle.gear_friction,
             load_share=vehicle.gear_load_share,
-            spread=EVEN * vehicle.tolerances.gear_friction,
+            spread=SPREAD * vehicle.tolerances.gear_friction,
             presliding=vehicle.presliding / vehicle.steering_arm,
             error=vehicle.steering_arm / 2 * vehicle.force_error,
             jacking=JACKING * abs(float(jacking(vehicle, lock))) / sin(lock),
-            damping=EVEN * vehicle.tolerances.damping * vehicle.damping,
+            damping=SPREAD * vehicle.tolerances.damping * vehicle.damping,
             growth=GROWTH * abs(growth_of(vehicle, brakes=held).torque),
             lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,
             **chosen,
@@ -108,17 +110,9 @@ class RackForce(AligningTorque):
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states."""
-        return select_states(log_mu=True, M_0=self.zero, stiffness=self.stiffness, gear=self.has_gear)
-
-    @property
-    def has_gear(self) -> bool:
-        """Whether there is dry friction, whose level is a state."""
-        return self.friction > 0
-
-    @property
-    def gain_share(self) -> float:
-        """Load and levers are known far better than the stiffness of tyre and suspension."""
-        return SCALE_SHARE
+        return select_states(
+            log_mu=True, M_0=self.zero, stiffness=self.stiffness, gear=self.friction > 0
+        )
 
     @property
     def gear_spread(self) -> float:

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symbolic.deformation import full_slide_arm, unit_moment
-from symbolic.parameters import Rig, Tolerances, Tyre
+from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
 from symbolic.vehicle.kingpin import Contact, bristles, growth_of, kingpin_axis
 from symbolic.vehicle.steering import (
     Expression,
@@ -35,7 +35,7 @@ from symbolic.vehicle.steering import (
     mean_angle,
     sine_and_cosine,
 )
-from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
+from symbolic.vehicle.vehicle import SPREAD, Vehicle, VehicleTolerances
 
 Array = NDArray[np.float64]
 OFFSET = 0.7
@@ -78,7 +78,7 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
         a=a,
         e=OFFSET * a,
         tolerances=Tolerances(
-            a=0.0, e=0.0, load=min(torque, 0.99), k=k_share * k,
+            a=0.0, e=0.0, load=min(SPREAD / EVEN * torque, 0.99), k=SPREAD / EVEN * k_share * k,
             zero=hypot(half_lever * hypot(vehicle.force_zero, of_gear), of_body),
         ),
         noise=half_lever * vehicle.force_noise,
@@ -150,7 +150,7 @@ def aligning_torque(
     """
     psi, r = mean_angle(vehicle, s), lever(vehicle, s)
     returned, sine = jacking(vehicle, psi), sine_and_cosine(psi)[0]
-    inert = (r / 2 * vehicle.rack_mass + WHEEL_INERTIA / r) * acceleration
+    inert = (r / 2 * vehicle.moved_mass + WHEEL_INERTIA / r) * acceleration
     M_z = inert + vehicle.damping / r * speed - r / 2 * force + returned
     return M_z / (1 + growth_of(vehicle, brakes=brakes).torque * sine**2)
 

@@ -21,6 +21,9 @@ TREAD = 0.8
 """Width of the contact over the tyre's nominal width [1]."""
 CORNERING = 15.0
 """Cornering stiffness over the load of a passenger car's tyre [1/rad]; [Pacejka 2012], chapter 1."""
+SPREAD = 0.75
+"""Standard deviation of a declared value over its tolerance [1]: more than where it may be anywhere
+within, 0.58, so that bands hold where all values are at an end of theirs at once."""
 RANGES: dict[str, tuple[float, float, str]] = {
     "front_axle_load": (500.0, 60e3, "N"),
     "tyre_width": (0.1, 0.4, "m"),
@@ -45,6 +48,7 @@ RANGES: dict[str, tuple[float, float, str]] = {
     "presliding": (1e-6, 5e-3, "m"),
     "rack_mass": (0.0, 2e3, "kg"),
     "damping": (0.0, 200.0, "N m s/rad"),
+    "handwheel_inertia": (0.0, 0.2, "kg m^2"),
     "torsion_bar": (10.0, inf, "N m/rad"),
     "motor_ratio": (0.0, 100.0, "1"),
     "motor_efficiency": (0.3, 1.0, "1"),
@@ -113,6 +117,8 @@ class Vehicle:
         presliding: way of the rack in which that friction turns over, from the middle [m].
         rack_mass: moving with the rack, the motor's inertia included [kg].
         damping: viscous, of joints and gear, about the kingpin of one wheel [N m s/rad].
+        handwheel_inertia: of what turns between the torque's sensor and the torsion bar, 0 where that
+            is the sensor [kg m^2]; None where it is not declared.
         torsion_bar: rate [N m/rad]; inf where the angle is that of the pinion.
         motor_ratio: of the assistance, turn of the motor over that of the pinion [1].
         motor_efficiency: of that gear [1].
@@ -151,6 +157,7 @@ class Vehicle:
     presliding: float = 6e-5
     rack_mass: float = 0.0
     damping: float = 20.0
+    handwheel_inertia: float | None = None
     torsion_bar: float = 115.0
     motor_ratio: float = 0.0
     motor_efficiency: float = 0.9
@@ -192,6 +199,11 @@ class Vehicle:
         return (
             CORNERING * self.wheel_load / (2 * self.a**2) if self.stiffness is None else self.stiffness
         )
+
+    @property
+    def moved_mass(self) -> float:
+        """Mass that the measured force moves, at the rack, the handwheel's inertia in it [kg]."""
+        return self.rack_mass + (self.handwheel_inertia or 0.0) / self.rack_gain**2
 
     @property
     def rack_gain(self) -> float:

@@ -96,6 +96,7 @@ def test_rolling_and_brakes_part_the_standstills(tmp_path: Path) -> None:
         ({"F_rack": FORCE}, "channel rack or handwheel missing"),
         ({"rack": RACK}, "channel F_rack or T_bar missing"),
         ({"handwheel": RACK, "T_bar": FORCE / 1e3, "T_motor": 0.0}, "motor_ratio"),
+        ({"handwheel": RACK, "T_bar": FORCE / 1e3}, "declare handwheel_inertia"),
         ({"rack": RACK, "F_rack": FORCE, "speed": 3.0}, "the car never stands"),
     ],
 )

@@ -69,6 +69,15 @@ def test_what_is_declared_wrong_is_not_usable_and_wrong(wrong: dict[str, float])
     assert not (found.usable & (away > 3)).any()
 
 
+def test_all_declared_values_off_at_once() -> None:
+    off = {"front_axle_load": 7200.0, "half_length": 0.04675, "contact_width": 0.1552,
+           "steering_arm": 0.12875, "gear_friction": 100.0}  # fmt: skip
+    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(**off)))
+    found, std = final(SimulatedCar(mu=(0.8, 0.8)), vehicle=vehicle)
+
+    assert 0.15 < abs(found - 0.8) < 1.96 * std
+
+
 def test_other_friction_left_and_right_is_their_mean() -> None:
     found = estimates(SimulatedCar(mu=(0.3, 0.6)))
 

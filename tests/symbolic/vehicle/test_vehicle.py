@@ -163,6 +163,11 @@ def test_force_on_the_rack_as_torque_of_a_wheel() -> None:
     assert aligning_torque(plain, 0.01, 1000.0, 0.05, 2.0, brakes=False) == pytest.approx(
         -0.125 / 2 * 800 + 20 * 0.4 + 16
     )
+    # 0.04 kg m^2 before a pinion of 10 mm a radian are 400 kg more.
+    by_hand = replace(plain, steering_ratio=12.5, handwheel_inertia=0.04)
+    assert aligning_torque(by_hand, 0.01, 1800.0, 0.05, 2.0, brakes=False) == pytest.approx(
+        -0.125 / 2 * 800 + 20 * 0.4 + 16
+    )
 
 
 def test_from_the_handwheel() -> None:
