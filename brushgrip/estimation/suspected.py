@@ -10,6 +10,7 @@ from brushgrip.estimation.estimates import (
     samples_of,
 )
 from brushgrip.estimation.map_remedies import with_remedy
+from brushgrip.wording.friction import LASTING
 from identification import FoundModel, Recording
 from observers import Estimates, Loop, Status
 
@@ -29,7 +30,7 @@ def suspected_cause(
         estimates: over the recording.
     """
     flagged = np.flatnonzero(estimates.status[:MOST_REPLAYED] & Status.SUSPECT)
-    if not flagged.size:
+    if flagged.size <= LASTING * estimates.t.size:
         return ""
     loop = Loop(factory(recording, found))
     for sample in islice(samples_of(recording), int(flagged[-1]) + 1):

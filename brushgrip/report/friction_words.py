@@ -88,8 +88,13 @@ def friction_figures(outcome: FrictionOutcome) -> list[tuple[str, list[str], str
     stages = outcome.stages.values()
     for figure in FIGURES:
         label, text, words = _WORDS[figure]
-        means = [[text(outcome.means(stage, names)[figure]) for stage in stages] for names in groups]
-        rows.append((label, [" → ".join(pair) for pair in means], words))
+        cells = []
+        for names in groups:
+            pair = " → ".join(text(outcome.means(stage, names)[figure]) for stage in stages)
+            known = min(sum(getattr(stage[n], figure) is not None for n in names) for stage in stages)
+            # A mean over fewer recordings than there are says so.
+            cells.append(pair + f" ({known} of {len(names)})" * (known < len(names)))
+        rows.append((label, cells, words))
     return rows
 
 

@@ -96,6 +96,7 @@ def _contents(
     """Anchors and titles of the sections that the page has, in order."""
     sections = [
         ("causes", "What was found", True),
+        ("glossary", "Glossary", True),
         ("friction", "Settling and coverage", outcome is not None),
         ("tracks", "Friction over time", bool(friction)),
         ("mechanisms", "Mechanisms", has_curves(diagnosis)),
@@ -108,7 +109,6 @@ def _contents(
         ("experiments", "Next experiments", any(e.experiment for e in diagnosis.effects)),
         ("unexplained", "What remains unexplained", True),
         ("inputs", "Inputs", bool(made and made["inputs"])),
-        ("glossary", "Glossary", True),
     ]
     return [(anchor, title) for anchor, title, there in sections if there]
 

@@ -72,7 +72,8 @@ def friction_meaning(friction: FrictionOutcome) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
     groups = friction_groups(friction)
     return ReportTable(
-        caption="Mean over recordings: by the declared model → by the model found",
+        caption="Mean over recordings: by the declared model → by the model found; in brackets how many"
+        " recordings have the figure by both, where not all have",
         headings=("figure", *groups, "in plain words"),
         rows=[(label, *figures, words) for label, figures, words in friction_figures(friction)],
         words=(len(groups) + 1,),
@@ -132,7 +133,7 @@ def torque_errors(diagnosis: Diagnosis) -> ReportTable:
     """Mean errors of the three stages of the model."""
     stages = {
         "declared, parameters as given": diagnosis.declared,
-        "before, parameters refitted": diagnosis.before,
+        "before: declared structure, k and μ refitted": diagnosis.before,
         "after, with the effects found": diagnosis.after,
     }
     return ReportTable(
@@ -233,7 +234,8 @@ def effects(diagnosis: Diagnosis) -> ReportTable:
 
 
 def all_parameters(diagnosis: Diagnosis) -> ReportTable:
-    """Every parameter of the final model."""
+    """Every parameter of the final model; those of validation recordings hold the shared ones fixed."""
+    held_out = tuple(f" [{name}]" for name in diagnosis.holdout)
     return ReportTable(
         caption="All parameters of the final model, with the recording that a value belongs to. The"
         " deviations are those of the fit: how well half-length and load are known, usually 4 % of μ,"
@@ -242,7 +244,11 @@ def all_parameters(diagnosis: Diagnosis) -> ReportTable:
         rows=[
             (
                 *(plain_parameter(name), quantity(estimate)),
-                "not determined by these recordings" if estimate.std is None else "",
+                "not determined by these recordings"
+                if estimate.std is None
+                else "shared parameters held: the deviation leaves out theirs and is too small"
+                if name.endswith(held_out)
+                else "",
             )
             for name, estimate in diagnosis.parameters.items()
         ],

@@ -33,7 +33,35 @@ def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
             *_cause(diagnosis),
             _errors(diagnosis),
             *_unknown(diagnosis, outcome),
+            next_step(diagnosis, outcome),
         ]
+    )
+
+
+def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+    """The measurement or the action that comes next, the most urgent alone, in one sentence."""
+    tracks = outcome.by(FOUND)
+    if never := [name for name, track in tracks.items() if track.last_usable is None]:
+        return (
+            f"Next: record {listed(never)} again, turning to and fro until the wheel slides both ways."
+        )
+    if len(tracks) == 1:
+        return "Next: a second recording, without which nothing judges the result."
+    if diagnosis.unexplained.present:
+        return (
+            "Next: recordings at other speeds, angles and loads, as something unknown remains; until"
+            " then keep to the bands and rely on no cause."
+        )
+    tests = [e for e in diagnosis.effects if e.experiment and e.experiment.times is not None]
+    if tests:
+        rivals = listed(
+            [plain(name) for name in (tests[0].name, *tests[0].indistinguishable_from)], "or"
+        )
+        return f"Next: the recording that the report proposes, which tells {rivals} apart."
+    if weak := [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]:
+        return f"Next: more recordings, which settle whether {listed(weak)} is there."
+    return (
+        "Next: nothing has to be measured; give model.json to estimate for recordings made like these."
     )
 
 
@@ -71,7 +99,9 @@ def _errors(diagnosis: Diagnosis) -> str:
         "left-out": "on each recording by the parameters of the others",
         "training": "on the very recordings that it was fitted to, as none was left to judge it",
     }[kind]
-    size = f"{after} of its range instead of {before}" if diagnosis.effects else f"{after} of its range"
+    size = f"{after} of its range"
+    if diagnosis.effects:
+        size += f" instead of {before} with the declared structure, k and friction refitted"
     return f"The model now predicts the torque to {size}, {judged}."
 
 

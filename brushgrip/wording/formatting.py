@@ -81,6 +81,11 @@ def error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
     return _judged_by(diagnosis)[0], percent(before), percent(after)
 
 
+def declared_error(diagnosis: Diagnosis) -> str:
+    """The size of that error with the parameters as given."""
+    return percent(diagnosis.declared.summary().get(_judged_by(diagnosis)[1]))
+
+
 def judged_errors(diagnosis: Diagnosis) -> tuple[float, float]:
     """The size of that error before and after [1]."""
     _, key = _judged_by(diagnosis)

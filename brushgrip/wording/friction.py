@@ -15,6 +15,8 @@ BAND = 2.0
 """Standard deviations to either side that hold 95 of 100 values [1]."""
 COARSE = 0.02
 """A band at least so wide to either side is given to the hundredth [1]."""
+LASTING = 0.01
+"""Share of the samples from which on a suspicion, or a friction on its bound, is told [1]."""
 REASONS = {
     Status.SUSPECT: "an input looks wrong",
     Status.INCONSISTENT: "the model does not explain the torque",
@@ -83,6 +85,9 @@ def estimates_summary(estimates: Estimates) -> str:
     if estimates.usable.any():
         # Friction is always acquired first.
         counts[Status.ACQUIRING] = 0
+    for flag in (Status.SUSPECT, Status.BOUND):
+        # The first small turns of a sound wheel may look like either.
+        counts[flag] *= counts[flag] > LASTING * estimates.t.size
     # Whether the deviation can be believed goes before what happened to samples.
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
     most_frequent = max(first or counts, key=lambda flag: counts[flag])

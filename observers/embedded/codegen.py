@@ -128,6 +128,18 @@ def _state_size(body: Body, real: Real, constants: int, checked: int) -> int:
     return -(-size // real.size) * real.size
 
 
+def _limit(observer: FunctionObserver, real: Real) -> dict[str, str]:
+    """What `check` allows, and why: bristles turn rounding into whole bristles that stick or slide."""
+    if real is not SINGLE:
+        return {"limit": "1e-8", "limit_comment": "Double precision."}
+    if observer.model.exact:
+        return {"limit": "1e-3", "limit_comment": "Single precision, exact patch."}
+    return {
+        "limit": "5e-2",
+        "limit_comment": "Single precision, bristles: rounding decides which slide.",
+    }
+
+
 def template_terms(
     observer: FunctionObserver, real: Real, name: str, *, tunable: Tunable = ""
 ) -> dict[str, Any]:
@@ -146,7 +158,7 @@ def template_terms(
         "NAME": name.upper(),
         "real": real.c_type,
         "digits": real.digits,
-        "tolerance": "1e-3" if real is SINGLE else "1e-9",
+        **_limit(observer, real),
         "title": f"{observer.title}; {real.c_type}.",
         "rig_comment": _rig_comment(observer, tunable),
         "torque": observer.channel,

@@ -70,12 +70,12 @@ INPUTS = (
 TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 """Types of FMI 2.0 and what they are in 3.0."""
 OUTPUTS = (
-    Variable("mu", 4, "Real", "1", "friction coefficient"),
+    Variable("mu", 4, "Real", "1", "coefficient of the model's own law; act on mu_eff"),
     Variable("mu_std", 5, "Real", "1", "standard deviation of mu"),
     Variable("M_z_predicted", 6, "Real", "N.m", "predicted aligning torque; NaN at first"),
     Variable("informed", 7, "Boolean", None, "false while the estimate rests on the prior"),
     Variable("usable", 14, "Boolean", None, "true where a controller may act on mu: informed, no flag"),
-    Variable("mu_eff", 9, "Real", "1", "effective friction, full slide over that of mu = 1"),
+    Variable("mu_eff", 9, "Real", "1", "friction to act on, full slide over that of mu = 1"),
     Variable("mu_eff_std", 10, "Real", "1", "standard deviation of mu_eff"),
     Variable("M_slide", 11, "Real", "N.m", "torque of steady full slide at the present load"),
     Variable("nis", 12, "Real", "1", "normalised innovation squared; NaN if not measured"),

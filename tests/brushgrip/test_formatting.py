@@ -221,6 +221,14 @@ def test_faults_are_counted_and_the_most_frequent_gets_its_remedy(
     assert "\n" not in line
 
 
+@pytest.mark.parametrize("flag", [Status.SUSPECT, Status.BOUND])
+def test_what_a_sound_wheel_meets_in_its_first_turns_is_not_told(flag: Status) -> None:
+    sound = [Status.ACQUIRING] * 50 + [flag] * 2 + [Status.USED] * 348
+
+    assert "sample:" not in estimates_summary(estimates(*sound)).replace("samples", "sample")
+    assert "5 samples: " in estimates_summary(estimates(*[flag] * 5, *sound[5:50], *sound[52:]))
+
+
 def test_floats_round_trip() -> None:
     values = np.random.default_rng(1).normal(size=100)
     text = csv_text({"t": np.arange(100), "M_z": values})

@@ -15,7 +15,7 @@ from brushgrip.report.friction_words import (
     usable_until,
 )
 from brushgrip.report.tables import friction_by_ground
-from brushgrip.report.to_send import friction_lines, paragraph_to_send
+from brushgrip.report.to_send import friction_lines, next_step, paragraph_to_send
 from identification import FoundModel
 from symbolic import Model, Rig, effects_named
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
@@ -71,9 +71,14 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
 
     assert "is on ice 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a). The ±" in text
     assert "9.00" not in text
-    assert "of its range instead of 4.30 %, on validation recordings, to which" in text
+    assert (
+        "of its range instead of 4.30 % with the declared structure, k and friction refitted, on" in text
+    )
     assert "Not known: friction in c and d; friction at the end of b, whose last value" in text
-    assert text.endswith("what makes the 1.20 % of range that no known effect explains.")
+    assert "what makes the 1.20 % of range that no known effect explains." in text
+    assert text.endswith(
+        "Next: record c and d again, turning to and fro until the wheel slides both ways."
+    )
     assert friction_lines(judged) == [
         "ice: the band of a further recording takes 3 recordings with usable friction; here 2 of 4"
     ]
@@ -108,6 +113,11 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     )
     assert "which of carcass torsion or patch width it is" in text
     assert "whether the weak signs of torque offset are chance" in text
+    known = replace(make_outcome("c"), tracks=TRACKS[:2])
+    assert "as something unknown remains" in next_step(graded, known)
+    clear = replace(graded, unexplained=replace(graded.unexplained, present=False))
+    assert "proposes, which tells carcass torsion or patch width apart" in next_step(clear, known)
+    assert next_step(replace(clear, effects=()), known).startswith("Next: nothing has to be measured")
 
 
 def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:

@@ -125,6 +125,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "steering (torque offset); 1.20 % of range stay unexplained: validation error 4.30 % → 2.37 % of"
         " range.",
         "What was found",
+        "Glossary",
         "Contents",
         "Friction over time",
         "Mechanisms",
@@ -136,7 +137,6 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "Effects found",
         "Next experiments",
         "What remains unexplained",
-        "Glossary",
     ]
     assert "Before any effect is tried: The residual follows " in page.text
     assert "Sweep to and fro, 10 s: carcass torsion and patch width then differ" in page.text
@@ -158,7 +158,7 @@ def test_the_first_screen_says_what_friction_is(tmp_path: Path) -> None:
     assert "friction at the end of b, whose last value to rely on is earlier" in first
     assert "Share of the informed samples whose 95 % band holds the last estimate." in rest
     assert "It stands on 3 recordings, 1 validation recording judged it" in rest
-    assert page.headings[1:5] == ["To send", "What was found", "Contents", "Settling and coverage"]
+    assert page.headings[1:5] == ["To send", "What was found", "Glossary", "Contents"]
 
 
 def test_on_a_narrow_screen_every_cell_has_its_heading(full: Path) -> None:

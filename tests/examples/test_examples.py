@@ -88,7 +88,7 @@ def test_own_reader(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", [None, pytest.param("mhe", marks=pytest.mark.long)])
 def test_estimate_in_a_loop(kind: str | None, tmp_path: Path) -> None:
     *track, end = printed_by("estimate_in_a_loop.py", tmp_path, *filter(None, [kind])).splitlines()
-    matched = re.fullmatch(rf"friction at the end: mu = {NUMBER} ± {NUMBER}", end)
+    matched = re.fullmatch(rf"friction at the end: mu_eff = {NUMBER} ± {NUMBER}", end)
 
     assert matched, end
     mu, spread = map(float, matched.groups())

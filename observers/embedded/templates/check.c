@@ -1,7 +1,7 @@
 /* Compares this build with the estimates of Python: check ${name}_vector.csv
 
-   Prints the largest differences; status 0 if those of mu, mu_eff and their deviations are at most ${tolerance}, those
-   of torques at most ${tolerance} of the largest value, those of nis at most ${tolerance} of 1 + nis, and all flags equal.
+   Status 0 if all flags are equal, mu, mu_eff, their deviations and the innovation are within ${limit} standard deviations,
+   and torques within ${limit} of the largest. ${limit_comment}
 
    ${generated} */
 #include <math.h>
@@ -11,10 +11,10 @@
 #include "${name}.h"
 
 enum { PSI, PSI_DOT, TORQUE, LOAD, DT, ${estimate|join(", ")|upper}, COLUMNS };
-enum { FRICTION, DEVIATION, TORQUES, INNOVATION, KINDS };
+enum { FRICTION, DEVIATION, INNOVATION, TORQUES, KINDS };
 
 static double difference(double actual, double expected) {
-    if (isnan(actual) || isnan(expected)) return isnan(actual) && isnan(expected) ? 0.0 : INFINITY;
+    if (isnan(actual) || isnan(expected)) return isnan(actual) && isnan(expected) ? 0.0 : HUGE_VAL;
     return fabs(actual - expected);
 }
 
@@ -27,8 +27,8 @@ static void note(double *worst, double actual, double expected, double scale) {
 int main(int argc, char **argv) {
     static ${name}_state_t state;
     char line[1024], *at;
-    double row[COLUMNS], worst[KINDS] = {0.0}, size = 0.0;
-    int samples = 0, flags = 0, i;
+    double row[COLUMNS], worst[KINDS] = {0.0}, mu = 0.0, size = 0.0;
+    int samples = 0, flags = 0, same, i;
     FILE *file = argc == 2 ? fopen(argv[1], "r") : NULL;
     if (file == NULL) {
         fprintf(stderr, "usage: %s ${name}_vector.csv\n", argv[0]);
@@ -50,26 +50,27 @@ int main(int argc, char **argv) {
         sample.dt = (${real})row[DT];
         ${name}_step(&state, &sample);
         ${name}_estimate(&state, &estimate);
-        note(&worst[FRICTION], estimate.mu, row[MU], 1.0);
-        note(&worst[FRICTION], estimate.mu_eff, row[MU_EFF], 1.0);
-        note(&worst[DEVIATION], estimate.mu_std, row[MU_STD], 1.0);
-        note(&worst[DEVIATION], estimate.mu_eff_std, row[MU_EFF_STD], 1.0);
+        mu = fmax(mu, difference(estimate.mu, row[MU]));
+        note(&worst[FRICTION], estimate.mu, row[MU], row[MU_STD]);
+        note(&worst[FRICTION], estimate.mu_eff, row[MU_EFF], row[MU_EFF_STD]);
+        note(&worst[DEVIATION], estimate.mu_std, row[MU_STD], row[MU_STD]);
+        note(&worst[DEVIATION], estimate.mu_eff_std, row[MU_EFF_STD], row[MU_EFF_STD]);
+        note(&worst[INNOVATION], sqrt(estimate.nis), sqrt(row[NIS]), 1.0);
         note(&worst[TORQUES], estimate.M_z_predicted, row[M_Z_PREDICTED], 1.0);
         note(&worst[TORQUES], estimate.M_slide, row[M_SLIDE], 1.0);
-        note(&worst[INNOVATION], estimate.nis, row[NIS], 1.0 + fabs(row[NIS]));
         size = fmax(size, fabs(row[M_Z_PREDICTED]));
         flags += estimate.status != (int)row[STATUS] || estimate.informed != (int)row[INFORMED] ||
                  estimate.usable != (int)row[USABLE];
         ++samples;
     }
     fclose(file);
-    printf("%s\n%d samples: mu off by %.1e, mu_std by %.1e, M_z by %.1e N m, nis by %.1e; flags differ in %d\n",
-           ${name}_version(), samples, worst[FRICTION], worst[DEVIATION], worst[TORQUES], worst[INNOVATION], flags);
-    if (samples > 0 && flags == 0 && worst[FRICTION] <= ${tolerance} && worst[DEVIATION] <= ${tolerance} &&
-        worst[TORQUES] <= ${tolerance} * size && worst[INNOVATION] <= ${tolerance}) {
-        printf("the same as in Python: all within ${tolerance}\n");
-        return 0;
-    }
-    printf("NOT the same as in Python: something is off by more than ${tolerance}\n");
-    return 1;
+    worst[TORQUES] /= size;
+    printf("%s\n%d samples: mu off by %.1e; in standard deviations mu off by %.1e, mu_std by %.1e, innovation by %.1e;"
+           " torques by %.1e of the largest; flags differ in %d\n",
+           ${name}_version(), samples, mu, worst[FRICTION], worst[DEVIATION], worst[INNOVATION], worst[TORQUES], flags);
+    same = samples > 0 && flags == 0;
+    for (i = 0; i < KINDS; ++i) same = same && worst[i] <= ${limit};
+    printf("%s\n", same ? "the same as in Python: all within ${limit}"
+                        : "NOT the same as in Python: something is off by more than ${limit}, or a flag differs");
+    return !same;
 }

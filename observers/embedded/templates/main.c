@@ -33,7 +33,7 @@ static int split(char *line, char **fields, int maximum) {
 static double number(const char *field) {
     char *end;
     const double value = strtod(field, &end);
-    return end == field ? NAN : value;
+    return end == field ? (double)NAN : value;
 }
 
 static void step(${name}_state_t *state, const double *row, double dt) {
@@ -80,7 +80,7 @@ int main(int argc, char **argv) {
             continue;
         }
         for (j = 0; j < COLUMNS; ++j)
-            row[j] = column[j] >= 0 && column[j] < count ? number(fields[column[j]]) : NAN;
+            row[j] = column[j] >= 0 && column[j] < count ? number(fields[column[j]]) : (double)NAN;
         /* The first sample has no predecessor: its dt is that of the second. */
         if (rows == 2) step(&state, last, row[T] - last[T]);
         if (rows >= 2) step(&state, row, row[T] - last[T]);

@@ -43,10 +43,10 @@ enum {
 
 /* Estimate after a sample. */
 typedef struct {
-    ${real} mu;            /* friction coefficient [1] */
+    ${real} mu;            /* coefficient of the model's own law [1]; act on mu_eff */
     ${real} mu_std;        /* its standard deviation [1] */
     ${real} M_z_predicted; /* predicted aligning torque [N m]; NAN before the first sample, as all below */
-    ${real} mu_eff;        /* effective friction: M_slide over that of the declared patch with mu = 1 [1] */
+    ${real} mu_eff;        /* friction to act on: M_slide over that of the declared patch with mu = 1 [1] */
     ${real} mu_eff_std;    /* its standard deviation [1] */
     ${real} M_slide;       /* torque of steady full slide at the present load [N m] */
     ${real} nis;           /* square of measured minus predicted over its variance [1]; NAN if not measured */

@@ -5,7 +5,7 @@
        ${name}::Sample sample;  // NAN until a sensor gives a value
        sample.psi = angle;
        sample.dt = 0.01;
-       if (ok(observer.step(sample)) && observer.usable()) use(observer.estimate().mu);
+       if (ok(observer.step(sample)) && observer.usable()) use(observer.estimate().mu_eff);
 
    ${generated} */
 #ifndef ${NAME}_HPP
