@@ -44,7 +44,7 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
         print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
     stages = {"declared": diagnosis.declared, "before": diagnosis.before, "after": diagnosis.after}
     print_table(
-        "Torque error, root mean square: declared as given; before: k and μ refitted; after: with effects",
+        "Torque error, root mean square: declared as given; before: k and μ refitted; after: found",
         ("model", *error_columns(diagnosis).values()),
         [(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
         right=True,
