@@ -37,7 +37,8 @@ class PlanRequest:
     of --mu or their mean. The deviation is that of the observer itself, with the tolerances of the rig
     file; for M_z with k as a state, which a little steering tells badly from mu. OUT.csv has a row a
     sample: t,psi,psi_dot,travel, for a car handwheel, and for each friction the deviation over mu, empty
-    until it is usable. OUT.png shows both. What cannot be reached is told with its cause.
+    until it is usable. OUT.png shows both. What cannot be reached is told with its cause, and makes the
+    exit status 1.
     """
 
     rig: RigAlone = None
@@ -128,9 +129,14 @@ class PlanRequest:
         self._say(planned, finals)
 
     def _say(self, planned: "Plan", finals: list[Path]) -> None:
-        """Print what the plan tells on each ground."""
+        """Print what the plan tells on each ground.
+
+        Raises:
+            BrushgripError: the target is missed on one.
+        """
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.outputs.planned import document, rows
+        from symbolic import BrushgripError
 
         turns = ", ".join(f"{turn:.3f}" for turn in planned.turns)
         say(f"turn to {turns} rad at {planned.path.rate:.3f} rad/s at most")
@@ -141,3 +147,9 @@ class PlanRequest:
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
         show(document(planned))
+        if planned.reasons:
+            missed = (mu for mu, at in zip(planned.mus, planned.reached, strict=True) if at is None)
+            raise BrushgripError(
+                f"no path within the limits reaches {planned.target:.1%} on mu ="
+                f" {', '.join(f'{mu:g}' for mu in missed)}; the best one was found"
+            )

@@ -27,11 +27,12 @@ def path_table(plan: Plan, vehicle: Path | None) -> str:
 
 
 def rows(plan: Plan) -> list[list[str]]:
-    """Friction, travel, time, greatest angle and deviation of each ground; a dash for never."""
+    """Friction, travel, time, greatest angle and (least) deviation of each ground; a dash for never."""
     table = []
     for row in document(plan)["grounds"]:
         reached = ("–" if row[name] is None else f"{row[name]:.3f}" for name in _REACHED)
-        table.append([f"{row['mu']:g}", *reached, f"{row['deviation']:.1%}"])
+        deviation = "–" if row["deviation"] is None else f"{row['deviation']:.1%}"
+        table.append([f"{row['mu']:g}", *reached, deviation])
     return table
 
 
@@ -39,14 +40,15 @@ _REACHED = ("travel", "time", "angle")
 
 
 def document(plan: Plan) -> dict[str, Any]:
-    """The plan as JSON values; None where the target is not reached."""
+    """The plan as JSON values; None where the target is not reached, and where mu is never usable."""
     path, grounds = plan.path, []
     for mu, at, forecast in zip(plan.mus, plan.reached, plan.forecasts, strict=True):
         angle = np.abs(path.psi - path.begin)
         reached = None if at is None else (path.travel[at], path.t[at], angle[: at + 1].max())
         ground = dict(zip(_REACHED, reached or (None,) * 3, strict=True))
-        deviation = forecast.deviation[-1 if at is None else at]
-        grounds.append({"mu": mu, **ground, "deviation": float(deviation)})
+        shown = forecast.best() if at is None else at
+        deviation = None if shown is None else float(forecast.deviation[shown])
+        grounds.append({"mu": mu, **ground, "deviation": deviation})
     return {
         "target": plan.target, "turns": plan.turns.tolist(), "rate": path.rate, "grounds": grounds,
         "unreached": list(plan.reasons),

@@ -93,9 +93,18 @@ class Forecast:
 
     def reached(self, target: float, most_torque: float = np.inf) -> int | None:
         """First sample that is usable with at most this deviation, unless the torque was too great."""
-        good = self.usable & (self.deviation <= target)
-        good &= np.maximum.accumulate(np.abs(self.torque)) <= most_torque
+        good = self.deviations(most_torque) <= target
         return int(np.argmax(good)) if good.any() else None
+
+    def best(self, most_torque: float = np.inf) -> int | None:
+        """Sample with the least of these deviations; None where none is usable."""
+        least = self.deviations(most_torque)
+        return int(np.argmin(least)) if np.isfinite(least).any() else None
+
+    def deviations(self, most_torque: float) -> Array:
+        """Deviations, infinite where they are not usable or the torque has been too great."""
+        allowed = np.maximum.accumulate(np.abs(self.torque)) <= most_torque
+        return np.where(self.usable & allowed, self.deviation, np.inf)
 
 
 class Forecaster:
@@ -174,14 +183,14 @@ class Forecaster:
     ) -> tuple[int | None, float]:
         """First sample up to about the `last` at which the target is reached, and the deviation there.
 
-        None where it is not, with the deviation at the end of the forecast.
+        None where it is not, with the least deviation up to there, 1 at most.
         """
         deviation = 1.0
         for forecast in self.along(path, lane, F_N):
             at = forecast.reached(target, most_torque)
             if at is not None:
                 return at, float(forecast.deviation[at])
-            deviation = float(np.nan_to_num(forecast.deviation[-1], nan=1.0).clip(0, 1))
+            deviation = min(1.0, float(forecast.deviations(most_torque).min()))
             if forecast.mu.size > last or np.abs(forecast.torque[-STRETCH:]).max() > most_torque:
                 break
         return None, deviation

@@ -1,21 +1,21 @@
 """The path with the least steering after which friction is known to a target, whatever it is.
 
-A path is a start direction, a rate and up to four turning points, of which the last one is turned to on
-either side from then on. Its cost on a ground is the travel (or the time, or the greatest angle) until
-the observer's own forecast is usable with a deviation within the target; over a prior of mu, even in
-its logarithm, the worst or the mean counts.
+A path swings to either side at a rate, from a first turning point on, growing from one to the next. Its
+cost on a ground is the travel (or the time, or the greatest angle) until the observer's own forecast is
+usable with a deviation within the target; over a prior of mu, even in its logarithm, the worst or the
+mean counts.
 
-The search is derivative-free: a set of starts, then [Nelder 1965] in the logarithms of rate and turning
-points. The deviation after a given travel is piecewise smooth in the turning points, but what is sought
-is the first sample at which no flag stands, and flags step: the scale verified, five independent samples
-by branches confirmed. A gradient says nothing of either.
+The paths are a family that does not depend on the limits. A path counts up to where it exceeds one of
+them, so that a wider limit only adds to what may be chosen: it never makes the plan worse. The best of
+the family is found by trying all that may still be better. What is sought is the first sample at which
+no flag stands, and flags step: a gradient says nothing of that, and a search from a few starts stays
+where they are.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import product
-from math import hypot
-from typing import Literal
+from dataclasses import dataclass, replace
+from math import ceil, floor, hypot, log2, log10
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,15 +33,16 @@ Objective = Literal["travel", "time", "angle"]
 Over = Literal["worst", "mean"]
 MUS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.2)
 """Prior of mu: a car's grounds from ice to dry asphalt [1]."""
-STARTS = tuple(product((1.0, 0.4, 0.15), (0.05, 0.1, 0.2, 0.4, 1.0), (1.0, 1.5, 3.0)))
-"""Starts of the search: rate over its limit, first turning point over that of the angle, and growth from
-one turning point to the next [1]."""
+RAMP = 0.2
+"""Time in which a path comes to its rate [s]: a limit of the acceleration is one of the rate."""
+LEAST_FIRST, A_DECADE = 10**-2.5, 10
+"""Least first turning point [rad], and how many there are up to ten times as much."""
+GROWTHS = (1.0, 1.25, 1.6, 2.5)
+"""From one turning point to the next [1]."""
 LEGS = 4
-"""Turning points that are free."""
+"""Turning points from the first to the farthest."""
 NEVER = 1e3
-"""Cost where the target is not reached, to which the deviation is added."""
-TIE = 0.1
-"""Weight of the mean beside the worst ground [1]."""
+"""Cost where the target is not reached, to which the least deviation is added."""
 LEAST_TARGET = 1e-3
 """Least target that makes sense [1]."""
 
@@ -88,8 +89,7 @@ def plan(
     over: Over = "worst",
     dt: float = 0.01,
     psi: float = 0.0,
-    starts: Sequence[tuple[float, float, float]] = STARTS,
-    refinements: int = 80,
+    coarse: bool = False,
 ) -> Plan:
     """The path with the least travel, time or greatest angle until mu is known.
 
@@ -103,40 +103,48 @@ def plan(
         over: the worst of the frictions or their mean; ties of the worst go by the mean.
         dt: between samples [s].
         psi: angle at which the wheel stands at first, its patch free of torque [rad].
-        starts: of the search, as `STARTS`.
-        refinements: paths that are tried from each of the two best starts.
+        coarse: try a quarter of the turning points only.
 
     Returns:
         The plan; its `reasons` say what is not reached and why.
 
     Raises:
-        InvalidInputError: a target, friction or load is out of range.
+        InvalidInputError: a target, friction or load is out of range, or the limits leave no rate.
     """
-    from scipy.optimize import minimize
-
     _check(target, mus, F_N)
     search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
-    scored = sorted((search.score(x), tuple(x)) for x in map(_logarithms, starts))
-    for _, start in scored[:2] if refinements else ():
-        minimize(
-            search.score,
-            np.array(start),
-            method="Nelder-Mead",
-            options={"maxfev": refinements, "initial_simplex": _simplex(np.array(start))},
-        )
+    for swing in swings(limits, coarse=coarse):
+        search.attempt(swing)
     return search.best()
 
 
-def _logarithms(start: tuple[float, float, float]) -> Array:
-    """Logarithms of rate and turning points over their limits."""
-    rate, share, growth = start
-    return np.minimum(0.0, np.log([rate, *(share * growth**i for i in range(LEGS))]))
+class Swing(NamedTuple):
+    """A path of the family: greatest rate [rad/s], first turning point [rad], and growth [1]."""
+
+    rate: float
+    first: float
+    growth: float
 
 
-def _simplex(start: Array) -> Array:
-    """The start, and beside it a quarter less, or more, in each direction."""
-    steps = np.diag(np.where(start > -0.3, -0.3, 0.3))
-    return np.vstack([start, start + steps])
+def swings(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
+    """The paths of the family that begin within limits; narrower ones begin with some of them.
+
+    Raises:
+        InvalidInputError: no rate of the family is within the limits.
+    """
+    fastest = min(limits.rate, limits.acceleration * RAMP)
+    rates = [2.0**i for i in range(floor(log2(fastest)), ceil(log2(limits.slowest)) - 1, -1)]
+    if not rates:
+        raise InvalidInputError(
+            f"limit rate must be at least {2 * limits.slowest:g} rad/s and acceleration"
+            f" {2 * limits.slowest / RAMP:g} rad/s^2, twice what the slowest rate,"
+            f" {limits.slowest:g} rad/s, needs; got {limits.rate:g} and {limits.acceleration:g}"
+        )
+    step = 4 if coarse else 1
+    # The last one lies beyond the limit: it stands for a turn without an end.
+    many = max(1, ceil(A_DECADE * log10(limits.angle / LEAST_FIRST) / step + 1e-9)) * step
+    firsts = [LEAST_FIRST * 10 ** (i / A_DECADE) for i in range(0, many + 1, step)]
+    return [Swing(rate, first, growth) for rate in rates for first in firsts for growth in GROWTHS]
 
 
 class _Search:
@@ -150,26 +158,37 @@ class _Search:
         self.forecaster, self.target, self.limits, self.F_N = forecaster, target, limits, F_N
         self.mus, self.objective, self.over, self.dt, self.psi = mus, objective, over, dt, psi
         self.lanes = forecaster.at_rest(mus, psi, F_N, dt)
-        self.least, self.found = np.inf, np.zeros(0)
+        self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, 1.0)
+        self.hopeless = {mu: out_of_reach(forecaster.observer, target, mu, F_N) for mu in mus}
+        # The lane that refused the last path comes first; what no steering reaches is not tried.
+        self.order = [lane for lane in self.lanes if not self.hopeless[lane.mu]] or [*self.lanes]
+        self.straight: set[float] = set()
 
-    def path(self, x: Array) -> SteeringPath:
-        """The path of the logarithms that are searched over."""
-        rate, *shares = np.exp(np.minimum(x, 0.0))
-        limits = self.limits
-        rate = max(float(rate) * limits.rate, limits.slowest)
-        angles = np.array(shares) * limits.angle
-        # As many turns to either side as fit into the time.
-        many = LEGS + int(limits.time * rate / max(angles[-1], 1e-4)) + 1
+    def path(self, swing: Swing) -> SteeringPath:
+        """The path of a swing, up to where it exceeds the angle or the time."""
+        rate, first, growth = swing
+        angles = first * growth ** np.arange(LEGS)
+        many = LEGS + int(self.limits.time * rate / angles[-1]) + 1
         angles = np.pad(angles, (0, many - LEGS), mode="edge")
         points = [self.psi, *(self.psi + angles * (-1.0) ** np.arange(many))]
-        return steer(points, rate, limits.acceleration, self.dt, limits.time)
+        path = steer(points, rate, rate / RAMP, self.dt, self.limits.time)
+        beyond = np.abs(path.psi - self.psi) > self.limits.angle * (1 + 1e-9)
+        return path.upto(max(1, int(np.argmax(beyond)))) if beyond.any() else path
 
-    def score(self, x: Array) -> float:
-        """Cost of a path; where it exceeds the least one so far, something that is greater too."""
-        path = self.path(np.asarray(x))
+    def attempt(self, swing: Swing) -> float:
+        """Forecast a path as long as it may be better than the best one; the least cost so far."""
+        path = self.path(swing)
         along, costs, failed, worst = self.along(path), [0.0], 0, 0.0
-        for lane in self.lanes:
-            bound = self.least if self.over == "worst" else self.least * len(self.lanes) - sum(costs)
+        last = min(int(np.searchsorted(along, self.least[0])), along.size - 1)
+        if path.leg[last] == 0 and path.psi_dot[last] == swing.rate:
+            # Up to there another one was the same.
+            if swing.rate in self.straight:
+                return self.least[0]
+            self.straight.add(swing.rate)
+        for lane in [*self.order]:
+            bound = self.least[0]
+            if self.over == "mean":
+                bound = bound * len(self.order) - sum(costs)
             last = int(np.searchsorted(along, bound))
             at, deviation = self.forecaster.reach(
                 path, lane, self.F_N, self.target, self.limits.torque, last
@@ -178,16 +197,17 @@ class _Search:
                 failed, worst = failed + 1, max(worst, deviation)
             else:
                 costs.append(float(along[at]))
-            if failed * NEVER > self.least:
-                break
-        if failed:
-            score = failed * NEVER + worst
-        else:
-            mean = sum(costs) / len(self.lanes)
-            score = max(costs) + TIE * mean if self.over == "worst" else mean
-        if score < self.least:
-            self.least, self.found = score, np.array(x)
-        return score
+            mean = sum(costs) / len(self.order)
+            cost = (max(costs) if self.over == "worst" else mean, mean)
+            if failed:
+                cost = (failed * NEVER + worst, mean)
+            if cost > self.least:
+                self.order.remove(lane)
+                self.order.insert(0, lane)
+                return self.least[0]
+        if cost < self.least:
+            self.least, self.found = cost, swing
+        return self.least[0]
 
     def along(self, path: SteeringPath) -> Array:
         """What is to be least, up to each sample."""
@@ -203,7 +223,7 @@ class _Search:
         known = [at for at in reached if at is not None]
         end = max(known) + 1 if len(known) == len(whole) else path.psi.size
         reasons = [
-            unreached(self.forecaster.observer, self.target, self.limits, mu, one, self.F_N)
+            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one)}"
             for mu, one, at in zip(self.mus, whole, reached, strict=True)
             if at is None
         ]
@@ -213,25 +233,42 @@ class _Search:
             forecasts=tuple(one.upto(end) for one in whole), reasons=tuple(reasons),
         )  # fmt: skip
 
+    def unreached(self, mu: float, path: SteeringPath, forecast: Forecast) -> str:
+        """How far the best path comes at a friction, and which limits would have to be wider."""
+        at = forecast.best(self.limits.torque)
+        known = "not usable on any path within the limits"
+        if at is not None:
+            known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
+        wider = [name for name in ("angle", "time", "torque") if self.reached_with_twice(name, mu)]
+        if wider:
+            return f"{known}; twice the limit of {' or '.join(wider)} would do"
+        status = Status(int(forecast.status[-1]))
+        return f"{known}; no limit alone, twice as wide, would do{status and f': {status.remedy}'}"
 
-def unreached(
-    observer: ModelObserver, target: float, limits: SteeringLimits, mu: float, forecast: Forecast,
-    F_N: float,
-) -> str:  # fmt: skip
-    """Why a target is not reached at a friction, along the whole of a path."""
+    def reached_with_twice(self, name: str, mu: float) -> bool:
+        """Whether the target is reached at a friction where one limit is twice as wide."""
+        limits = replace(self.limits, **{name: 2 * getattr(self.limits, name)})
+        if limits == self.limits:
+            return False
+        wide = _Search(
+            self.forecaster, self.target, limits, self.F_N, (mu,), self.objective, self.over, self.dt,
+            self.psi,
+        )  # fmt: skip
+        # The first path that reaches it will do.
+        return any(wide.attempt(swing) < NEVER for swing in swings(limits, coarse=True))
+
+
+def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:
+    """Why no steering at all reaches a target at a friction; empty where one may."""
     causes = least_deviation(observer, mu, F_N)
     floor, cause = hypot(*causes.values()), max(causes, key=lambda name: causes[name])
-    if floor >= target:
-        return (
-            f"mu = {mu:.3g}: {target:.1%} cannot be reached by any steering: {cause} alone"
-            f" {'leave' if cause[:10] == 'tolerances' else 'leaves'} {causes[cause]:.1%}, all that no"
-            f" measurement lowers {floor:.1%}"
-        )
-    if (np.abs(forecast.torque) > limits.torque).any():
-        return f"mu = {mu:.3g}: the torque exceeds its limit of {limits.torque:g} N m before"
-    at = f"mu = {mu:.3g}: {forecast.deviation[-1]:.1%} after {limits.time:g} s"
-    status = Status(int(forecast.status[-1]))
-    return f"{at}, {status.remedy or 'which more time or a wider angle would lower'}"
+    if floor < target:
+        return ""
+    return (
+        f"{target:.1%} cannot be reached by any steering: {cause} alone"
+        f" {'leave' if cause[:10] == 'tolerances' else 'leaves'} {causes[cause]:.1%}, all that no"
+        f" measurement lowers {floor:.1%}"
+    )
 
 
 def _check(target: float, mus: Sequence[float], F_N: float) -> None:

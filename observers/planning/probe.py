@@ -8,7 +8,7 @@ narrower, faster or slower. It takes the one with the least mean travel until th
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import cycle, islice, product
+from itertools import cycle, islice
 from math import exp, hypot, isfinite, nan, sqrt
 
 import numpy as np
@@ -34,8 +34,6 @@ HORIZON = 3.0
 """Duration of a forecast [s]."""
 CHANGES = 3
 """Changes of the path that are forecast at each plan, in turn."""
-FIRST = tuple(product((0.4, 0.15), (0.05, 0.1, 0.25), (1.5,)))
-"""Starts of the first plan, as of `observers.planning.plan.STARTS`."""
 VAGUE = 0.15
 """Deviation of ln mu below which one friction stands for all [1]."""
 ASTRAY = (0.02, 0.3)
@@ -121,7 +119,7 @@ class Probe:
         """Compile, and make the first plan for a load [N], what the first sample would wait for: 1 s."""
         self._first = plan(
             self._forecaster.observer, self.target, self.limits, F_N, mus=self.mus, dt=self.dt,
-            starts=FIRST, refinements=0,
+            coarse=True,
         )  # fmt: skip
 
     def reset(self) -> None:

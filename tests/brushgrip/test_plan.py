@@ -16,11 +16,11 @@ PlanRun = Callable[..., Outcome]
 
 @pytest.fixture
 def planning(run: Run, rig: Path, monkeypatch: pytest.MonkeyPatch) -> PlanRun:
-    """The command on a rig; two starts are tried and none is refined."""
+    """The command on a rig; a coarse family of paths is tried."""
     search = observers.plan
 
     def quick(*arguments: object, **options: object) -> Plan:
-        return search(*arguments, **options, starts=((0.2, 0.1, 1.5), (1, 1, 1)), refinements=0)  # type: ignore[arg-type]
+        return search(*arguments, **options, coarse=True)  # type: ignore[arg-type]
 
     monkeypatch.setattr(observers, "plan", quick)
     limit = ("--limit", "angle=0.3,rate=0.4", "--limit", "time=5")
@@ -47,12 +47,16 @@ def test_writes_the_path_and_what_it_tells(planning: PlanRun, tmp_path: Path) ->
 
 def test_says_why_a_target_is_out_of_reach(planning: PlanRun) -> None:
     outcome = planning("--mu", "0.8", "--target", "0.02")
+    partly = planning("--mu", "0.05,0.8", "--limit", "torque=1")
     told = json.loads(planning("--mu", "0.8", "--target", "2%", "--json").out)
 
     assert "2.0% cannot be reached by any steering: tolerances of half-length" in outcome.out
     assert told["grounds"][0]["travel"] is None
     assert told["grounds"][0]["deviation"] > 0.03
     assert told["unreached"][0] in outcome.out
+    assert {outcome.status, partly.status} == {1}
+    assert "no path within the limits reaches 2.0% on mu = 0.8;" in outcome.err
+    assert "reaches 5.0% on mu = 0.8;" in partly.err
 
 
 @pytest.mark.long

@@ -2,17 +2,17 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Plan, SteeringLimits, plan
+from observers.planning.forecast import Forecaster
+from observers.planning.path import steer
 from symbolic import InvalidInputError
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 
 LIMITS = SteeringLimits(angle=0.3, rate=0.4, time=6.0)
-FEW = ((0.15, 0.1, 1.5), (1.0, 1.0, 1.0))
-"""A small slow swing that grows, and a turn to the limit."""
 
 
 @pytest.fixture(scope="module")
 def planned(acquiring: Ekf) -> Plan:
-    return plan(acquiring, 0.05, LIMITS, LOAD, mus=(0.1, 0.8), starts=FEW, refinements=8)
+    return plan(acquiring, 0.05, LIMITS, LOAD, mus=(0.1, 0.8), coarse=True)
 
 
 def test_a_plan_stays_within_the_limits(planned: Plan) -> None:
@@ -39,25 +39,47 @@ def test_on_the_rig_the_target_is_reached_where_planned(acquiring: Ekf, planned:
 
 
 def test_turning_back_tells_ice_sooner_than_turning_on(acquiring: Ekf) -> None:
-    on, back = (
-        plan(acquiring, 0.05, LIMITS, LOAD, mus=(0.05,), starts=(start,), refinements=0)
-        for start in ((0.3, 1.0, 1.0), (0.3, 0.1, 1.5))
-    )
+    forecaster = Forecaster(acquiring)
+    lane = forecaster.at_rest([0.05], 0.0, LOAD, 0.01)[0]
+    on, back = (steer([0.0, *points], 0.12, 10.0, 0.01, 6.0) for points in ([0.6], [0.03, -0.05, 0.08]))
 
     # The zero of the torque looks like friction until the wheel has turned back.
-    assert on.reached == (None,)
-    assert on.path.travel[-1] > 2 * LIMITS.angle
-    assert back.travels[0] < LIMITS.angle
+    assert forecaster.whole(on, lane, LOAD).reached(0.05) is None
+    assert forecaster.whole(back, lane, LOAD).reached(0.05) is not None
 
 
-def test_the_search_does_not_make_a_start_worse(acquiring: Ekf, planned: Plan) -> None:
-    start = plan(acquiring, 0.05, LIMITS, LOAD, mus=(0.1, 0.8), starts=FEW, refinements=0)
+@pytest.mark.parametrize("seed", range(6))
+def test_a_wider_limit_never_makes_the_plan_worse(acquiring: Ekf, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    tight = {
+        name: float(rng.uniform(*bounds))
+        for name, bounds in {
+            "angle": (0.01, 0.2), "rate": (0.2, 1.0), "slowest": (0.05, 0.1), "torque": (0.5, 6.0),
+            "time": (0.5, 3.0), "acceleration": (1.0, 5.0),
+        }.items()
+    }  # fmt: skip
+    wider = rng.choice([1.0, 1.3, 2.0], len(tight))
+    relaxed = {
+        name: value / by if name == "slowest" else value * by
+        for (name, value), by in zip(tight.items(), wider, strict=True)
+    }
+    mus, objective = ((0.05, 0.8), (0.4,), (0.1, 1.2))[seed % 3], ("travel", "time", "angle")[seed // 2]
+    costs = []
+    for limits in (tight, relaxed):
+        found = plan(
+            acquiring, 0.05, SteeringLimits(**limits), LOAD, mus=mus, objective=objective, coarse=True
+        )  # type: ignore[call-overload]
+        of = {"travel": found.path.travel, "time": found.path.t}
+        along = of.get(objective, np.maximum.accumulate(np.abs(found.path.psi)))
+        ends = [along[at] for at in found.reached if at is not None]
+        least = [one.deviations(limits["torque"]).min() for one in found.forecasts]
+        costs.append((len(found.reasons), max(np.minimum(least, 1) if found.reasons else ends)))
 
-    assert planned.travels.max() <= start.travels.max() + 0.1 * start.travels.mean()
+    assert costs[1] <= costs[0]
 
 
 def test_time_and_angle_may_be_least(acquiring: Ekf) -> None:
-    given = {"mus": (0.8,), "starts": FEW, "refinements": 0}
+    given = {"mus": (0.8,), "coarse": True}
     quick = plan(acquiring, 0.05, LIMITS, LOAD, objective="time", **given)
     narrow = plan(acquiring, 0.05, LIMITS, LOAD, objective="angle", over="mean", **given)
 
@@ -69,15 +91,20 @@ def test_time_and_angle_may_be_least(acquiring: Ekf) -> None:
     ("target", "limits", "words"),
     [
         (0.02, {}, "2.0% cannot be reached by any steering: tolerances of half-length and caster alone"),
-        (0.05, {"torque": 1.0}, "the torque exceeds its limit of 1 N m before"),
-        (0.05, {"time": 0.3}, "after 0.3 s, friction is being acquired"),
+        (0.05, {"torque": 2.0}, "; twice the limit of torque would do"),
+        (
+            0.05,
+            {"time": 0.3},
+            "not usable on any path within the limits; twice the limit of time would do",
+        ),
+        (0.05, {"angle": 0.008, "time": 1.0}, "no limit alone, twice as wide, would do: friction is"),
     ],
 )
 def test_what_cannot_be_reached_is_told(
     acquiring: Ekf, target: float, limits: dict[str, float], words: str
 ) -> None:
     limited = SteeringLimits(**{"angle": 0.3, "rate": 0.4, "time": 3.0} | limits)
-    told = plan(acquiring, target, limited, LOAD, mus=(0.8,), starts=FEW, refinements=0)
+    told = plan(acquiring, target, limited, LOAD, mus=(0.8,), coarse=True)
 
     assert told.reached == (None,)
     assert np.isnan(told.travels).all()
@@ -92,6 +119,10 @@ def test_what_cannot_be_reached_is_told(
         ({"target": 1.0}, "target must be a share"),
         ({"mus": ()}, "frictions must be"),
         ({"mus": (0.001,)}, "frictions must be"),
+        (
+            {"limits": SteeringLimits(rate=0.06)},
+            "limit rate must be at least 0.1 rad/s and acceleration 0.5",
+        ),
         ({"F_N": float("nan")}, "load must be greater than 0"),
     ],
 )
