@@ -1,6 +1,6 @@
 """The path with the least steering after which friction is known to a target, whatever it is.
 
-A path swings to either side at a rate, from a first turning point on, growing from one to the next. Its
+A path swings to either side at a rate, evenly growing from a first turning point to a farthest one. Its
 cost on a ground is the travel (or the time, or the greatest angle) until the observer's own forecast is
 usable with a deviation within the target; over a prior of mu, even in its logarithm, the worst or the
 mean counts.
@@ -37,8 +37,6 @@ RAMP = 0.2
 """Time in which a path comes to its rate [s]: a limit of the acceleration is one of the rate."""
 LEAST_FIRST, A_DECADE = 10**-2.5, 10
 """Least first turning point [rad], and how many there are up to ten times as much."""
-GROWTHS = (1.0, 1.25, 1.6, 2.5)
-"""From one turning point to the next [1]."""
 LEGS = 4
 """Turning points from the first to the farthest."""
 NEVER = 1e3
@@ -103,7 +101,7 @@ def plan(
         over: the worst of the frictions or their mean; ties of the worst go by the mean.
         dt: between samples [s].
         psi: angle at which the wheel stands at first, its patch free of torque [rad].
-        coarse: try a quarter of the turning points only.
+        coarse: try a few of the paths only.
 
     Returns:
         The plan; its `reasons` say what is not reached and why.
@@ -119,11 +117,11 @@ def plan(
 
 
 class Swing(NamedTuple):
-    """A path of the family: greatest rate [rad/s], first turning point [rad], and growth [1]."""
+    """A path of the family: greatest rate [rad/s], first and farthest turning point [rad]."""
 
     rate: float
     first: float
-    growth: float
+    farthest: float
 
 
 def swings(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
@@ -140,11 +138,16 @@ def swings(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
             f" {2 * limits.slowest / RAMP:g} rad/s^2, twice what the slowest rate,"
             f" {limits.slowest:g} rad/s, needs; got {limits.rate:g} and {limits.acceleration:g}"
         )
-    step = 4 if coarse else 1
+    step, apart = (3, 1) if coarse else (1, 2)
     # The last one lies beyond the limit: it stands for a turn without an end.
     many = max(1, ceil(A_DECADE * log10(limits.angle / LEAST_FIRST) / step + 1e-9)) * step
-    firsts = [LEAST_FIRST * 10 ** (i / A_DECADE) for i in range(0, many + 1, step)]
-    return [Swing(rate, first, growth) for rate in rates for first in firsts for growth in GROWTHS]
+    angles = [LEAST_FIRST * 10 ** (i / A_DECADE) for i in range(0, many + 1, step)]
+    return [
+        Swing(rate, first, farthest)
+        for rate in rates
+        for i, first in enumerate(angles)
+        for farthest in angles[i::apart]
+    ]
 
 
 class _Search:
@@ -158,7 +161,7 @@ class _Search:
         self.forecaster, self.target, self.limits, self.F_N = forecaster, target, limits, F_N
         self.mus, self.objective, self.over, self.dt, self.psi = mus, objective, over, dt, psi
         self.lanes = forecaster.at_rest(mus, psi, F_N, dt)
-        self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, 1.0)
+        self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, limits.angle)
         self.hopeless = {mu: out_of_reach(forecaster.observer, target, mu, F_N) for mu in mus}
         # The lane that refused the last path comes first; what no steering reaches is not tried.
         self.order = [lane for lane in self.lanes if not self.hopeless[lane.mu]] or [*self.lanes]
@@ -166,8 +169,8 @@ class _Search:
 
     def path(self, swing: Swing) -> SteeringPath:
         """The path of a swing, up to where it exceeds the angle or the time."""
-        rate, first, growth = swing
-        angles = first * growth ** np.arange(LEGS)
+        rate, first, farthest = swing
+        angles = np.geomspace(first, farthest, LEGS)
         many = LEGS + int(self.limits.time * rate / angles[-1]) + 1
         angles = np.pad(angles, (0, many - LEGS), mode="edge")
         points = [self.psi, *(self.psi + angles * (-1.0) ** np.arange(many))]
@@ -236,20 +239,25 @@ class _Search:
     def unreached(self, mu: float, path: SteeringPath, forecast: Forecast) -> str:
         """How far the best path comes at a friction, and which limits would have to be wider."""
         at = forecast.best(self.limits.torque)
-        known = "not usable on any path within the limits"
+        known = "never usable on the best path"
         if at is not None:
             known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
-        wider = [name for name in ("angle", "time", "torque") if self.reached_with_twice(name, mu)]
+        if self.reached_with(mu):
+            return f"{known}; another path reaches it: plan for this friction alone"
+        wider = [
+            name
+            for name in ("angle", "time", "torque")
+            if (limit := getattr(self.limits, name)) < NO_LIMIT
+            and self.reached_with(mu, **{name: 2 * limit})
+        ]
         if wider:
             return f"{known}; twice the limit of {' or '.join(wider)} would do"
         status = Status(int(forecast.status[-1]))
         return f"{known}; no limit alone, twice as wide, would do{status and f': {status.remedy}'}"
 
-    def reached_with_twice(self, name: str, mu: float) -> bool:
-        """Whether the target is reached at a friction where one limit is twice as wide."""
-        limits = replace(self.limits, **{name: 2 * getattr(self.limits, name)})
-        if limits == self.limits:
-            return False
+    def reached_with(self, mu: float, **wider: float) -> bool:
+        """Whether the target is reached at a friction alone, with some limits wider."""
+        limits = replace(self.limits, **wider)
         wide = _Search(
             self.forecaster, self.target, limits, self.F_N, (mu,), self.objective, self.over, self.dt,
             self.psi,

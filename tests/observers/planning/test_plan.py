@@ -95,7 +95,7 @@ def test_time_and_angle_may_be_least(acquiring: Ekf) -> None:
         (
             0.05,
             {"time": 0.3},
-            "not usable on any path within the limits; twice the limit of time would do",
+            "never usable on the best path; twice the limit of time would do",
         ),
         (0.05, {"angle": 0.008, "time": 1.0}, "no limit alone, twice as wide, would do: friction is"),
     ],
