@@ -112,6 +112,14 @@ def plan_over_grounds(rig: str, target: float) -> Plan:
     return plan(observer_of(rig), target, LIMITS, LOAD)
 
 
+@cache
+def prepared(rig: str, target: float) -> Probe:
+    """A Probe with its first plan, which is the same for all wheels; to be reset."""
+    probe = Probe(observer_of(rig), target, LIMITS)
+    probe.prepare(LOAD)
+    return probe
+
+
 def steered(observer: Ekf, wheel: RigWheel, mu: float, target: float, command: Command) -> Reached:
     """A wheel under a command until the target is reached."""
     loop, angle, travel = Loop(observer), 0.0, 0.0
@@ -139,7 +147,8 @@ def along(planned: Plan) -> Command:
 
 
 def led(probe: Probe) -> Command:
-    """As the probe says."""
+    """As the probe says, from its begin."""
+    probe.reset()
 
     def command(_: float, sample: Sample, state: Any) -> tuple[float, bool]:
         advice = probe(sample, state)
@@ -156,7 +165,7 @@ def run(task: tuple[int, str, float]) -> tuple[float, dict[str, Reached]]:
     observer = observer_of(rig)
     commands: dict[str, Command] = {
         "plan": along(plan_over_grounds(rig, target)),
-        "probe": led(Probe(observer, target, LIMITS)),
+        "probe": led(prepared(rig, target)),
         "known": along(plan(observer, target, LIMITS, LOAD, mus=(mu,))),
         "sine": lambda t, *_: (0.4 * np.sin(0.75 * t), False),
         "ramp": lambda t, *_: (min(0.1 * t, 0.5), t > 5),
