@@ -166,7 +166,7 @@ def run(task: tuple[int, str, float]) -> tuple[float, dict[str, Reached]]:
     commands: dict[str, Command] = {
         "plan": along(plan_over_grounds(rig, target)),
         "probe": led(prepared(rig, target)),
-        "known": along(plan(observer, target, LIMITS, LOAD, mus=(mu,))),
+        "known": along(plan(observer, target, LIMITS, LOAD, mus=(mu,), coarse=True)),
         "sine": lambda t, *_: (0.4 * np.sin(0.75 * t), False),
         "ramp": lambda t, *_: (min(0.1 * t, 0.5), t > 5),
     }
