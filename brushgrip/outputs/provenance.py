@@ -71,7 +71,7 @@ def digest_of(path: Path) -> str:
 
 
 def beside(out: Path) -> Path:
-    """The file of provenance beside a table of results; beside a pipe or a device goes nothing."""
+    """The file of provenance beside a table of results; `os.devnull` for a pipe or a device."""
     with suppress(OSError):  # Whoever writes to such a name will say so.
         if out.exists() and not out.is_file():
             return Path(os.devnull)

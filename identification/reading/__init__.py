@@ -10,7 +10,7 @@
       |         clock          columns in SI (units) and on one clock
     Table       table          the checks of every sample, the first fault named by its place in the file
       |
-      |         rigfile        values that the file declares go before the rig file
+      |         rigfile        values that the file declares, else those of the rig file
       |         smoothing      the yaw rate where none was recorded
     Recording   recordings     gaps filled; causal, from the first complete sample on
 

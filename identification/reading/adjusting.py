@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
 from identification.reading.table import MIN_SAMPLES
@@ -38,13 +39,18 @@ def trimmed(recording: Recording, begin: float | None, end: float | None) -> Rec
         )
     if count == t.size:
         return recording
-    arrays: dict[str, Any] = {
-        field: value[kept] for field, value in vars(recording).items() if isinstance(value, np.ndarray)
-    }
-    part = replace(recording, **arrays)
+    part = at_samples(recording, kept)
     if not kept[0]:
         _warn_of_twist(part)
     return part
+
+
+def at_samples(recording: Recording, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Recording:
+    """The recording at some of its samples, by a mask or by their indices in order."""
+    arrays: dict[str, Any] = {
+        field: value[kept] for field, value in vars(recording).items() if isinstance(value, np.ndarray)
+    }
+    return replace(recording, **arrays)
 
 
 def _warn_of_twist(part: Recording) -> None:

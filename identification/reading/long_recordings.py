@@ -1,12 +1,11 @@
 """Recordings with more samples than a search can hold in memory: fewer, all reversals among them."""
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.reading.adjusting import at_samples
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]
@@ -68,11 +67,7 @@ def _thinned(recording: Recording, stride: int, turns: NDArray[np.int64]) -> Rec
     with_torque = later[np.searchsorted(later, first)]
     kept = np.where(with_torque < first + stride, with_torque, first)
     kept = np.union1d(np.minimum(kept, recording.t.size - 1), turns)
-    kept = np.union1d(kept, [0, recording.t.size - 1])
-    arrays: dict[str, Any] = {
-        field: value for field, value in vars(recording).items() if isinstance(value, np.ndarray)
-    }
-    return replace(recording, **{field: value[kept] for field, value in arrays.items()})
+    return at_samples(recording, np.union1d(kept, [0, recording.t.size - 1]))
 
 
 def _reversals(psi: Array, least: float) -> NDArray[np.int64]:

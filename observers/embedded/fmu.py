@@ -190,15 +190,15 @@ def _texts(
 
 def _library(command: str, sources: Mapping[str, str], name: str) -> bytes:
     """The library of the sources, without any path or date of this machine."""
-    with tempfile.TemporaryDirectory() as scratch:
+    with tempfile.TemporaryDirectory() as folder:
         for file, text in sources.items():
-            (Path(scratch) / file).write_text(text, encoding="utf-8", newline="\n")
+            (Path(folder) / file).write_text(text, encoding="utf-8", newline="\n")
         units = [file for file in sources if file.endswith(".c")]
         arguments = [command, *COMPILER_FLAGS, *units, "-o", f"{name}.so", "-lm"]
         try:
-            subprocess.run(arguments, cwd=scratch, check=True, capture_output=True, timeout=300)
+            subprocess.run(arguments, cwd=folder, check=True, capture_output=True, timeout=300)
         except (OSError, subprocess.SubprocessError) as error:
             message = getattr(error, "stderr", None) or str(error).encode()
             first = message.decode(errors="replace").strip().splitlines()[0]
             raise InvalidInputError(f"{command} could not build the FMU: {first}") from None
-        return (Path(scratch) / f"{name}.so").read_bytes()
+        return (Path(folder) / f"{name}.so").read_bytes()

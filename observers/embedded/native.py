@@ -74,8 +74,8 @@ def compile_native(observer: FunctionObserver, real: Real = SINGLE) -> NativeObs
         raise InvalidInputError("no C compiler was found; set CC, or put cc on the path")
     terms = {"name": _NAME, "real": real.c_type, "torque": observer.channel, "estimate": ESTIMATE}
     # What is loaded stays on Windows.
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
-        folder = Path(scratch)
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
+        folder = Path(temporary)
         generate(observer, folder, real, name=_NAME)
         (folder / "run.c").write_text(render("run.c", terms), encoding="utf-8")
         library = f"{_NAME}{LIBRARY_SUFFIX}"

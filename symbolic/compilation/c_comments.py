@@ -55,11 +55,11 @@ def needed_by(function: ca.Function, operands: Mapping[int, list[int]], comments
 
 def sections_of(function: ca.Function, comments: Comments) -> dict[int, str]:
     """Titles by the instruction after the last one of the output before."""
-    titles, begin, seen = {}, 0, ""
+    titles, begin, before = {}, 0, ""
     for k in range(function.n_instructions()):
         if function.instruction_id(k) == ca.OP_OUTPUT:
             output = function.name_out(function.instruction_output(k)[0])
-            if output != seen and output in comments.sections:
+            if output != before and output in comments.sections:
                 titles[begin] = comments.sections[output]
-            begin, seen = k + 1, output
+            begin, before = k + 1, output
     return titles

@@ -110,11 +110,11 @@ def _warn_once(command: str, line: str) -> None:
 @cache
 def _accepts(command: str, flags: tuple[str, ...]) -> bool:
     """Whether the compiler takes these flags beside the usual ones, tried on a program of one line."""
-    with tempfile.TemporaryDirectory() as scratch:
-        (Path(scratch) / "try.c").write_text("int one(void) { return 1; }\n", "utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "try.c").write_text("int one(void) { return 1; }\n", "utf-8")
         try:
             line = library_line(command, ["try.c"], f"try{LIBRARY_SUFFIX}", (*FLAGS, *flags))
-            run_compiler(line, Path(scratch))
+            run_compiler(line, Path(folder))
         except (OSError, subprocess.SubprocessError):
             return False
     return True
@@ -176,10 +176,10 @@ def _library(
 
 def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Path:
     """Build a library, which appears in the cache whole or not at all."""
-    with temporary_folder(stem.parent) as scratch:
-        (scratch / "function.c").write_text(source, "utf-8")
-        built = scratch / f"function{LIBRARY_SUFFIX}"
-        run_compiler(library_line(command, ["function.c"], built.name, flags), scratch)
+    with temporary_folder(stem.parent) as folder:
+        (folder / "function.c").write_text(source, "utf-8")
+        built = folder / f"function{LIBRARY_SUFFIX}"
+        run_compiler(library_line(command, ["function.c"], built.name, flags), folder)
         built.chmod(0o700)
         with built.open("rb+") as content:
             digest = _digest(stem.name.encode() + content.read())

@@ -100,8 +100,8 @@ def rig_from_values(
 
     Args:
         values: out of `RIG_KEYS`; with the nominal ones, those of `REQUIRED_KEYS` must be known.
-        nominal: rig and tyre that the values go before; None for none.
-        tolerances: by name, out of `TOLERATED`; they go before those of the nominal rig.
+        nominal: rig and tyre, whose values are overridden; None for none.
+        tolerances: by name, out of `TOLERATED`; they override those of the nominal rig.
 
     Raises:
         InvalidInputError: a value is outside its range, or a length is one in millimetres; the message

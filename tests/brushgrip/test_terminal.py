@@ -2,7 +2,6 @@
 
 import io
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -56,23 +55,3 @@ def test_a_full_disk_is_told_from_a_closed_pipe(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.undo()
 
     assert fault_of_output() is None
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("out", ["/dev/full", "pipe"])
-def test_as_a_process(out: str, repository_root: Path) -> None:
-    reading, writing = os.pipe()
-    os.close(reading)
-    stdout = writing if out == "pipe" else os.open(out, os.O_WRONLY)
-    process = subprocess.run(
-        [sys.executable, "-m", "brushgrip", "--help"],
-        cwd=repository_root,
-        env={**os.environ, "PYTHONIOENCODING": "ascii"},
-        stdout=stdout,
-        stderr=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
-
-    assert process.returncode == 1
-    assert process.stderr in ("", "brushgrip: cannot write: No space left on device\n")

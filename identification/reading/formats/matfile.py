@@ -29,7 +29,7 @@ VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
 HALF_LENGTH_TOLERANCE = 0.0025
 """Half-lengths in the published files are whole multiples of 5 mm [m].
 
-A scalar `a_tolerance` in a file goes before it."""
+A scalar `a_tolerance` in a file overrides it."""
 _SCALARS = (*DECLARABLE, *(f"{name}_tolerance" for name in TOLERATED))
 """Values of the rig, and how far off these may be."""
 _HDF5 = (b"MATLAB 7.3", b"\x89HDF")

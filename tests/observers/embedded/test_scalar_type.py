@@ -1,6 +1,6 @@
 import pytest
 
-from observers.embedded.scalar_type import DOUBLE, SINGLE, count_names, in_type, tokens
+from observers.embedded.scalar_type import DOUBLE, SINGLE, count_names, in_type
 from symbolic import InvalidInputError
 
 CODE = """\
@@ -29,10 +29,6 @@ def test_double_stays_as_it_is() -> None:
 def test_typing_twice_changes_nothing() -> None:
     once = in_type(CODE, SINGLE)
     assert in_type(once, SINGLE) == once
-
-
-def test_joined_tokens_are_the_code() -> None:
-    assert "".join(token for _, token in tokens(CODE)) == CODE
 
 
 def test_names_in_comments_and_strings_do_not_count() -> None:

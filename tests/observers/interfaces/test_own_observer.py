@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from brushgrip.comparison import ObserverMethod
 from examples.own_observer import MODEL, VALUES, ConstantGain
 from identification import Recording, read_recording, read_rig
 from observers import Loop, Sample, ZoneRootSolver, run
@@ -33,13 +32,6 @@ def recording(repository_root: Path) -> Recording:
 @pytest.fixture(scope="module")
 def observer(recording: Recording) -> ConstantGain:
     return ConstantGain(model=MODEL, values=VALUES, rig=recording.rig)
-
-
-def test_finds_the_planted_friction(observer: ConstantGain, recording: Recording) -> None:
-    mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
-
-    assert abs(mu[-1] - PLANTED) < 0.05 * PLANTED
-    assert mu[0] == pytest.approx(1.0, abs=0.01)
 
 
 def test_script_prints_it(repository_root: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -63,19 +55,6 @@ def test_whole_sample_by_sample_and_in_a_loop_are_the_same(
 
     np.testing.assert_allclose(single.mu, whole.mu, rtol=1e-12)
     np.testing.assert_allclose(looped, whole.mu, rtol=1e-9)
-
-
-def test_stands_beside_other_methods(recording: Recording) -> None:
-    method = ObserverMethod(
-        name="constant gain",
-        factory=lambda recording, _: ConstantGain(model=MODEL, values=VALUES, rig=recording.rig),
-        gives_deviation=False,
-    )
-
-    mu = method.estimate(recording)
-
-    assert mu.shape == recording.t.shape
-    assert abs(mu[-1] - PLANTED) < 0.05 * PLANTED
 
 
 @pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
