@@ -221,6 +221,8 @@ def test_change_of_surface(tmp_path: Path) -> None:
     )
 
     assert tuple(map(float, known)) == turns["bristles"][0.35]
+    page = (Path(__file__).parents[2] / "docs" / "start" / "controller.md").read_text(encoding="utf-8")
+    assert f"know the fall after {known[0]} rad" in page
     for place, (ekf, mhe) in turns["bristles"].items():
         # Close to the reversal the torque does not tell.
         assert max(ekf, mhe) <= 0.2 or place <= 0.15
