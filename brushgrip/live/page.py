@@ -109,7 +109,7 @@ class View:
         }
 
     def _friction(self) -> Any:
-        figure = _figure("time [s]", "friction μ", y_range=self._top)
+        figure = _figure("time [s]", "friction μ_eff", y_range=self._top)
         for low, high, alpha in (("low", "high", 0.1), ("usable_low", "usable_high", 0.3)):
             figure.varea("t", low, high, source=self.points, fill_color="#0072b2", fill_alpha=alpha)
         figure.line("t", "mu", source=self.points, color="#555555", line_width=2)
