@@ -50,6 +50,8 @@ VEHICLE_FIELDS = {
     "scrub_radius": "scrub_radius", "lever_loss": "lever_loss", "wheel_radius": "wheel_radius",
 }  # fmt: skip
 """Fields of the vehicle that are unknowns of that deviation, and the names of their tolerances."""
+MEASURED = ("axle_load", "half_length")
+"""What a workshop measures, with scales and a print of the contact."""
 COLUMNS = {
     "rack": ("rack", "F_rack"),
     "pinion": ("handwheel", "T_bar", "T_motor"),
@@ -96,12 +98,15 @@ class Judged:
         return float(np.mean(self.usable & ~(self.normal <= sigmas)))
 
 
-def vehicle_toml(declared: Mapping[str, float], *, brake: bool, handwheel_inertia: float = 0.0) -> str:
+def vehicle_toml(
+    declared: Mapping[str, float], *, brake: bool, handwheel_inertia: float = 0.0,
+    tolerances: Mapping[str, float] = TOLERANCES,
+) -> str:  # fmt: skip
     """The vehicle file, with the tolerances where they are declared."""
 
     def tolerated(name: str) -> str:
         value = declared[name]
-        return f"{{ value = {value:.6g}, tolerance = {TOLERANCES[name] * value:.6g} }}"
+        return f"{{ value = {value:.6g}, tolerance = {tolerances[name] * value:.6g} }}"
 
     lines = {
         "front_axle_load": tolerated("axle_load"),
@@ -151,7 +156,9 @@ def estimate(drawn: FleetCar, recording: CarRecording, sensing: str, observer: s
         # The torque at the handwheel turns its inertia too, known as well as the rack's mass.
         share = (sensing == "handwheel") * drawn.declared["moved_mass"] / drawn.true["moved_mass"]
         inertia = share * drawn.car.handwheel_inertia
-        text = vehicle_toml(drawn.declared, brake=drawn.brake, handwheel_inertia=inertia)
+        text = vehicle_toml(
+            drawn.declared, brake=drawn.brake, handwheel_inertia=inertia, tolerances=drawn.tolerances
+        )
         (folder / "car.toml").write_text(text, encoding="utf-8")
         write_recording(folder / "car.csv", recording, sensing)
         files = {key: str(folder / key) for key in ("car.toml", "car.csv", "mu.csv")}
@@ -182,10 +189,14 @@ def bounds_of(drawn: FleetCar, rack: Array, ends: list[int]) -> Array:
 
 
 def judge(
-    seed: int, sensing: str, observer: str, *, full: bool, split: float, bound: bool = False
-) -> Judged:
+    seed: int, sensing: str, observer: str, *, full: bool, split: float, bound: bool = False,
+    measured: float | None = None,
+) -> Judged:  # fmt: skip
     """Draw a car, steer it, estimate."""
-    drawn = draw_car(seed, assisted=sensing != "handwheel", full_tolerance=full, split=split)
+    tolerances = {**TOLERANCES, **(dict.fromkeys(MEASURED, measured) if measured else {})}
+    drawn = draw_car(
+        seed, assisted=sensing != "handwheel", full_tolerance=full, split=split, tolerances=tolerances
+    )
     recording = drawn.drive()
     got = estimate(drawn, recording, sensing, observer)
     # The truth at the rows' times: a reader may leave samples out.
@@ -260,6 +271,7 @@ def main() -> None:
     parser.add_argument("--observer", choices=["ekf", "mhe"], default="ekf")
     parser.add_argument("--full-tolerance", action="store_true", help="every value off by all of it")
     parser.add_argument("--split", type=float, default=1.0, help="mu right over mu left")
+    parser.add_argument("--measured", type=float, help="tolerance of load and half-length, as a share")
     parser.add_argument("--bound", action="store_true", help="also the least sigma that is possible")
     given = parser.parse_args()
     purpose = "judging" if given.seed >= JUDGING_SEED else "tuning"
@@ -269,16 +281,8 @@ def main() -> None:
           f"  >3s,%  >4s,%  refused as")  # fmt: skip
     cars = []
     for seed in range(given.seed, given.seed + given.cars):
-        cars.append(
-            judge(
-                seed,
-                given.sensing,
-                given.observer,
-                full=given.full_tolerance,
-                split=given.split,
-                bound=given.bound,
-            )
-        )
+        chosen = {"split": given.split, "bound": given.bound, "measured": given.measured}
+        cars.append(judge(seed, given.sensing, given.observer, full=given.full_tolerance, **chosen))
         print(row(cars[-1]), flush=True)
     summary(cars)
 

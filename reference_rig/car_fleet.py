@@ -46,6 +46,8 @@ class FleetCar:
     """Names of TOLERANCES -> values; SI units, `motor_ratio` with the efficiency in it."""
     true: Mapping[str, float]
     """The same names -> what they are."""
+    tolerances: Mapping[str, float]
+    """By how much these may be off, as shares [1]."""
     bus: CarBus
     brake: bool
     by_rack: bool
@@ -64,7 +66,7 @@ class FleetCar:
 
 def draw_car(
     seed: int, *, assisted: bool = True, full_tolerance: bool = False, split: float = 1.0,
-    brake: bool | None = None,
+    brake: bool | None = None, tolerances: Mapping[str, float] = TOLERANCES,
 ) -> FleetCar:  # fmt: skip
     """A car by its seed.
 
@@ -74,6 +76,7 @@ def draw_car(
         full_tolerance: every declared value off by all of its tolerance, upwards or downwards.
         split: friction under the right wheel over that under the left one [1].
         brake: None to draw it: on in two of three cars.
+        tolerances: as in TOLERANCES.
     """
     rng = np.random.default_rng([seed, 23])
     uniform = rng.uniform
@@ -109,7 +112,7 @@ def draw_car(
     if full_tolerance:
         errors = np.sign(errors)
     declared = {
-        name: value * (1 + TOLERANCES[name] * error)
+        name: value * (1 + tolerances[name] * error)
         for (name, value), error in zip(true.items(), errors, strict=True)
     }
     bus = CarBus(
@@ -120,8 +123,8 @@ def draw_car(
     braked = bool(uniform() < 2 / 3)
     by_rack = bool(uniform() < 0.25) and assisted
     return FleetCar(
-        seed=seed, car=car, declared=declared, true=true, bus=bus, by_rack=by_rack,
-        brake=braked if brake is None else brake,
+        seed=seed, car=car, declared=declared, true=true, tolerances=tolerances, bus=bus,
+        by_rack=by_rack, brake=braked if brake is None else brake,
     )  # fmt: skip
 
 

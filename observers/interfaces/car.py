@@ -1,7 +1,6 @@
 """An observer of a car: from its vehicle, and over the standstills of a recording."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import fields
 from typing import Any, TypeVar
 
 import numpy as np
@@ -82,17 +81,11 @@ def run_standstills(
         for i, name in enumerate(ESTIMATE):
             rows[i, at] = getattr(part, name)
     begin = int(np.argmax(stretch >= 0))
-    prior = run_prior(observers[0])
+    prior = getattr(observers[0], "prior", None)
     last = np.maximum.accumulate(np.where(rows[ESTIMATE.index("mu")] > 0, np.arange(t.size), 0))
     for name in HOLDING:
         row = rows[ESTIMATE.index(name)]
-        row[:begin] = np.where(np.isfinite(row[:begin]), row[:begin], prior.get(name, np.nan))
+        row[:begin] = np.where(np.isfinite(row[:begin]), row[:begin], getattr(prior, name, np.nan))
         held = stretch < 0
         row[held] = row[last[held]]
     return as_estimates(np.asarray(t, dtype=float), rows)
-
-
-def run_prior(observer: Observer) -> dict[str, float]:
-    """Numbers of the estimate before any sample that are known, by name."""
-    prior = getattr(observer, "prior", None)
-    return {} if prior is None else {f.name: getattr(prior, f.name) for f in fields(prior)}

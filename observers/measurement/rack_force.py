@@ -66,7 +66,7 @@ class RackForce(AligningTorque):
         stiffness: k over its nominal value is a state [1]: suspension and tyre are known roughly.
         friction: torque of the gear's dry friction as declared, straight ahead [N m].
         load_share: share of the torque by which it grows [1].
-        spread: standard deviation of the gear's friction over the declared one [1].
+        gear_spread: standard deviation of the gear's friction over the declared one [1].
         presliding: turn in which it turns over, from the middle [rad].
         jacking: standard deviation of the return torque over the sine of the angle [N m].
         error: standard deviation of the torque's error that lasts [N m].
@@ -79,7 +79,7 @@ class RackForce(AligningTorque):
     stiffness: bool = True
     friction: float = 0.0
     load_share: float = 0.0
-    spread: float = 0.0
+    gear_spread: float = 0.0
     presliding: float = 1e-3
     jacking: float = 0.0
     error: float = 0.0
@@ -97,7 +97,7 @@ class RackForce(AligningTorque):
         return cls(
             friction=vehicle.steering_arm / 2 * vehicle.gear_friction,
             load_share=vehicle.gear_load_share,
-            spread=SPREAD * vehicle.tolerances.gear_friction,
+            gear_spread=SPREAD * vehicle.tolerances.gear_friction,
             presliding=vehicle.presliding / vehicle.steering_arm,
             error=vehicle.steering_arm / 2 * vehicle.force_error,
             jacking=JACKING * abs(float(jacking(vehicle, lock))) / sin(lock),
@@ -114,14 +114,9 @@ class RackForce(AligningTorque):
             log_mu=True, M_0=self.zero, stiffness=self.stiffness, gear=self.friction > 0
         )
 
-    @property
-    def gear_spread(self) -> float:
-        """Standard deviation of the gear's friction over the declared one [1]."""
-        return self.spread
-
     def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
         """Mean and variance of every state."""
-        return super().prior(tuning, first, slide) | {"gear": (1, self.spread**2)}
+        return super().prior(tuning, first, slide) | {"gear": (1, self.gear_spread**2)}
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
         """As where the aligning torque is measured, with the gear's presliding and its torque."""
