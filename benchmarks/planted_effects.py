@@ -14,8 +14,8 @@ are said to be missing, by strong or ambiguous effects; families that are not, a
 all runs; error after over the noise. A run that is wrong says what the information criterion makes of
 what was planted against what was named; above zero the recordings do not ask for it. `--out F.json`
 keeps the outcomes. With `--off M` every half-length differs from the declared one by up to so much,
-which is then declared as its tolerance; with `--grounds 2` the recordings stand on two grounds of
-different friction in turn. An hour and more on two cores for all.
+which is declared as its tolerance where it is more than the usual one; with `--grounds 2` the
+recordings stand on two grounds of different friction in turn. An hour and more on two cores for all.
 """
 
 import argparse
@@ -32,7 +32,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
-from identification import Diagnosis, Recording, diagnose
+from identification import Diagnosis, FoundEffect, Recording, diagnose
 from identification.selection.criteria import delta_bic
 from identification.selection.trial_runner import values_for
 from identification.selection.trials import TrialTask, run_trial
@@ -44,7 +44,7 @@ from reference_rig import (
     plant_effect,
 )
 from rig_recordings import as_read
-from symbolic import CANDIDATES, EFFECTS, effects_named
+from symbolic import CANDIDATES, EFFECTS, USUAL, effects_named
 
 NOISE = 0.004
 """White noise that the rig puts on the torque, over its range."""
@@ -119,14 +119,15 @@ def run(task: Task) -> Outcome:
         shares=WEAK if task.weak else None,
     )
     began = time.perf_counter()
-    recordings = [as_read(recording, rig.nominal, task.off or None) for recording in rig.recordings]
+    tolerance = task.off if task.off > USUAL["a"] else None
+    recordings = [as_read(recording, rig.nominal, tolerance) for recording in rig.recordings]
     diagnosis = diagnose(recordings, jobs=1)
     named = tuple(effect.name for effect in diagnosis.effects)
     ambiguous = tuple({rival for e in diagnosis.effects for rival in e.indistinguishable_from})
     after = diagnosis.after.summary()["torque_nrmse"] or np.nan
     before = diagnosis.before.summary()["torque_nrmse"] or np.nan
     families = [_family(name) for name in task.planted if not task.outside]
-    invisible = not named and before < MATCHED * NOISE
+    invisible = not said_of(diagnosis) and before < MATCHED * NOISE
     missing, too_many = families_of(diagnosis, [] if invisible else families)
     if task.outside:
         matched = "free_branch" in task.planted and after < MATCHED * NOISE
@@ -155,18 +156,22 @@ def run(task: Task) -> Outcome:
     )
 
 
+def said_of(diagnosis: Diagnosis) -> list[FoundEffect]:
+    """The effects that are said to be missing."""
+    return [effect for effect in diagnosis.effects if effect.grade in ("strong", "ambiguous")]
+
+
 def families_of(diagnosis: Diagnosis, planted: list[str]) -> tuple[tuple[str, ...], int]:
-    """Planted families that are neither named nor a rival's, and how many effects are too many."""
+    """Planted families of which nothing is named, nor a rival, and how many effects are too many."""
     missing, too_many = list(planted), 0
-    said = [effect for effect in diagnosis.effects if effect.grade in ("strong", "ambiguous")]
-    for effect in sorted(said, key=lambda effect: effect.family not in planted):
+    for effect in sorted(said_of(diagnosis), key=lambda effect: effect.family not in planted):
         names = [effect.family, *(_family(rival) for rival in effect.indistinguishable_from)]
         matched = next((name for name in names if name in missing), None)
         if matched is None:
             too_many += 1
         else:
             missing.remove(matched)
-    return tuple(missing), too_many
+    return tuple(f for f in missing if missing.count(f) == planted.count(f)), too_many
 
 
 def _family(name: str) -> str:

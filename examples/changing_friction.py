@@ -1,6 +1,7 @@
 """Friction that somebody changes while it is measured: a damper whose band is pulled [Coble 2024].
 
-    python examples/changing_friction.py [DIR] [--model MODEL.json] [--rate HZ] [--pictures FOLDER]
+    python examples/changing_friction.py [DIR] [--model MODEL.json] [--rate HZ] [--walk W]
+                                         [--pictures FOLDER]
 
 reads the recordings from DIR (`brushgrip fetch changed-friction --out DIR`; default:
 ../shared/third_check where there is one, else where `fetch` puts them). A diagnosis of the six runs of
@@ -15,6 +16,7 @@ than 25 %; alarms on the constant runs; the share of strokes whose band holds. U
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -129,6 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("folder", nargs="?", type=Path)
     parser.add_argument("--model", type=Path, default=Path("changing_friction_model.json"))
     parser.add_argument("--rate", type=float, default=RATE)
+    parser.add_argument("--walk", type=float, help="of friction by direction, in place of the model's")
     parser.add_argument("--pictures", type=Path)
     options = parser.parse_args(arguments)
     folder = options.folder or (BESIDE if BESIDE.is_dir() else changed_friction_folder())
@@ -136,6 +139,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"skipped: no {absent[0]}.npz in {folder}; 'brushgrip fetch changed-friction' gets it")
         return
     found = model_of(folder, options.model)
+    if options.walk is not None and found.error:
+        found = replace(found, error=replace(found.error, friction_walk=options.walk))
     print(f"friction walk {(found.error and found.error.friction_walk) or np.nan:.3f}/sqrt(s)")
     runs = {name: at_rate(name, raw(folder, name), options.rate) for name in (*CONSTANT, *CHANGED)}
     print("observer             scatter  within 10 %  alarms  false  band, constant, changed")
@@ -143,6 +148,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for observer in OBSERVERS:
         rows = {name: strokes(recording, by[observer]) for name, (recording, by) in along.items()}
         print(f"{observer:20} {'  '.join(figures(rows))}", flush=True)
+    changes = [
+        np.log(now.force / before.force) / np.sqrt(now.begin - before.begin)
+        for name in CONSTANT
+        for before, now in zip(rows[name], rows[name][2:], strict=False)
+    ]
+    print(f"force from stroke to stroke the same way, constant: {np.std(changes):.3f}/sqrt(s)")
     if options.pictures:
         options.pictures.mkdir(parents=True, exist_ok=True)
         draw(along, options.pictures)

@@ -132,7 +132,7 @@ STRENGTHS: Mapping[str, StrengthRange] = {
     "contact_length": StrengthRange(
         parameters=_one("n"),
         least=0.05,
-        largest=1.0,
+        largest=0.9,
         given=lambda a, load: {"F_0": load * (0.045 / a) ** 2, "m": 2.0},
     ),
     "free_branch": StrengthRange(

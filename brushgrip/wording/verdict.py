@@ -118,9 +118,7 @@ def _why_weak(effect: FoundEffect) -> str:
     if off is not None:
         parts.append(f"its parameter is {off:.1f} σ from no effect at all{', of 3' * near}")
     why = "; ".join(parts) or "The gain is small"
-    if near or not few:
-        return f"{why[:1].upper()}{why[1:]}: it may be chance."
-    return f"{why}: the gain rests on few stretches of the recordings, and more of them would settle it."
+    return f"{why[:1].upper()}{why[1:]}: it may be chance."
 
 
 def plain_parameter(name: str) -> str:

@@ -13,7 +13,7 @@ from identification.fits.fitting import Fit
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.residuals.unexplained import Unexplained
-from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
+from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic, fall_by_chance
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
@@ -34,15 +34,7 @@ def found_effects(
     proposals: Mapping[Effects, Proposal],
     left: Unexplained,
 ) -> tuple[FoundEffect, ...]:
-    """The effects of the final model, in order of selection.
-
-    Args:
-        steps: of the search, the last one with nothing chosen.
-        estimates: every parameter of the final model.
-        recordings: those that the shared parameters were fitted to.
-        proposals: for a set of effects, the experiment to distinguish it from its rival.
-        left: what the final model leaves unexplained.
-    """
+    """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`."""
     final = steps[-1].before.fitted
     at_bound = {effect for effect, _ in effects_at_bounds(final)}
     effects = []
@@ -55,7 +47,8 @@ def found_effects(
             continue
         scope, own = _scope_and_parameters(effect, final, estimates)
         without = step.without or step.before
-        gain, error = advantage(step.after.judgement, without.judgement, DEFAULT_CRITERIA.long_block)
+        judged = step.after.judgement, without.judgement, DEFAULT_CRITERIA.long_block
+        (gain, _), error = advantage(*judged), fall_by_chance(*judged)
         bic = delta_bic(step.after.fitted, without.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
@@ -142,8 +135,8 @@ def grade_of(
     """How sure it is that an effect that was found is the one that is missing.
 
     Args:
-        standard_errors: by how many the judged error fell when it was added, paired over blocks that
-            outlast the correlation of the residual.
+        standard_errors: by how many the judged error fell when it was added, see `fall_by_chance`, over
+            blocks that outlast the correlation of the residual.
         delta_bic: change of the information criterion by its addition; negative speaks for it.
         distance: of its parameters from no effect at all, see `distance_from_neutral`.
         has_rivals: whether the judged data cannot distinguish it from other effects.
@@ -170,12 +163,6 @@ def notes_on(
 
     They name recordings that got worse, parameters at the end of their range or tolerance, k beyond its
     own, and a fit that did not converge.
-
-    Args:
-        before: errors of the declared structure.
-        after: errors of the final model.
-        fitted: the final model on the training recordings.
-        recordings: these.
     """
     notes = [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"

@@ -1,7 +1,7 @@
 """When one model is preferred to another: error on judged data, information criterion, paired test."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -196,6 +196,18 @@ def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float,
     difference = worse.block_errors(block) - better.block_errors(block)
     n = difference.size
     return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(n)) if n > 1 else np.inf
+
+
+def fall_by_chance(better: Judgement, worse: Judgement, block: float) -> float:
+    """Standard error of `advantage` as far as it is chance: an effect may also act in a few blocks only.
+
+    With r what the better model leaves and s what it takes away, squares fall by s^2 + 2 s r, and only
+    2 s r may have either sign. Its mean over a block is 0 by itself; blocks are independent.
+    """
+    taken = {name: worse.residuals[name] - residual for name, residual in better.residuals.items()}
+    squares = (judged.block_errors(block) for judged in (worse, better, replace(worse, residuals=taken)))
+    crossed = np.subtract.reduce(list(squares))
+    return float(np.linalg.norm(crossed) / crossed.size) if crossed.size > 1 else np.inf
 
 
 def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> float:

@@ -109,14 +109,14 @@ def test_every_grade_is_explained(grade: Grade, words: str) -> None:
     assert words in explained_grade(effect)
 
 
-def test_a_clear_parameter_is_not_called_chance() -> None:
+def test_a_weak_effect_says_what_it_lacks() -> None:
     effect = graded(make_diagnosis(), "weak", "weak", errors=2.07).effects[0]
     clear, near = (explained_grade(replace(effect, deviations=off)) for off in (359.0, 1.2))
 
     assert clear.startswith(
         "The error falls by 2.1 standard errors of the 3 asked for; its parameter is"
     )
-    assert "359.0 σ from no effect at all: the gain rests on few stretches" in clear
+    assert "359.0 σ from no effect at all: it may be chance" in clear
     assert "1.2 σ from no effect at all, of 3: it may be chance" in near
 
 

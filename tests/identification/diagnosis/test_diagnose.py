@@ -145,6 +145,14 @@ def test_what_is_given_stands_beside_what_was_fitted() -> None:
 
 
 @pytest.mark.long
+def test_what_acts_in_the_first_slide_alone_is_identified() -> None:
+    recordings = read_campaign("pretwist", 0, duration=14.0)[1]
+
+    (effect,) = diagnose(recordings, candidates=["pretwist"], jobs=1).effects
+
+    assert effect.grade == "strong"
+
+
 def test_a_control_has_nothing_missing() -> None:
     found = diagnose(read_campaign(None, 1, duration=14.0)[1], jobs=1)
 

@@ -11,7 +11,7 @@ from identification.fits.autocorrelation import effective_samples
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
-from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
+from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic, fall_by_chance
 from identification.selection.leave_one_out import leave_one_out
 from identification.selection.trial_runner import values_for
 from identification.selection.trials import (
@@ -225,3 +225,23 @@ def test_lengths_begin_anew_where_they_get_another_meaning(
     trial = cast(Trial, SimpleNamespace(fitted=SimpleNamespace(values=values, model=model)))
 
     assert values_for(trial, effects_named(wanted)).rig == (values.rig if kept else {})
+
+
+def test_an_effect_of_one_block_falls_by_more_than_chance() -> None:
+    """A pretwist is gone after the first slide; blocks of which most show nothing are no doubt of it."""
+    noise = np.random.default_rng(0).normal(0.0, 0.1, (12, 100))
+    taken = np.zeros((12, 100))
+    taken[0] = 1.0
+    better, worse = judged(noise.ravel(), 2.0), judged((noise + taken).ravel(), 2.0)
+    by_hand = 2 * noise[0].mean() / 4 / 12
+
+    mean, error = advantage(better, worse, BLOCK)
+    assert mean == pytest.approx(1 / 48 + by_hand)
+    assert mean < 1.2 * error
+    assert fall_by_chance(better, worse, BLOCK) == pytest.approx(abs(by_hand))
+    # Of an effect that only follows the noise half the fall is chance, and a single block tells nothing.
+    luck = judged(2 * noise.ravel(), 2.0)
+    assert fall_by_chance(better, luck, BLOCK) == pytest.approx(
+        np.linalg.norm(2 * (noise**2).mean(axis=1)) / 4 / 12
+    )
+    assert fall_by_chance(judged(np.ones(140)), judged(np.full(140, 2.0)), BLOCK) == np.inf
