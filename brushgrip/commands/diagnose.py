@@ -9,6 +9,7 @@ from brushgrip.commands.options import (
     OutFolder,
     RecordingRequest,
     Scheduler,
+    VehicleFile,
     option,
 )
 
@@ -18,9 +19,13 @@ class DiagnoseRequest(RecordingRequest):
     """Find what the declared model lacks; write diagnosis.json, model.json and report.html.
 
     An interrupted search is kept; the same command continues it.
+
+    With --vehicle, of a car from its steering: gear friction, play of joints, compliance, jacking,
+    damping and brakes beyond what the vehicle file declares.
     """
 
     out: OutFolder
+    vehicle: VehicleFile = None
     holdout: Annotated[
         list[str] | None,
         option(
@@ -70,9 +75,10 @@ class DiagnoseRequest(RecordingRequest):
         from brushgrip.running.unfinished import kept_trials
         from identification.reading.long_recordings import bounded
         from symbolic import CANDIDATES
+        from symbolic.vehicle.effects import CAR_EFFECTS
 
         training, held_out = len(self.recordings), self.holdout or []
-        inputs = self.inputs(held_out, ground=self.ground)
+        inputs = self.inputs(held_out, ground=self.ground, vehicle=self.vehicle)
         inputs.keep(results_in(self.out))
         read = inputs.recordings()
         made = inputs.provenance(
@@ -82,6 +88,7 @@ class DiagnoseRequest(RecordingRequest):
         for line in implausible(read):
             warn(line)
         least_squares, huber = identification.LEAST_SQUARES, identification.Huber
+        library = CAR_EFFECTS if self.vehicle else CANDIDATES
         loss = least_squares if self.robust is None else huber(threshold=self.robust)
         with (
             kept_trials(self.out) as journal,
@@ -97,7 +104,7 @@ class DiagnoseRequest(RecordingRequest):
                     read[:training],
                     read[training:],
                     loss=loss,
-                    candidates=[*CANDIDATES, *inputs.effects],
+                    candidates=[*library.values(), *inputs.effects],
                     jobs=self.jobs,
                     executor=executor,
                     progress=report,

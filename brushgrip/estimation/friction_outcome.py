@@ -159,7 +159,9 @@ def friction_outcome(
         name, reference = recording.name, offline_friction(fitted, recording)
         runs = [(ObserverName.EKF, None), (ObserverName.EKF, found)]
         runs += [(ObserverName.MHE, found)] if name in compared else []
-        estimates = [observe(OBSERVERS[observer], recording, model) for observer, model in runs]
+        # A car's observer knows its gear as declared, and takes no other model.
+        of_car = recording.standstills is not None
+        estimates = [observe(OBSERVERS[o], recording, None if of_car else m) for o, m in runs]
         before[name], after[name] = (friction_quality(one, reference) for one in estimates[:2])
         tracks += [
             replace(

@@ -15,7 +15,7 @@ from brushgrip.wording.formatting import (
     residual_structure,
     sentence,
 )
-from brushgrip.wording.friction import model_taken
+from brushgrip.wording.friction import use_of
 from brushgrip.wording.verdict import GRADES, explained_grade, headline, mechanism
 from identification import (
     Diagnosis,
@@ -72,7 +72,7 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     for note in diagnosis.notes:
         print_text(f"note: {note}")
-    print_text(f"model.json gives estimate {model_taken(found_model(diagnosis))}.")
+    print_text(use_of(diagnosis, found_model(diagnosis)))
     if outcome:
         print_text(f"To send: {paragraph_to_send(diagnosis, outcome)}")
 

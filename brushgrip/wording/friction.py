@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgrip.wording.formatting import listed, percent, plain, quantity
 from brushgrip.wording.verdict import GRADES
-from identification import FoundModel, ParameterEstimate
+from identification import Diagnosis, FoundModel, ParameterEstimate
 from observers import Estimates, GroundFriction, Status
 from observers.quality.ground_friction import LEAST_RECORDINGS
 
@@ -123,6 +123,16 @@ def _last_friction(estimates: Estimates) -> str:
 
 def _plural(count: int, noun: str) -> str:
     return noun if count == 1 else f"{noun}s"
+
+
+def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
+    """What `estimate` makes of the model of a diagnosis."""
+    if not diagnosis.of_car:
+        return f"model.json gives estimate {model_taken(found)}."
+    return (
+        "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
+        " a car. Declare what was found, with its tolerance, in the vehicle file."
+    )
 
 
 def model_taken(found: FoundModel) -> str:

@@ -121,7 +121,7 @@ def _estimates(
                 deviation = deviation * value**2
             std = float(deviation) if np.isfinite(deviation) else None
             label = name if owner is None else f"{name} [{owner}]"
-            estimates[label] = ParameterEstimate(value=value, std=std, unit=units[name])
+            estimates[label] = ParameterEstimate(value=value, std=std, unit=units.get(name, "1"))
     return estimates | {
         name: ParameterEstimate(value=values.tyre[name], std=None, unit=parameter.unit)
         for name, parameter in parameters.items()

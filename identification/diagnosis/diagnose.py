@@ -16,6 +16,7 @@ from identification.experiments.proposals import Proposal
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.problem import torque_range
 from identification.fits.values import grounds_of
+from identification.reading.car_torques import without_gear
 from identification.reading.long_recordings import bounded
 from identification.reading.recordings import Recording
 from identification.residuals.signals import check_signatures
@@ -97,16 +98,18 @@ def diagnose(
         proposals = _proposals(steps, runner, criteria, report)
     report("correlating the residual with signals", 0, 1)
     result = build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
-    return replace(result, notes=(*notes, *result.notes))
+    of_car = any(recording.standstills for recording in recordings)
+    return replace(result, notes=(*notes, *result.notes), of_car=of_car)
 
 
 def _prepared(
     recordings: Sequence[Recording], holdout: Sequence[Recording]
 ) -> tuple[list[Recording], list[Recording], list[str]]:
     """Both as the search takes them, and notes on what was changed."""
-    everything, shortened = bounded([*recordings, *holdout])
+    bound, shortened = bounded([*recordings, *holdout])
+    everything, cut = zip(*map(without_gear, bound), strict=True) if bound else ((), ())
     _check(recordings, everything)
-    notes = [note for note in (shortened, assumed_tolerances(everything)) if note]
+    notes = [note for note in (shortened, *cut, assumed_tolerances(everything)) if note]
     read = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]
     return read[: len(recordings)], read[len(recordings) :], notes
 

@@ -16,12 +16,12 @@ from identification.fits.fitting import fit
 from identification.fits.loss import Loss, rmse_of
 from identification.fits.options import FitOptions
 from identification.fits.problem import torque_range
-from identification.fits.values import Values, initial_guess
+from identification.fits.values import Values, initial_guess, rig_parameters
 from identification.reading.recordings import Recording
 from identification.residuals.model_error import model_error
 from identification.selection.trial_runner import Submit, results_of
 from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
-from symbolic import TOLERATED, ModelError
+from symbolic import ModelError
 
 Array = NDArray[np.float64]
 WITHOUT_ONE = FitOptions(tolerance=1e-4)
@@ -51,7 +51,7 @@ def declared_friction(recordings: Sequence[Recording], loss: Loss) -> dict[str, 
         if given is None:
             own = initial_guess(model, [recording]).own
             start = Values(tyre={"k": recording.tyre.k}, own=own)
-            exact = [(recording.name, name) for name in TOLERATED]
+            exact = [(recording.name, name) for name in rig_parameters(recording)]
             options = FitOptions(free_shared=False, loss=loss, fixed=exact)
             given = fit(model, [recording], start, options).values.own[recording.name]["mu"]
         friction[recording.name] = given

@@ -218,7 +218,7 @@ def _at_their_tolerances(fitted: Fit) -> list[str]:
     distances = np.abs(fitted.bound_distances).min(axis=0)
     return [
         f"{owner}: {name} is at the end of its tolerance, {fitted.values.at((owner, name)):g}"
-        f" {TOLERATED[name]}".removesuffix(" 1")
+        f" {TOLERATED.get(name, '1')}".removesuffix(" 1")
         for (owner, name), weight, distance in zip(
             fitted.labels, fitted.prior_weights, distances, strict=True
         )

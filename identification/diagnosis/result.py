@@ -48,6 +48,7 @@ class Diagnosis:
         model_error_before: how wrong the declared structure is on recordings that no shared parameter
             was fitted to, held out or left out in turn; None where there is no such recording.
         model_error: the same of the final model.
+        of_car: whether the recordings are of cars, whose mean wheels these are.
     """
 
     recordings: tuple[str, ...]
@@ -69,6 +70,7 @@ class Diagnosis:
     criteria: SelectionCriteria = DEFAULT_CRITERIA
     model_error_before: ModelError | None = None
     model_error: ModelError | None = None
+    of_car: bool = False
 
     def __repr__(self) -> str:
         """One line: the recordings, and the effects that were found."""

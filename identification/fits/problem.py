@@ -10,6 +10,7 @@ from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
 from identification.fits.options import FitOptions, Label
 from identification.fits.values import Values, ground_of, grounds_of, replaced_rig, rig_parameters
+from identification.reading.car_torques import declared_torques
 from identification.reading.recordings import Recording
 from symbolic import RIG_DIRECTIONS, InvalidInputError, Model, Parameter, parameter_name, simulate
 
@@ -70,6 +71,7 @@ class Problem:
         self.ranges = {r.name: torque_range(r) for r in recordings}
         self.present = {r.name: np.isfinite(r.M_z) for r in recordings}
         self.tolerated = {r.name: tuple(rig_parameters(r)) for r in recordings}
+        self.torques_declared = {r.name: declared_torques(r) for r in recordings}
         self.has_prior = np.array(
             [name in self.tolerated.get(owner or "", ()) for owner, name in self.labels]
         )
@@ -165,9 +167,12 @@ class Problem:
         # The Function's factor on the load is relative to the load as corrected.
         slopes |= {"load": slopes["load"] / rig["load"]} if "load" in slopes else {}
         slopes["zero"] = np.ones(recording.t.size)
+        slopes |= {n: one.torque for n, one in self.torques_declared[recording.name].items()}
         columns_of_rig = [slopes[name][:, None] for name in tolerated]
         derivatives = np.hstack([torque.sensitivities[:, : theta.size], *columns_of_rig])
-        return torque.M_z + rig.get("zero", 0.0), derivatives
+        shares = self.torques_declared[recording.name].items()
+        others = sum((one.torque * (rig[name] - 1) for name, one in shares), rig.get("zero", 0.0))
+        return torque.M_z + others, derivatives
 
 
 def _scale(parameter: Parameter) -> float:

@@ -114,7 +114,7 @@ def profile(
         best=float(places[best]),
         interval=_interval(places, deviance, best),
         paths=paths,
-        units={path: (units_of(model) | TOLERATED)[path] for path in paths},
+        units={path: (units_of(model) | TOLERATED).get(path, "1") for path in paths},
         converged=all(one.converged for one in ordered),
     )
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identification.fits.options import Label
+from identification.reading.car_torques import declared_torques
 from identification.reading.recordings import Recording
 from symbolic import (
     TOLERATED,
@@ -41,8 +42,8 @@ class Values:
         tyre: values that hold in all recordings.
         own: for each recording name, the values that are its own.
         grounds: for each ground, the values that belong to it.
-        rig: for each recording name, its `a`, `e` [m], factor `load` [1] and `zero` [N m], where these
-            were declared with a tolerance.
+        rig: for each recording name, its `a`, `e` [m], factor `load` [1], `zero` [N m] and shares of
+            the torques that a vehicle declares [1], where these were declared with a tolerance.
     """
 
     tyre: Mapping[str, float]
@@ -62,7 +63,7 @@ class Values:
             return self.tyre[name]
         if owner in self.grounds:
             return self.grounds[owner][name]
-        return self.rig[owner][name] if name in TOLERATED else self.own[owner][name]
+        return self.rig[owner][name] if name in self.rig.get(owner, {}) else self.own[owner][name]
 
     def having(self, changes: Mapping[Label, float]) -> "Values":
         """These values with others for some columns of a fit."""
@@ -77,7 +78,7 @@ class Values:
             elif owner in grounds:
                 grounds[owner][name] = value
             else:
-                (rig if name in TOLERATED else own)[owner][name] = value
+                (rig if name in rig.get(owner, {}) else own)[owner][name] = value
         return Values(tyre=tyre, own=own, grounds=grounds, rig=rig)
 
 
@@ -166,10 +167,12 @@ def rig_parameters(recording: Recording) -> dict[str, Parameter]:
     """
     rig = recording.rig
     declared = {"a": rig.a, "e": rig.e, "load": 1.0, "zero": 0.0}
+    spans = {name: (value, rig.tolerances.of(name)) for name, value in declared.items()}
+    spans |= {name: (1.0, one.tolerance) for name, one in declared_torques(recording).items()}
     return {
         name: Parameter(
             name=name,
-            unit=TOLERATED[name],
+            unit=TOLERATED.get(name, "1"),
             neutral=None,
             start=value,
             lower=value - tolerance,
@@ -177,8 +180,8 @@ def rig_parameters(recording: Recording) -> dict[str, Parameter]:
             scale=((value + tolerance) - (value - tolerance)) / 2 / 3**0.5,
             scope="recording",
         )
-        for name, value in declared.items()
-        if (tolerance := rig.tolerances.of(name)) > 0
+        for name, (value, tolerance) in spans.items()
+        if tolerance > 0
     }
 
 

@@ -50,6 +50,8 @@ def at_samples(recording: Recording, kept: NDArray[np.bool_] | NDArray[np.int64]
     arrays: dict[str, Any] = {
         field: value[kept] for field, value in vars(recording).items() if isinstance(value, np.ndarray)
     }
+    if (car := recording.standstills) is not None:
+        arrays["standstills"] = replace(car, stretch=car.stretch[kept])
     return replace(recording, **arrays)
 
 

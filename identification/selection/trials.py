@@ -11,6 +11,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss, rmse_of
 from identification.fits.options import COARSE_FIT, FINE_FIT, FitOptions
 from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
+from identification.reading.adjusting import at_samples
 from identification.reading.recordings import Recording
 from identification.selection.leave_one_out import leave_one_out
 from symbolic import SEARCH_STEPS, Effect, Model
@@ -190,8 +191,7 @@ def thin(recording: Recording) -> Recording:
     if not np.isfinite(recording.M_z).all():
         return recording
     stride = max(1, int(RANKING_STEP / float(np.diff(recording.t).max()) + 1e-6))
-    arrays = ("t", "psi", "psi_dot", "M_z", "F_N")
-    return replace(recording, M=None, **{name: getattr(recording, name)[::stride] for name in arrays})
+    return at_samples(replace(recording, M=None), np.arange(0, recording.t.size, stride))
 
 
 def fit_own_parameters(

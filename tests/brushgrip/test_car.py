@@ -1,11 +1,13 @@
 """`brushgrip estimate` and `codegen` of a car, from the log of its bus."""
 
+import json
 import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from symbolic.vehicle.effects import CAR_EFFECTS
 from tests.brushgrip.helpers import Run, table_of
 from tests.identification.reading.logs import write_frames
 from tests.simulated_car import SimulatedCar, steering, vehicle_text
@@ -46,6 +48,30 @@ def test_from_a_log_to_friction_in_one_command(
     assert found["usable"][-1] == 1
     assert found["mu"][-1] == pytest.approx(0.5, rel=0.06)
     assert (tmp_path / "mu.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("name", "write"),
+    [pytest.param("car.mf4", write_mdf, marks=pytest.mark.long), ("car.blf", write_blf)],
+)
+def test_from_logs_to_a_report_in_one_command(
+    run: Run, tmp_path: Path, name: str, write: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = {name: CAR_EFFECTS[name] for name in ("jacking", "zero_of_force")}
+    monkeypatch.setattr("symbolic.vehicle.effects.CAR_EFFECTS", few)
+    t, rack = steering(seconds=5.0)
+    force = SimulatedCar().force(rack) + 2 * 80 * np.sin(rack / 0.125) / 0.125
+    write(tmp_path / name, t, {"RackTravel": 1e3 * rack, "RackForce": force, "Speed": 0 * t})  # type: ignore[operator]
+    (tmp_path / "car.toml").write_text(vehicle_text() + MAP)
+    monkeypatch.chdir(tmp_path)
+    outcome = run("diagnose", "--vehicle", "car.toml", name, "--out", "found", "--jobs", "1")
+    found = json.loads((tmp_path / "found" / "diagnosis.json").read_text(encoding="utf-8"))
+
+    assert outcome.status == 0
+    assert [effect["name"] for effect in found["effects"]] == ["jacking"]
+    assert found["effects"][0]["parameters"]["stiffness"]["value"] == pytest.approx(80, rel=0.1)
+    assert "estimate takes no model.json of a car" in " ".join(outcome.out.split())
+    assert (tmp_path / "found" / "report.html").is_file()
 
 
 def test_rig_and_vehicle_are_refused_together(run: Run, tmp_path: Path) -> None:

@@ -1,0 +1,93 @@
+r"""What a vehicle file declares beside the tyres' torque: gear, return torque, damping, growth.
+
+Each is a torque C(t) of the mean wheel [N m] that is as declared at a share of 1 and known to a
+tolerance of it. A recording that is fitted has all of them as declared taken off, so that a fit adds
+
+    sum_j (share_j - 1) C_j(t)
+
+with every share a parameter of the recording, as a zero is. The gear's friction turns over by its
+presliding [Dahl 1968] along the angle; the others are those of `symbolic.vehicle.steering`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.reading.adjusting import at_samples
+from identification.reading.recordings import Recording
+from symbolic.parameters import EVEN
+from symbolic.vehicle.kingpin import growth_of
+from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of
+from symbolic.vehicle.steering import jacking, lock_angle
+
+Array = NDArray[np.float64]
+JACKING, GROWTH = 0.08, 0.5
+"""Standard deviation of the return torque and of the torque's growth towards the locks as shares of
+them [1]: angles of the kingpin within 1 deg, and the nose that gives way."""
+SLACK = 2e-4
+"""Play of the angle's noise, either way [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class DeclaredTorque:
+    """A torque as declared, shape (n,) [N m], and its tolerance as a share of it [1]."""
+
+    torque: Array
+    tolerance: float
+
+
+def declared_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
+    """By name of the share, what the vehicle of a recording declares; nothing for a wheel on a rig."""
+    if (car := recording.standstills) is None:
+        return {}
+    vehicle, psi, tolerances = car.vehicle, recording.psi, car.vehicle.tolerances
+    growth = growth_of(vehicle, brakes=car.brakes[0]).torque * np.sin(psi) ** 2
+    measured = np.nan_to_num(recording.M_z)
+    declared = {
+        "gear_share": (_gear(recording), tolerances.gear_friction),
+        "return_share": (-jacking(vehicle, psi) / (1 + growth), JACKING / EVEN),
+        "damping_share": (-vehicle.damping * recording.psi_dot, tolerances.damping),
+        "growth_share": (growth * measured, GROWTH / EVEN),
+    }
+    return {n: DeclaredTorque(c, tol) for n, (c, tol) in declared.items() if tol > 0 and np.any(c)}
+
+
+def without_gear(recording: Recording) -> tuple[Recording, str]:
+    """The standstill of a car in which it was steered farthest, its gear's declared friction taken off.
+
+    Returns:
+        The recording, and a note where it has other standstills; a wheel on a rig as it is.
+    """
+    if (car := recording.standstills) is None:
+        return recording, ""
+    numbers = np.unique(car.stretch[car.stretch >= 0])
+    number = max(numbers, key=lambda n: float(np.ptp(recording.psi[car.stretch == n])))
+    rig, tyre = rig_of(car.vehicle, brakes=(brakes := car.brakes[number]))
+    own = replace(recording, rig=rig, tyre=tyre, standstills=replace(car, brakes=(brakes,)))
+    stood = at_samples(own, np.flatnonzero(car.stretch == number))
+    note = (
+        f"{recording.name}: of {numbers.size} standstills that from {stood.t[0]:.6g} to"
+        f" {stood.t[-1]:.6g} s, in which it was steered farthest, is diagnosed"
+    )
+    return replace(stood, M_z=stood.M_z - _gear(stood)), note * (numbers.size > 1)
+
+
+def _gear(recording: Recording) -> Array:
+    """Torque of the gear's dry friction as declared [N m]."""
+    car = recording.standstills
+    if car is None:
+        return np.zeros_like(recording.psi)
+    vehicle, psi = car.vehicle, recording.psi
+    presliding = vehicle.presliding / vehicle.steering_arm
+    angle, slip, slips = float(psi[0]), 0.0, []
+    for now in psi.tolist():
+        before, angle = angle, max(now - SLACK, min(now + SLACK, angle))
+        side = 1.0 if angle >= before else -1.0
+        slip = side - (side - slip) * np.exp(-abs(angle - before) / presliding)
+        slips.append(slip)
+    at_lock = lever_growth_at_lock(vehicle, brakes=car.brakes[0]) / lock_angle(vehicle) ** 2
+    level = vehicle.steering_arm / 2 * vehicle.gear_friction / (1 + at_lock * psi**2)
+    level = level + vehicle.gear_load_share * np.abs(np.nan_to_num(recording.M_z))
+    return np.asarray(-level * np.array(slips))
