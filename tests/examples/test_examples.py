@@ -7,8 +7,10 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from identification import read_recording, read_signals, read_vehicle
 from observers.embedded.fmu import is_host
 from symbolic import compiler
 from tests.examples.running import EXAMPLES, NUMBER, execute, printed_by
@@ -425,3 +427,16 @@ def test_a_drive_off_by_the_estimate_slips_as_one_by_the_truth(tmp_path: Path) -
         assert own_time == pytest.approx(time, rel=0.1), ground
         assert found == pytest.approx(mu, rel=0.1), ground
     assert float(rows["snow"][3]) > 5 > 0.1 > float(rows["snow"][7])
+
+
+@pytest.mark.long
+def test_logs_of_a_car_to_try(tmp_path: Path) -> None:
+    pytest.importorskip("can", reason="needs brushgrip[can]")
+    assert execute("car_log.py", tmp_path, "logs").out.count("on mu = 0.8") == 3
+    vehicle = read_vehicle(tmp_path / "logs" / "car.toml")
+    signals = read_signals(tmp_path / "logs" / "car.toml")
+    log = read_recording(tmp_path / "logs" / "one.blf", vehicle=vehicle, signals=signals)
+
+    assert log.standstills is not None
+    assert log.standstills.brakes == (True,)
+    assert 350 < np.ptp(log.M_z) < 550
