@@ -43,7 +43,7 @@ CLEAR = ("strong", "ambiguous")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class CarOutcome:
     """What was named of one car, and clearly so; what was clearly named beside it."""
 
     named: bool
@@ -83,7 +83,7 @@ def write_drives(folder: Path, kind: str, seed: int) -> None:
         write_recording(folder / f"{name}.csv", seen, "handwheel" if by_hand else "rack")
 
 
-def judge(folder: Path, kind: str) -> Outcome:
+def judge(folder: Path, kind: str) -> CarOutcome:
     """Diagnose the recordings of a car."""
     vehicle = read_vehicle(folder / "car.toml")
     recordings = [read_recording(folder / f"{name}.csv", vehicle=vehicle) for name in DRIVES]
@@ -91,7 +91,7 @@ def judge(folder: Path, kind: str) -> Outcome:
     wanted = PLANTED[kind]
     own = [e for e in diagnosis.effects if wanted in (e.name, *e.indistinguishable_from)]
     clear = [e for e in diagnosis.effects if e.grade in CLEAR]
-    return Outcome(
+    return CarOutcome(
         named=bool(own),
         clearly=any(e.grade in CLEAR for e in own),
         too_many=sum(e not in own for e in clear),
@@ -107,7 +107,7 @@ def main() -> None:
     parser.add_argument("--kinds", nargs="+", choices=list(PLANTED), default=list(PLANTED))
     parser.add_argument("--keep", type=Path, help="folder in which the drives stay")
     given = parser.parse_args()
-    outcomes: dict[str, list[Outcome]] = {kind: [] for kind in given.kinds}
+    outcomes: dict[str, list[CarOutcome]] = {kind: [] for kind in given.kinds}
     with tempfile.TemporaryDirectory() as name:
         for seed in range(given.seed, given.seed + given.cars):
             for kind in given.kinds:

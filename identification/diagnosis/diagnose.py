@@ -98,8 +98,7 @@ def diagnose(
         proposals = _proposals(steps, runner, criteria, report)
     report("correlating the residual with signals", 0, 1)
     result = build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
-    of_car = any(recording.standstills for recording in recordings)
-    return replace(result, notes=(*notes, *result.notes), of_car=of_car)
+    return replace(result, notes=(*notes, *result.notes), of_car=bool(recordings[0].standstills))
 
 
 def _prepared(
