@@ -1,11 +1,13 @@
 """What does a faulty input do to an estimate? Faults by name, on the rig, with default tuning.
 
     python benchmarks/faults.py --seeds 5
+    python benchmarks/faults.py --only torque --k 0.05
 
 Each fault at mu = 0.05, 0.3, 0.8 and 1.5, for 5 s and 14 s, on an otherwise exact rig, and once more
 with k, half-length and load drawn from the tolerances that count where none is declared. Counted are
 runs in which more than 1 % of the samples are usable and beyond three deviations. A load that is off by
-a factor is friction off by that factor: below what any ground holds, nothing tells them apart.
+a factor is friction off by that factor: below what any ground holds, nothing tells them apart. With
+--k, k is declared with this tolerance, and drawn within it.
 """
 
 import argparse
@@ -24,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.ice import OFF
 from observers import Ekf, Mhe, Status, run
 from reference_rig import RigTyre, free_path, make_recording, simulate_bristles
-from symbolic import Model, Rig
+from symbolic import Model, Rig, Tolerances
 
 Inputs = Mapping[str, Any]
 """psi [rad], F_N [N], M_z [N m], (n,); a [m] and k [N/m^2] of the rig file."""
@@ -176,18 +178,19 @@ INVISIBLE = {f"load × {f:g}" for f in (0.5, 0.8, 0.9, 1.1, 1.25, 2, 4.448)}
 """Faults that are a friction off by a factor."""
 
 
-def outcome(task: tuple[str, str, float, float, int, bool]) -> tuple[bool, float, int]:
+def outcome(task: tuple[str, float, str, float, float, int, bool]) -> tuple[bool, float, int]:
     """Whether a run is usable and wrong, its share of usable samples, and its flags at the end."""
-    kind, name, mu, duration, seed, is_drawn = task
+    kind, tolerance, name, mu, duration, seed, is_drawn = task
     off = np.random.default_rng([seed, 4]).uniform(-1, 1, 3) * is_drawn
-    tyre = RigTyre(a=0.045 + OFF["a"] * off[0], e=0.009, k=2.4e6 * (1 + OFF["k"] * off[1]), mu=mu)
+    tyre = RigTyre(a=0.045 + OFF["a"] * off[0], e=0.009, k=2.4e6 * (1 + tolerance * off[1]), mu=mu)
     made = make_recording(
         seed, a=tyre.a, e=tyre.e, k=tyre.k, mu=mu, load=400.0, duration=duration, bristles=500
     )
     F_N = made.F_N * (1 + OFF["load"] * off[2])
     given = {"psi": made.psi, "F_N": F_N, "M_z": made.M_z, "a": 0.045, "k": 2.4e6, "tyre": tyre}
     inputs = FAULTS[name](given, np.random.default_rng([seed, 3]))
-    observer = KINDS[kind](model=Model(), values={"k": inputs["k"]}, rig=Rig(a=inputs["a"], e=0.009))
+    rig = Rig(a=inputs["a"], e=0.009, tolerances=Tolerances(k=tolerance * inputs["k"]))
+    observer = KINDS[kind](model=Model(), values={"k": inputs["k"]}, rig=rig)
     estimates = run(observer, made.t, inputs["psi"], inputs["F_N"], inputs["M_z"])
     wrong = estimates.usable & (np.abs(estimates.mu - mu) > 3 * estimates.mu_std)
     flags = 0
@@ -201,6 +204,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--observer", choices=list(KINDS), default="ekf")
+    parser.add_argument("--only", default="", help="faults whose name has this in it")
+    parser.add_argument("--k", type=float, default=OFF["k"], help="tolerance of k, as a share of it")
     options = parser.parse_args()
     runs = list(product(FRICTIONS, DURATIONS, range(FIRST_SEED, FIRST_SEED + options.seeds)))
     print(
@@ -208,8 +213,8 @@ def main() -> None:
         " flags in most runs | |\n|---|---:|---:|---:|---:|---|---|"
     )
     with ProcessPoolExecutor() as pool:
-        for name in FAULTS:
-            tasks = [(options.observer, name, *one) for one in runs]
+        for name in (name for name in FAULTS if options.only in name):
+            tasks = [(options.observer, options.k, name, *one) for one in runs]
             exact, drawn = (
                 list(pool.map(outcome, [(*task, is_drawn) for task in tasks], chunksize=4))
                 for is_drawn in (False, True)

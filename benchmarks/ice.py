@@ -26,7 +26,11 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.bands_on_rig import true_friction
-from observers import PROFILES, Ekf, Estimates, Mhe, SteeringTorque, run
+from observers import PROFILES, Ekf, Estimates, Mhe, SteeringTorque, Tuning, run
+from observers.measurement.measurement_model import GAIN_SHARE
+from observers.quality.acquisition import GAIN_FREE
+from observers.quality.tolerances import with_tolerances
+from observers.tuning import REFERENCE_STEP
 from reference_rig import (
     Hand,
     RigTyre,
@@ -41,12 +45,14 @@ from symbolic import Model, Rig, effects_named
 BANDS = ((0.02, 0.05), (0.05, 0.1), (0.1, 0.3), (0.3, 1.0), (1.0, 2.0))
 """Bands of mu, drawn in turn [1]."""
 RIG, K = Rig(a=0.045, e=0.009, J_A=Wheel().J_A, b_t=Wheel().b_t), 2.4e6
-OFF = {"a": 0.002, "load": 0.02, "k": 0.2, "zero": 0.03}
-"""How far off half-length [m], load and k [1], and the zero over 3/8 F_N a [1] may be."""
+OFF = {"a": 0.002, "load": 0.02, "k": 0.2, "zero": 0.03, "e": 0.002}
+"""How far off half-length and caster [m], load and k [1], and the zero over 3/8 F_N a [1] may be."""
 EFFECTS = (
     "rate_friction", "carcass_torsion", "patch_width", "pressure_shape", "stribeck",
     "viscoelastic_relaxation", "asymmetric_friction",
 )  # fmt: skip
+SHORTEST = 1e-9
+"""Turn that counts as none [rad]."""
 FIRST_SEED = 100_000
 """Seeds below 10,000 were used to choose constants."""
 TRAVEL = 0.3
@@ -56,12 +62,13 @@ KINDS = {"ekf": Ekf, "mhe": Mhe}
 
 @dataclass(frozen=True, kw_only=True)
 class IceCase:
-    """What is run: observer, torque, tuning, and effects (none, declared, found)."""
+    """What is run: observer, torque, tuning, effects (none, declared, found); all errors stated."""
 
     observer: str = "ekf"
     torque: str = "M_z"
     tuning: str = "real_tyre"
     effects: str = "none"
+    stated: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +89,11 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
     case, seed = task
     rng = np.random.default_rng([seed, 777])
     mu = float(np.exp(rng.uniform(*np.log(BANDS[seed % len(BANDS)]))))
-    tyre = RigTyre(a=RIG.a + _even(rng, "a"), e=RIG.e, k=K * (1 + _even(rng, "k")), mu=mu)
+    a, k = RIG.a + _even(rng, "a"), K * (1 + _even(rng, "k"))
+    late = np.random.default_rng([seed, 778])
+    gain = 1 + case.stated * _gain_error(late, k)
+    k /= gain
+    tyre = RigTyre(a=a, e=RIG.e + case.stated * _even(late, "e"), k=k, mu=mu)
     load, duration = float(rng.uniform(250, 600)), float(rng.uniform(4, 15))
     factor, zero = 1 + _even(rng, "load"), _even(rng, "zero") * 0.375 * load * RIG.a
     pace = float(np.exp(rng.uniform(*np.log([0.1, 0.35]))))
@@ -115,9 +126,35 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
             bristles=600,
         )
         columns = {"M_z": made.M_z + zero}
+        if case.stated:
+            columns["M_z"] = _stated(late, gain * made.M_z, made.psi, load, PROFILES[case.tuning]) + zero
     observer = KINDS[case.observer](model=model, values=values, rig=RIG, **settings)
     estimates = run(observer, made.t, made.psi, made.F_N * factor, **columns)
     return _judged(estimates, made.psi, truth, mu)
+
+
+def _gain_error(rng: np.random.Generator, k: float) -> float:
+    """How far off the torque's gain is [1], as an observer reckons with where k seems off."""
+    std = with_tolerances(Tuning(), RIG, K).stiffness_std
+    return GAIN_SHARE * max(0.0, abs(k / K - 1) - GAIN_FREE * std) * float(rng.standard_normal())
+
+
+def _stated(rng: np.random.Generator, M_z: Any, psi: Any, load: float, tuning: Tuning) -> Any:
+    """The torque [N m] with the errors that the tuning states: of the model, noise, and the zero's walk.
+
+    The model's error is a share of the torque and follows the turn of the wheel: an autoregression of
+    which `error_travel` is worth one independent sample.
+    """
+    slide = 0.375 * load * RIG.a
+    white = rng.standard_normal((3, psi.size))
+    turned = np.abs(np.diff(psi, prepend=psi[0]))
+    kept = np.exp(-2 * turned / max(tuning.error_travel, SHORTEST))
+    error = white[0]
+    for i in range(1, error.size):
+        error[i] = kept[i] * error[i - 1] + np.sqrt(1 - kept[i] ** 2) * error[i]
+    share = tuning.error if tuning.error_travel > 0 else 0.0
+    walk = tuning.zero_walk * np.sqrt(REFERENCE_STEP) * np.cumsum(white[2])
+    return M_z * (1 + share * error) + slide * (tuning.noise * white[1] + walk)
 
 
 def _even(rng: np.random.Generator, name: str) -> float:
@@ -167,11 +204,13 @@ def main() -> None:
     parser.add_argument("--torque", choices=["M_z", "M"], default="M_z")
     parser.add_argument("--tuning", choices=list(PROFILES), default="real_tyre")
     parser.add_argument("--effects", choices=["none", "declared", "found"], default="none")
+    parser.add_argument("--stated", action="store_true", help="draw all errors that the tuning states")
     parser.add_argument("--all", action="store_true", help="every observer, torque, tuning and effect")
     options = parser.parse_args()
     one = IceCase(
-        observer=options.observer, torque=options.torque, tuning=options.tuning, effects=options.effects
-    )
+        observer=options.observer, torque=options.torque, tuning=options.tuning,
+        effects=options.effects, stated=options.stated,
+    )  # fmt: skip
     cases = [one]
     if options.all:
         every = product(KINDS, ("M_z", "M"), PROFILES)

@@ -56,14 +56,14 @@ FORGIVING = 10.0
 OWN = (
     *("acquiring", "phase", "scale", "excess", "F_N", "F_N_first"),
     *("squares", "weight", "doubt", "again", "streak", "lost", "predicted", "predicted_before"),
-    "confirmed",
+    *("confirmed", "lasting"),
 )
 """Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by [1];
 what s adds to the relative deviation of mu [1]; last load and the first one [N]; sum of the squares of
 the innovations, and that of their weights; independent samples that were not explained; 1 after a change
 of the ground; torques in a row, computed from the steering torque, that friction does not explain, and 1
 where friction is acquired anew; the torques predicted at the last two of them [N m]; 1 once the model
-has explained the torque since the handover."""
+has explained the torque since the handover; innovation less its noise, smoothed [N m]."""
 HANDED_STATES = ("log_mu", "M_0", "gear")
 """States that are handed over."""
 HANDOVER = tuple(f"{name}{part}" for name in HANDED_STATES for part in ("", "_variance"))
@@ -192,7 +192,7 @@ def build_conclusion(
         "phase": ca.if_else(own["phase"] == 1, 0, inputs["counted"]),
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
         "excess": gain_share * ca.fmax(0, excess),
-        **dict.fromkeys(("squares", "weight", "streak", "confirmed"), 0),
+        **dict.fromkeys(("squares", "weight", "streak", "confirmed", "lasting"), 0),
         "doubt": doubted(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
     }
     after["lost"] = after["doubt"] > HOPELESS
@@ -265,7 +265,7 @@ def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
     """Inputs of a sample of the supervision, while friction is acquired and afterwards."""
     return symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT),
-        psi=1, M_z=1, added=1, tyre=3, limits=len(LIMITS), **dry_size(gear),
+        psi=1, M_z=1, dt=1, added=1, tyre=3, limits=len(LIMITS), **dry_size(gear),
     )  # fmt: skip
 
 
@@ -278,7 +278,7 @@ def build_acquiring(
     Inputs of `supervision_symbols` -> (search, verdict, own, handover, output).
     """
     inputs = supervision_symbols(gear)
-    search, verdict, own, output, psi, M_z, added, tyre, limits, *dry = inputs.values()
+    search, verdict, own, output, psi, M_z, _, added, tyre, limits, *dry = inputs.values()
     numbers = named(OWN, own)
     search, verdict, share, counted = build_search(gear)(
         search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits, *dry

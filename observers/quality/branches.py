@@ -205,15 +205,32 @@ def build_sensitivity() -> ca.Function:
     0 in full stick, 1 in full slide.
     """
     inputs = symbols(ca.SX, turn=1, log_ratio=1, F_N=1, tyre=3)
-    turn, log_ratio, F_N, tyre = inputs.values()
-    k, a, e = ca.vertsplit(tyre)
+    moment, by_mu = _moment(*inputs.values())
+    outputs = {"share": ca.fmin(ca.fmax(by_mu / moment, LEAST_SENSITIVITY), 1)}
+    return named_function("sensitivity", inputs, outputs, cse=True)
+
+
+def stiffness_slope(
+    turn: Expression, log_ratio: Expression, F_N: Expression, tyre: Expression
+) -> Expression:
+    """Derivative by ln k of a branch's torque [N m], whose turn is twice that of a virgin one [rad].
+
+    As the torque is homogeneous in (mu, k), it is what mu leaves.
+    """
+    moment, by_mu = _moment(turn, log_ratio, F_N, tyre)
+    return 2 * tyre[0] * turn * (moment - by_mu)
+
+
+def _moment(
+    turn: Expression, log_ratio: Expression, F_N: Expression, tyre: Expression
+) -> tuple[Expression, Expression]:
+    """Torque of a virgin turn over k and turn [m^3], and its derivative by ln mu."""
+    k, a, e = named(("k", "a", "e"), tyre).values()
     slope = full_slide_level(F_N, a) * ca.exp(log_ratio) / k
     z = ca.fmin(slope / ca.fmax(turn, SHORTEST), FAR)
     # As z is proportional to mu.
     beyond, by_z = ca.vertsplit(moment_of_corner(z, a, e))
-    share = -z * by_z / (unit_moment(0, a, e) - beyond)
-    outputs = {"share": ca.fmin(ca.fmax(share, LEAST_SENSITIVITY), 1)}
-    return named_function("sensitivity", inputs, outputs, cse=True)
+    return unit_moment(0, a, e) - beyond, -z * by_z
 
 
 def sliding_turn(mu: Expression, F_N: Expression, tyre: Expression) -> Expression:

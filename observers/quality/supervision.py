@@ -22,7 +22,6 @@ import casadi as ca
 from observers.layout import (
     Expression,
     Layout,
-    Parts,
     named,
     symbols,
     symbols_like,
@@ -49,7 +48,6 @@ from observers.quality.hypotheses import (
     LIMITS,
     RESTART_STD,
     VAGUE,
-    build_error,
     build_restart,
     build_start,
     limits_of,
@@ -58,15 +56,20 @@ from observers.quality.hypotheses import (
 from observers.quality.innovation_monitor import LARGEST, LEAST_SAMPLES, WINDOW
 from observers.quality.plausibility import GREATEST_FRICTION
 from observers.quality.screening import has_flag, with_flag
+from observers.quality.torque_innovation import (
+    IN_A_ROW,
+    innovation_of,
+    lasting_innovation,
+    torques_beyond,
+    variance_by_k,
+)
 from observers.quality.verdict import VERDICT
 from observers.tuning import TUNING_FIELDS
 from symbolic import full_slide_torque
 from symbolic.functions import named_function
 
-BEYOND, IN_A_ROW = 8.0, 5
-"""Deviations by which a torque computed from the steering torque differs from the predicted one, and so
-often in a row, if the ground has changed: the estimator's measurement is the angle there, which a torque
-moves little."""
+LASTING_DOUBT = 3.0
+"""Independent samples not explained that such an innovation counts as [1]."""
 MOST_ZERO = 3.0
 """Deviations of the torque's zero before the first sample within which it stays [1]."""
 CONFIRMS = 0.5
@@ -75,6 +78,8 @@ AFTERWARDS = 4.0
 """Independent samples not explained that a new acquisition begins with at most."""
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
+SMALLEST = 1e-12
+"""Least square of an innovation that something is divided by [N^2 m^2]."""
 SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 """Outputs that are proportional to the torque."""
 
@@ -110,35 +115,43 @@ def _spread(measurement_model: MeasurementModel) -> tuple[float, ...]:
 
 
 @cache
-def build_tracking(*, is_computed: bool) -> ca.Function:
+def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
     """A sample while the estimator tracks.
 
-    (own, verdict, output, share, M_z, added, tyre, limits) -> (own, output): the output in
-    torques as they were measured, and the consistency of the innovations by branches.
+    (own, verdict, output, share, turn, dt, M_z, added, tyre, limits) -> (own, output): the output in
+    torques as they were measured, and the consistency by branches; turn is the present one's [rad].
 
     Args:
+        patch: the declared patch that stands for the model.
         is_computed: M_z is computed from the steering torque, and compared with the predicted one.
+        gear: there is a steering gear, whose friction and return torque last too.
     """
     inputs = symbols(
-        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, M_z=1, added=1,
-        tyre=3, limits=len(LIMITS),
+        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, turn=1, dt=1,
+        M_z=1, added=1, tyre=3, limits=len(LIMITS),
     )  # fmt: skip
     own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
     limits = named(LIMITS, inputs["limits"])
     known = output["nis"] < SENSIBLE
     share = ca.if_else(known, inputs["share"], 0)
     older = retained(share, WINDOW)
-    squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(output["nis"], LARGEST), 0)
+    nis, by_k, lasts = output["nis"], ca.SX(0), ca.SX(0)
+    if patch.misfit > 0 and not is_computed:
+        by_k = variance_by_k(inputs, own, output, patch)
+        square = ca.fmax(innovation_of(inputs, own, output) ** 2, SMALLEST)
+        nis = nis * square / (square + by_k * nis)
+    if not (is_computed or gear):
+        own["lasting"], lasts = lasting_innovation(inputs, own, output, by_k)
+    squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, LARGEST), 0)
     weight = older * own["weight"] + share
-    too_much = ca.logic_and(weight >= LEAST_SAMPLES, squares > EXCESS * limits["explained"] * weight)
+    much = squares > EXCESS * limits["explained"] * weight
+    too_much = ca.logic_or(ca.logic_and(weight >= LEAST_SAMPLES, much), lasts)
     if is_computed:
-        zero = named(VERDICT, inputs["verdict"])["zero"]
-        own |= _torques_beyond(
-            inputs, own, output["M_z_predicted"] * own["scale"] + zero, limits["error"]
-        )
+        predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
+        own |= torques_beyond(inputs, own, predicted, limits["error"])
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
-    doubt = doubted(own["doubt"], share, wrong)
+    doubt = ca.fmax(doubted(own["doubt"], share, wrong), LASTING_DOUBT * lasts)
     results = {name: output[name] * own["scale"] for name in SCALED}
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
     grown = ca.sqrt((output["mu_std"] / output["mu"]) ** 2 + own["excess"] ** 2)
@@ -164,36 +177,20 @@ def build_tracking(*, is_computed: bool) -> ca.Function:
     return named_function("follow_output", inputs, outputs, cse=True)
 
 
-def _torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Parts:
-    """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`.
-
-    A torque is of the time between the last two that were computed, so that it is held against the range
-    of the predictions since.
-    """
-    known, before = is_known(inputs["M_z"]), (own["predicted"], own["predicted_before"])
-    M_z = ca.if_else(known, inputs["M_z"], predicted)
-    low, high = (limit(predicted, limit(*before)) for limit in (ca.fmin, ca.fmax))
-    away = ca.fmax(ca.fmax(M_z - high, low - M_z), 0)
-    reach = ca.fmax(ca.fabs(M_z), ca.fabs(predicted))
-    a = inputs["tyre"][1]
-    _, variance, _ = build_error()(M_z, own["F_N"], a, inputs["added"], reach, 1, error)
-    streak = ca.if_else(away**2 > BEYOND**2 * variance, own["streak"] + 1, 0)
-    after = {"streak": streak, "predicted": predicted, "predicted_before": own["predicted"]}
-    return {name: ca.if_else(known, value, own[name]) for name, value in after.items()}
-
-
 @cache
-def build_following(*, is_computed: bool, gear: bool) -> ca.Function:
+def build_following(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
     """A sample while the estimator tracks, with inputs and outputs as of `build_acquiring`."""
     inputs = supervision_symbols(gear)
-    search, verdict, own, output, psi, M_z, added, tyre, limits = list(inputs.values())[:9]
+    search, verdict, own, output, psi, M_z, dt, added, tyre, limits = list(inputs.values())[:10]
     parts = search_layout(gear).split(search)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
     least = CONFIRMS * sliding_turn(named(OUTPUT, output)["mu"], named(OWN, own)["F_N"], tyre)
     track, share = build_turn()(parts["track"], at, named(LIMITS, limits)["psi_noise"], least, known)
-    track_output = build_tracking(is_computed=is_computed)
-    own, result = track_output(own, verdict, output, share, M_z, added, tyre, limits)
+    path = named(TRACK, track)
+    turn = ca.fabs(path["extreme"] - path["origin"])
+    track_output = build_tracking(patch, is_computed=is_computed, gear=gear)
+    own, result = track_output(own, verdict, output, share, turn, dt, M_z, added, tyre, limits)
     search = search_layout(gear).join({**parts, "track": track})
     nothing = ca.MX(ca.DM.zeros(len(HANDOVER)))
     return ca.Function("follow", [*inputs.values()], [search, verdict, own, nothing, result])
@@ -248,8 +245,8 @@ def build_supervised_step(
     own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
     search, verdict, own_next, handover, output = _either(measurement_model, patch)(
-        own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, added, tyre,
-        limits, *([newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []),
+        own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, now["dt"],
+        added, tyre, limits, *([newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []),
     )  # fmt: skip
     handed = hand_over(parts, measurement_model.states, after, named(HANDOVER, handover))
     after = ca.if_else(own["acquiring"], handed, after)
@@ -269,7 +266,7 @@ def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.F
         patch, is_scaled=bool(measurement_model.scaled), gear=gear,
         gain_share=measurement_model.gain_share,
     )  # fmt: skip
-    follow = build_following(is_computed=bool(measurement_model.torque_state), gear=gear)
+    follow = build_following(patch, is_computed=bool(measurement_model.torque_state), gear=gear)
     return ca.Function.if_else("supervise", acquire, follow)
 
 

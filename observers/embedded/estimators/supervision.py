@@ -30,6 +30,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     if not observer.acquire:
         return []
     gear = supervision.has_gear(observer.measurement_model)
+    patch = equivalent_patch(observer.model, observer.values, observer.rig)
     functions = [
         without_outputs(branches.build_track(), {"turns"}).expand("follow_turns", {"cse": True}),
         branches.build_turn(),
@@ -37,9 +38,11 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         _edge(observer, constants.tunable == "all"),
         hypotheses.build_hypothesis(gear),
         hypotheses.build_error(),
-        supervision.build_tracking(is_computed=bool(observer.measurement_model.torque_state)),
+        supervision.build_tracking(
+            patch, is_computed=bool(observer.measurement_model.torque_state), gear=gear
+        ),
         acquisition.build_conclusion(
-            equivalent_patch(observer.model, observer.values, observer.rig),
+            patch,
             is_scaled=bool(observer.measurement_model.scaled),
             gear=gear,
             gain_share=observer.measurement_model.gain_share,

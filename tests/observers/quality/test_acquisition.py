@@ -39,7 +39,7 @@ from reference_rig import (
     make_recording,
     make_steering_recording,
 )
-from symbolic import Model, Rig, Tolerances
+from symbolic import Model, Rig, Tolerances, effects_named, simulate
 from tests.observers.conftest import RIG, K
 
 Array = NDArray[np.float64]
@@ -306,3 +306,51 @@ def test_a_parked_wheel_is_not_suspected() -> None:
     estimates = run(ekf, np.arange(n) * 0.01, psi, np.full(n, 400.0), 0.03 * rng.standard_normal(n))
     assert not (estimates.status & Status.SUSPECT).any()
     assert not estimates.usable.any()
+
+
+def test_a_scale_of_the_torque_is_one_of_friction_and_stiffness() -> None:
+    """As s M(mu, k) = M(s mu, s k), and mu F_N alone enters, no observer can tell these apart."""
+    signals = np.vstack([path(), np.zeros_like(path()), np.full(path().size, 400.0)])
+    signals = np.vstack([signals, np.full(path().size, 0.01)])
+
+    def torque(mu: float, k: float, load: float = 400.0) -> Array:
+        signals[2] = load
+        theta = Model().theta({"mu": mu, "k": k}).full().ravel()
+        return np.asarray(simulate(Model(), signals, theta, np.array([0.045, 0.009])).M_z)
+
+    for scale in (0.67, 0.8, 1.25):
+        np.testing.assert_allclose(scale * torque(0.7, K), torque(0.7 * scale, K * scale), rtol=1e-12)
+        np.testing.assert_allclose(torque(0.7, K), torque(0.7 / scale, K, 400 * scale), rtol=1e-12)
+
+
+@pytest.mark.parametrize("fault", ["drifts", pytest.param("rolls", marks=pytest.mark.long)])
+def test_a_torque_that_depends_on_time_is_no_friction(fault: str) -> None:
+    """On ice the noise of a sample hides it; smoothed, it is more than the model's error."""
+    made = make_recording(5001, mu=0.05, a=0.045, k=K, load=400.0, duration=5.0, bristles=500)
+    M_z = made.M_z + 0.1 * made.t
+    if fault == "rolls":
+        kept, M_z = float(np.exp(-0.01 / 0.3)), np.zeros(made.M_z.size)
+        for i in range(1, M_z.size):
+            M_z[i] = kept * M_z[i - 1] + made.M_z[i] - made.M_z[i - 1]
+    estimates = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, M_z)
+
+    wrong = estimates.usable & (np.abs(estimates.mu - 0.05) > 3 * estimates.mu_std)
+    assert np.mean(wrong) < 0.01
+    assert (estimates.status & Status.INCONSISTENT != 0).any()
+
+
+@pytest.mark.parametrize("off", [0.8, pytest.param(1.2, marks=pytest.mark.long)])
+def test_the_tolerance_of_k_is_no_error_of_a_model_that_was_found(off: float) -> None:
+    effect = {"rate_friction": {"c": 0.02}}
+    made = make_recording(3, effect, a=0.045, k=off * K, mu=0.9, load=400.0, duration=10.0, bristles=300)
+    observer = Ekf(
+        model=Model(effects=effects_named(["rate_friction"])),
+        values={"k": K, "rate_friction.c": 0.02},
+        rig=RIG,
+        tuning=Tuning(error=0.02, noise=0.005, explained=2.5, error_travel=0.15),
+    )
+    estimates = run(observer, made.t, made.psi, made.F_N, made.M_z)
+
+    assert not (estimates.status & Status.INCONSISTENT).any()
+    assert estimates.usable.mean() > 0.5
+    assert np.abs(estimates.mu - 0.9)[estimates.usable].max() < 0.2

@@ -183,13 +183,13 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
 }
 
 /* A sample while the estimator tracks. */
-static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
+static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} dt, ${real} added, const ${real} *tyre, const ${real} *limits) {
     const ${real} at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
     const ${real} known = is_known(state->output[OUT_NIS]) ? 1.0 : 0.0;
     ${real} track[TRACKS], own[OWNS], share, least;
     sliding(state->output[OUT_MU], state->own[OWN_F_N], tyre, &least);
     turn(state->track, at, limits[LIMIT_PSI_NOISE], ${confirms} * least, known, track, &share);
-    follow_output(state->own, state->verdict, state->output, share, M_z, added, tyre, limits, own, state->result);
+    follow_output(state->own, state->verdict, state->output, share, fabs(track[TRACK_EXTREME] - track[TRACK_ORIGIN]), dt, M_z, added, tyre, limits, own, state->result);
     set_numbers(state->track, track, TRACKS);
     set_numbers(state->own, own, OWNS);
 }
@@ -227,7 +227,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     if (state->own[OWN_ACQUIRING] != 0.0) {
         acquire(state, psi, M_z, added, tyre, limits);
     } else {
-        follow(state, psi, M_z, added, tyre, limits);
+        follow(state, psi, M_z, sample[3], added, tyre, limits);
     }
     return (int32_t)state->result[OUT_STATUS];
 }

@@ -1,0 +1,67 @@
+"""The innovation as a torque: what lasts in it, what k explains, and what is a new ground."""
+
+import casadi as ca
+
+from observers.layout import Expression, Parts, named
+from observers.measurement.torque_error import is_known
+from observers.quality.acquisition import EquivalentPatch
+from observers.quality.branches import stiffness_slope
+from observers.quality.hypotheses import LIMITS, build_error
+
+BEYOND, IN_A_ROW = 8.0, 5
+"""Deviations by which a torque computed from the steering torque differs from the predicted one, and so
+often in a row, if the ground has changed: the estimator's measurement is the angle there, which a torque
+moves little."""
+LASTING, LASTS = 3.0, 0.1
+"""Model errors by which an innovation differs from 0 though it is smoothed over this time [s], if the
+model is wrong: what depends on time rather than on the angle, a zero that drifts or a torque that
+relaxes, is hidden in the noise of a sample and lasts."""
+
+
+def innovation_of(inputs: Parts, own: Parts, output: Parts) -> Expression:
+    """The measured torque less the predicted one [N m], NaN where it is missing."""
+    return inputs["M_z"] - output["M_z_predicted"] * own["scale"]
+
+
+def variance_by_k(inputs: Parts, own: Parts, output: Parts, patch: EquivalentPatch) -> Expression:
+    """Variance of the present branch's torque that the tolerance of k makes [N^2 m^2].
+
+    The torque of the declared model is divided by s: what k is off by is gone. A model that was found
+    keeps its k, and a branch turns back softer or stiffer than it.
+    """
+    std = named(LIMITS, inputs["limits"])["stiffness_std"]
+    log_ratio = ca.log(output["mu"] * patch.friction)
+    by_k = stiffness_slope(inputs["turn"] / 2, log_ratio, own["F_N"], inputs["tyre"])
+    return (std * by_k) ** 2
+
+
+def lasting_innovation(
+    inputs: Parts, own: Parts, output: Parts, by_k: Expression
+) -> tuple[Expression, Expression]:
+    """The smoothed innovation [N m], and whether it is more than the model's stated error explains."""
+    known = is_known(inputs["M_z"])
+    innovation = ca.if_else(known, innovation_of(inputs, own, output), 0)
+    part = ca.if_else(known, ca.fmin(inputs["dt"] / LASTS, 1), 0)
+    lasting = own["lasting"] + part * (innovation - own["lasting"])
+    slide, error = output["M_slide"] * own["scale"], named(LIMITS, inputs["limits"])["error"]
+    a = inputs["tyre"][1]
+    _, variance, _ = build_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
+    return lasting, lasting**2 > LASTING**2 * (variance + by_k)
+
+
+def torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Parts:
+    """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`.
+
+    A torque is of the time between the last two that were computed, so that it is held against the range
+    of the predictions since.
+    """
+    known, before = is_known(inputs["M_z"]), (own["predicted"], own["predicted_before"])
+    M_z = ca.if_else(known, inputs["M_z"], predicted)
+    low, high = (limit(predicted, limit(*before)) for limit in (ca.fmin, ca.fmax))
+    away = ca.fmax(ca.fmax(M_z - high, low - M_z), 0)
+    reach = ca.fmax(ca.fabs(M_z), ca.fabs(predicted))
+    a = inputs["tyre"][1]
+    _, variance, _ = build_error()(M_z, own["F_N"], a, inputs["added"], reach, 1, error)
+    streak = ca.if_else(away**2 > BEYOND**2 * variance, own["streak"] + 1, 0)
+    after = {"streak": streak, "predicted": predicted, "predicted_before": own["predicted"]}
+    return {name: ca.if_else(known, value, own[name]) for name, value in after.items()}
