@@ -120,19 +120,18 @@ def prepared(rig: str, target: float) -> Probe:
     return probe
 
 
-def steered(observer: Ekf, wheel: RigWheel, mu: float, target: float, command: Command) -> Reached:
+def steered(observer: Ekf, wheel: Any, mu: float, target: float, command: Command) -> Reached:
     """A wheel under a command until the target is reached."""
-    loop, angle, travel = Loop(observer), 0.0, 0.0
-    for step in range(int(LONGEST / DT)):
+    loop, angle, travel, t = Loop(observer), 0.0, 0.0, 0.0
+    while t < LONGEST:
         before = wheel.psi
         sample = wheel.follow(angle)
         travel += abs(wheel.psi - before)
         now = loop(sample)
         if now.usable and now.mu_std <= target * now.mu:
-            return Reached(
-                travel=travel, time=step * DT, error=now.mu / mu - 1, predicted=now.mu_std / now.mu
-            )
-        angle, ends = command(step * DT, sample, loop.state)
+            return Reached(travel=travel, time=t, error=now.mu / mu - 1, predicted=now.mu_std / now.mu)
+        angle, ends = command(t, sample, loop.state)
+        t += sample.dt
         if ends:
             break
     return Reached()
@@ -143,7 +142,7 @@ def along(planned: Plan) -> Command:
     path = planned.path
     far = max(np.abs(path.psi).max(), 0.02)
     swing = np.concatenate([path.psi, *[np.linspace(s * far, -s * far, 200) for s in (1, -1) * 4]])
-    return lambda t, *_: (float(swing[min(int(t / DT), swing.size - 1)]), False)
+    return lambda t, *_: (float(swing[min(int(t / path.dt), swing.size - 1)]), False)
 
 
 def led(probe: Probe) -> Command:

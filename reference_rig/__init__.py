@@ -59,6 +59,7 @@ from reference_rig.sensors import (
     quantise,
     sample_instants,
 )
+from reference_rig.steered_car import SteeredCar
 from reference_rig.steered_wheel import SteeredWheel
 from reference_rig.steering import (
     MOTION_STEP,
@@ -135,6 +136,7 @@ __all__ = [
     "RigHistory",
     "RigRecording",
     "RigTyre",
+    "SteeredCar",
     "SteeredMotion",
     "SteeredWheel",
     "SteeringRecording",

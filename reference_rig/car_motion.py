@@ -89,11 +89,11 @@ def simulate_car(
     if by_rack and car.assistance is None:
         raise ValueError("a car without a motor cannot steer by itself")
     ways = path.tolist()
-    state = _start(car, ways[0] if by_rack else ways[0] * car.pinion_radius, grid)
+    state = start_car(car, ways[0] if by_rack else ways[0] * car.pinion_radius, grid)
     rows = []
     previous = ways[0]
     for i, way in enumerate(ways):
-        row = _advance(car, state, way, (way - previous) / step, brake, by_rack, step,
+        row = advance_car(car, state, way, (way - previous) / step, brake, by_rack, step,
                        friction(i * step) if friction else car.mu)  # fmt: skip
         previous = way
         if i % every == 0:
@@ -106,7 +106,7 @@ def simulate_car(
     )
 
 
-def _start(car: Car, rack: float, grid: tuple[int, int]) -> SimpleNamespace:
+def start_car(car: Car, rack: float, grid: tuple[int, int]) -> SimpleNamespace:
     """Everything at rest, no spring stretched."""
     steer = [car.linkage.steer(side, rack) for side in SIDES]
     kingpin = car.kingpin
@@ -127,7 +127,7 @@ def _start(car: Car, rack: float, grid: tuple[int, int]) -> SimpleNamespace:
     )  # fmt: skip
 
 
-def _advance(
+def advance_car(
     car: Car, x: SimpleNamespace, way: float, way_rate: float, brake: bool, by_rack: bool,
     dt: float, mu: tuple[float, float],
 ) -> list[float]:  # fmt: skip

@@ -115,12 +115,13 @@ class Probe:
         self._first: Plan | None = None
         self.reset()
 
-    def prepare(self, F_N: float) -> None:
+    def prepare(self, F_N: float) -> Plan:
         """Compile, and make the first plan for a load [N], what the first sample would wait for: 1 s."""
         self._first = plan(
             self._forecaster.observer, self.target, self.limits, F_N, mus=self.mus, dt=self.dt,
             coarse=True,
         )  # fmt: skip
+        return self._first
 
     def reset(self) -> None:
         """Forget all samples."""
