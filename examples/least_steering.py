@@ -48,8 +48,8 @@ def steer(observer: Ekf, mu: float, command: Callable[[Sample, Loop, float], flo
         now = loop(sample)
         way.travel.append(way.travel[-1] + abs(psi - way.psi[-1]))
         way.psi.append(psi)
-        if now.usable and now.mu_eff_std <= TARGET * now.mu_eff:
-            return way._replace(mu=now.mu_eff)
+        if now.usable and now.mu_std <= TARGET * now.mu:
+            return way._replace(mu=now.mu)
         psi = command(sample, loop, step * DT)
     return way._replace(travel=[*way.travel[:-1], np.inf])
 
@@ -78,7 +78,7 @@ def draw(path: Path, ways: dict[str, tuple[Way, Way]]) -> None:
                 travel.text(way.travel[-1] + 0.01, place + shift, text, va="center", fontsize=8)
         angle.set_xlabel("time t [s]")
         angle.set_ylabel("angle ψ, led by a Probe [rad]")
-        angle.legend(loc="upper left")
+        angle.legend(loc="lower left")
         travel.set_yticks(range(len(ways)), [*ways])
         travel.margins(x=0.2)
         travel.set_xlabel("travel until σ/μ is 5 % [rad]")
