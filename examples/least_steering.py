@@ -48,8 +48,8 @@ def steer(observer: Ekf, mu: float, command: Callable[[Sample, Loop, float], flo
         now = loop(sample)
         way.travel.append(way.travel[-1] + abs(psi - way.psi[-1]))
         way.psi.append(psi)
-        if now.usable and now.mu_std <= TARGET * now.mu:
-            return way._replace(mu=now.mu)
+        if now.usable and now.mu_eff_std <= TARGET * now.mu_eff:
+            return way._replace(mu=now.mu_eff)
         psi = command(sample, loop, step * DT)
     return way._replace(travel=[*way.travel[:-1], np.inf])
 
