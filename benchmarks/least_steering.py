@@ -122,7 +122,7 @@ def prepared(rig: str, target: float) -> Probe:
 
 def steered(observer: Ekf, wheel: Any, mu: float, target: float, command: Command) -> Reached:
     """A wheel under a command until the target is reached."""
-    loop, angle, travel, t = Loop(observer), 0.0, 0.0, 0.0
+    loop, angle, travel, step, t = Loop(observer), 0.0, 0.0, 0, 0.0
     while t < LONGEST:
         before = wheel.psi
         sample = wheel.follow(angle)
@@ -131,7 +131,8 @@ def steered(observer: Ekf, wheel: Any, mu: float, target: float, command: Comman
         if now.usable and now.mu_std <= target * now.mu:
             return Reached(travel=travel, time=t, error=now.mu / mu - 1, predicted=now.mu_std / now.mu)
         angle, ends = command(t, sample, loop.state)
-        t += sample.dt
+        step += 1
+        t = step * sample.dt
         if ends:
             break
     return Reached()
