@@ -58,35 +58,37 @@ def running_fmu() -> Iterator[tuple[FMU2Slave, dict[str, int]]]:
 
 
 def run() -> tuple[float, float, float]:
-    """The rms of the tracking error [rad], the last mu, its standard deviation."""
+    """The rms of the tracking error [rad], the last mu_eff, its standard deviation."""
     t, psi_ref, *_ = loop.reference()
     noise = NOISE * np.random.default_rng(1).standard_normal(t.size)
     plant = control.interconnect(
         [loop.wheel(), loop.controller(compensates=True)],
-        inputs=["noise", "mu", "usable"],
+        inputs=["noise", "mu_eff", "usable"],
         outputs=["angle", "psi", "M"],
         check_unused=False,
     )
     x, error = np.zeros(plant.nstates), np.empty(t.size)
     with running_fmu() as (fmu, at):
-        inputs, outputs = [at["psi"], at["M"], at["F_N"]], [at["mu"], at["mu_std"]]
+        inputs, outputs = [at["psi"], at["M"], at["F_N"]], [at["mu_eff"], at["mu_eff_std"]]
         for n, now in enumerate(t):
-            mu, _ = fmu.getReal(outputs)
+            mu_eff, _ = fmu.getReal(outputs)
             (usable,) = fmu.getBoolean([at["usable"]])
-            given = [noise[n], mu, float(usable)]
+            given = [noise[n], mu_eff if usable else 0.0, float(usable)]
             angle, psi, M = plant.output(now, x, given)
             error[n] = angle - psi_ref[n]
             fmu.setReal(inputs, [psi, M, LOAD])
             fmu.doStep(currentCommunicationPoint=now, communicationStepSize=STEP)
             x = plant.dynamics(now, x, given)
-        mu, mu_std = fmu.getReal(outputs)
-    return float(np.sqrt(np.mean(error**2))), mu, mu_std
+        mu_eff, mu_eff_std = fmu.getReal(outputs)
+    return float(np.sqrt(np.mean(error**2))), mu_eff, mu_eff_std
 
 
 def main() -> None:
     """Track the reference with the FMU's friction, then with the Python observer's."""
-    error, mu, mu_std = run()
-    print(f"mu at the end, by the FMU: {mu:.4f} ± {mu_std:.4f} (the ground has {loop.GROUND})")
+    error, mu_eff, mu_eff_std = run()
+    print(
+        f"mu_eff at the end, by the FMU: {mu_eff:.4f} ± {mu_eff_std:.4f} (the ground has {loop.GROUND})"
+    )
     print(f"control error with the FMU: {1000 * error:.3f} mrad rms")
     in_python, *_ = loop.run()
     print(f"with the observer in Python: {1000 * in_python:.3f} mrad rms")

@@ -5,9 +5,10 @@ Turn a wheel at standstill along a reference, friction compensated by what an ob
 
 The closed loop is python-control's: a wheel with inertia on a contact patch, state feedback by LQR, and
 the observer as one more system. The compensation asks the brush model for the aligning torque of the
-reference on a ground of friction mu. The controller does not know the ground; it guesses mu, or asks the
-observer, who has an encoder and a torque sensor. The wheel stands on the very model that controller and
-observer use: the figures show what knowing mu is worth, not what a wrong model costs.
+reference on a ground of friction mu. The controller does not know the ground; it guesses mu, or acts on
+the mu_eff of an observer, who has an encoder and a torque sensor. The wheel stands on the very model
+that controller and observer use: the figures show what knowing mu is worth, not what a wrong model
+costs.
 """
 
 from functools import cache
@@ -74,7 +75,7 @@ def wheel() -> control.NonlinearIOSystem:
 def controller(compensates: bool) -> control.NonlinearIOSystem:
     """State feedback, and the torque that the reference takes, that against the ground only if asked.
 
-    It acts on mu where that is usable; else on the last that was, and on the guess before.
+    It acts on mu_eff where that is usable; else on the last that was, and on the guess before.
     """
     (_, psi_ref, rate_ref, acceleration_ref), M_z_ref = reference(), reference_torques()
     on_psi, on_rate = gains()
@@ -97,7 +98,7 @@ def controller(compensates: bool) -> control.NonlinearIOSystem:
         return np.array([M - np.interp(mu, MUS, M_z_ref[at]) if compensates else M, mu])
 
     return control.nlsys(
-        update, output, inputs=["psi", "mu", "usable"], outputs=["M_motor", "mu_used"],
+        update, output, inputs=["psi", "mu_eff", "usable"], outputs=["M_motor", "mu_used"],
         states=3, dt=STEP, name="controller",
     )  # fmt: skip
 
@@ -110,7 +111,7 @@ def gains() -> Array:
 
 
 def observer() -> control.NonlinearIOSystem:
-    """What the sensors tell of mu, up to the last sample: the torque of this one is yet to be chosen."""
+    """Friction by the sensors, up to the last sample: the torque of this one is yet to be chosen."""
     ekf = Ekf(
         model=MODEL,
         values={"k": K},
@@ -130,7 +131,7 @@ def run(compensates: bool = True, mu: float | None = None) -> tuple[float, float
         parts.append(observer())
         inputs["F_N"] = np.full(t.size, LOAD)
     else:
-        inputs |= {"mu": np.full(t.size, mu), "usable": np.ones(t.size)}
+        inputs |= {"mu_eff": np.full(t.size, mu), "usable": np.ones(t.size)}
     loop = control.interconnect(
         parts, inputs=list(inputs), outputs=["angle", "mu_used"], check_unused=False
     )
@@ -145,12 +146,12 @@ def main() -> None:
     tries = {
         "friction not compensated": run(compensates=False, mu=GUESS),
         f"compensated, mu guessed as {GUESS:.2f}": run(mu=GUESS),
-        "compensated, mu by the observer": run(),
+        "compensated, mu_eff by the observer": run(),
         f"compensated, mu known as {GROUND:.2f}": run(mu=GROUND),
     }
     for name, (error, after, _) in tries.items():
         print(f"{name}: {1000 * error:.2f} mrad rms, {1000 * after:.2f} after the first second")
-    print(f"the observer's mu at the end: {tries['compensated, mu by the observer'][2]:.3f}")
+    print(f"the observer's mu_eff at the end: {tries['compensated, mu_eff by the observer'][2]:.3f}")
 
 
 if __name__ == "__main__":

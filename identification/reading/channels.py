@@ -2,17 +2,19 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 
 from identification.reading.car_channels import EITHER, guesses_of_steering
+from identification.reading.guessed_units import judged
 from identification.reading.signal_map import (
     FOR_RATIO,
     NO_MAP,
     SignalMap,
     SignalSource,
+    as_option,
     mending_map,
 )
 from identification.reading.table import (
@@ -22,7 +24,7 @@ from identification.reading.table import (
     Array,
     columns_of,
 )
-from identification.reading.units import bare_name, is_unit, unit_at_end, unit_of_name
+from identification.reading.units import bare_name, factor_of, is_unit, unit_at_end, unit_of_name
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt
 
@@ -31,6 +33,7 @@ MOST_NAMES = 20
 """Names of channels that a message lists."""
 _STEERING_WHEEL = re.compile(r"steering.?wheel|hand.?wheel|lenkrad|volant|^(swa|swt|sas)", re.IGNORECASE)
 """Names of a channel that belongs to the steering wheel, not to the wheel about its kingpin."""
+_GEARED = ("psi", "psi_dot", "M_z", "M")
 _USUAL_NAMES = {
     "t": ("time", "zeit", "timestamp", "sec"),
     "psi": ("psi", "angle", "winkel", "steer", "yaw", "lenk"),
@@ -104,7 +107,7 @@ def resolve_columns(
             absent.append(column)
     if absent:
         absent += ["t"] if not file.own_clocks and "t" not in (*full, *absent) else []
-        raise missing_channels(path, absent, file.names, signals)
+        raise missing_channels(path, absent, file.names, signals, file.read)
     return full
 
 
@@ -139,38 +142,72 @@ def resolve(where: str, name: str, names: Sequence[str], *, by_part: bool = True
 
 
 def missing_channels(
-    path: Path, absent: Sequence[str], names: Sequence[str], signals: SignalMap
+    path: Path,
+    absent: Sequence[str],
+    names: Sequence[str],
+    signals: SignalMap,
+    read: Callable[[str], Samples] | None = None,
 ) -> InvalidInputError:
-    """What is missing, what is there, and a map that may mend it."""
+    """What is missing, what is there, and a map that may mend it; see `map_hint`."""
     wanted = ", ".join(
         EITHER.get(c, c) if c not in signals.signals else f"{c} (as {excerpt(signals.of(c).channel)})"
         for c in absent
     )
     plural = "s" * (len(absent) > 1)
-    hint = map_hint(absent, names, signals)
+    hint = map_hint(absent, names, signals, read)
     return InvalidInputError(
         f"{path}: channel{plural} {wanted} missing; there are {_listed(names)}{hint}"
     )
 
 
-def map_hint(absent: Sequence[str], names: Sequence[str], signals: SignalMap = NO_MAP) -> str:
-    """A sentence that proposes a map, a torque in it; names that look alike are filled in."""
+def map_hint(
+    absent: Sequence[str],
+    names: Sequence[str],
+    signals: SignalMap = NO_MAP,
+    read: Callable[[str], Samples] | None = None,
+) -> str:
+    """A sentence that proposes a whole map, a torque in it; names that look alike are filled in.
+
+    Args:
+        absent: columns that are missing.
+        names: of all channels.
+        signals: what is mapped already.
+        read: the samples of a channel, which show units and the torque's sign; None for no samples.
+    """
     if not names:
         return ""
     if {*CAR_COLUMNS} & {*absent}:
         guesses = {c: _source(c, guess) for c, guess in guesses_of_steering(absent, names, signals)}
         given = {c: source for c, source in signals.signals.items() if c not in absent}
         return f"; say which is which, such as {mending_map(given, guesses)}"
-    parts = []
-    for column, guess in _guesses(absent, names, signals):
-        source = _source(column, guess)
-        of_hand = bool(guess and _STEERING_WHEEL.search(source.channel))
-        geared = column in ("psi", "psi_dot", "M_z", "M") and of_hand
-        # The hand turns the wheel, M_z is the moment of the ground on it.
-        turned = replace(source, factor=-1.0) if column == "M_z" and geared else source
-        parts.append(turned.as_geared(column) if geared else source.as_map(column))
-    ratio = FOR_RATIO if any("15*" in part for part in parts) else ""
-    return f"; say which is which, such as --map '{','.join(parts)}'{ratio}"
+    channels = dict(_guesses(absent, names, signals))
+    guessed = {column: _source(column, guess) for column, guess in channels.items()}
+    of_hand = {
+        c
+        for c, s in guessed.items()
+        if c in _GEARED and channels[c] and _STEERING_WHEEL.search(s.channel)
+    }
+    # The hand turns the wheel, M_z is the moment of the ground on it.
+    guessed |= {c: replace(guessed[c], factor=-1.0) for c in of_hand & {"M_z"}}
+    others = {c: signals.of(c) for c in (*COLUMNS, *signals.signals) if c not in channels}
+    channels |= {c: resolve("", s.channel, names) for c, s in others.items()}
+    sources = {c: s for c, s in (others | guessed).items() if channels[c] or c not in others}
+    values, certain = {}, {*signals.signals} - {*guessed}
+    for column, name in channels.items() if read else ():
+        with suppress(InvalidInputError):
+            if name is not None:
+                samples, source = read(name), sources[column]
+                if unit := source.unit or samples.unit or unit_of_name(name):
+                    certain.add(column)
+                factor = source.factor if column in others else 1.0
+                values[column] = samples.values * factor * (factor_of(column, unit) or 1.0)
+    sources, of_hand = judged(sources, values, of_hand, certain)
+    parts = [
+        sources[c].as_geared(c) if c in of_hand else sources[c].as_map(c)
+        for c in sorted(sources, key=[*COLUMNS, *sources].index)
+        if c in of_hand or sources[c] != SignalSource(channel=c)
+    ]
+    return f"; say which is which, such as {as_option(parts)}{FOR_RATIO if of_hand else ''}"
 
 
 def _source(column: str, name: str | None) -> SignalSource:

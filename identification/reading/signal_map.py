@@ -202,8 +202,9 @@ def read_signals(path: str | Path) -> SignalMap:
         InvalidInputError: the file cannot be read, or an entry is none such.
     """
     path = Path(path)
+    content = read_bytes(path, LARGEST_TABLES)
     with naming(path):
-        section = toml_of(read_bytes(path, LARGEST_TABLES)).get(SIGNALS, {})
+        section = toml_of(content).get(SIGNALS, {})
         with naming(f"[{SIGNALS}]"):
             if not isinstance(section, dict):
                 raise InvalidInputError("must be a section")

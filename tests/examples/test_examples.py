@@ -107,7 +107,7 @@ def test_steering_controller(tmp_path: Path) -> None:
         float(error)
         for error in re.findall(rf"rms, {NUMBER} after the first second$", text, flags=re.MULTILINE)
     )
-    (mu,) = re.findall(rf"^the observer's mu at the end: {NUMBER}$", text, flags=re.MULTILINE)
+    (mu,) = re.findall(rf"^the observer's mu_eff at the end: {NUMBER}$", text, flags=re.MULTILINE)
 
     assert observed < 0.2 * min(without, guessed)
     assert observed < 6 * known

@@ -6,9 +6,10 @@ Such lines are ``# a = 0.045 +- 0.0025``, ``# load = 1 +- 0.01`` and ``# ground 
 import csv
 import re
 from array import array
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
+from functools import cache
+from itertools import chain, islice
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,8 @@ from symbolic.tables.rig_tables import NEUTRAL
 
 GROUND = "ground"
 """What a first line calls the ground that the wheel stands on."""
+MOST_GUESSED = 100_000
+"""Samples by which units are guessed."""
 _DECLARATION = re.compile(rf"#\s*({'|'.join((*DECLARABLE, *TOLERANCE_ONLY, GROUND))})\s*=(.*)")
 _TOLERANCE = re.compile(r"(.*?)(?:\+-|\+/-|±)(.*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
@@ -71,7 +74,7 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     rows = _fields(path, start, chain([line], lines), delimiter)
     number, fields = next(rows)
     names = [field.strip() for field in fields]
-    header = _header(path, number, names, needed, signals)
+    header = _header(path, number, names, needed, signals, _reading(path, names, rows, delimiter))
     rows, units = _units(rows, header)
     columns, numbers, faults = _columns(path, header, len(names), rows, Numbers(delimiter))
     by_name = {names[at]: column for column, at in header.items()}
@@ -170,9 +173,14 @@ def _declared_number(path: Path, row: int, name: str, text: str) -> float:
 
 
 def _header(
-    path: Path, row: int, names: Sequence[str], needed: Sequence[str], signals: SignalMap
+    path: Path,
+    row: int,
+    names: Sequence[str],
+    needed: Sequence[str],
+    signals: SignalMap,
+    read: Callable[[str], Samples],
 ) -> Mapping[str, int]:
-    """The index of each column."""
+    """The index of each column; what `read` finds goes into the map that is proposed for others."""
     found = {}
     for column in columns_of(needed):
         wanted = signals.of(column).channel
@@ -188,9 +196,27 @@ def _header(
             f"{path}: row {row}: column{'s' * (len(missing) > 1)} {wanted} missing "
             f"from the header {excerpt(','.join(names))}; expected {','.join(needed)}, "
             f"optional {','.join(c for c in columns_of(needed) if c not in needed)}"
-            f"{map_hint(missing, names, signals)}"
+            f"{map_hint(missing, names, signals, read)}"
         )
     return found
+
+
+def _reading(path: Path, names: Sequence[str], rows: Rows, delimiter: str) -> Callable[[str], Samples]:
+    """What reads a column by its name, all of the rows at the first of them."""
+
+    @cache
+    def content() -> tuple[Mapping[str, np.ndarray], Sequence[str]]:
+        number_of, places = Numbers(delimiter), {name: at for at, name in enumerate(names)}
+        first = list(islice(rows, MOST_GUESSED))
+        units = first[0][1] if first and not any(map(number_of, first[0][1])) else []
+        return _columns(path, places, len(names), iter(first), number_of)[0], units
+
+    def read(name: str) -> Samples:
+        columns, units = content()
+        at = names.index(name)
+        return Samples(values=columns[name], unit=units[at].strip() if at < len(units) else "")
+
+    return read
 
 
 def _columns(

@@ -66,9 +66,14 @@ def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     missing = [name for name in asked if variables[name] not in content]
     if missing:
         absent, expected = (", ".join(variables[name] for name in some) for some in (missing, asked))
+        hint = map_hint(
+            missing,
+            list(content),
+            signals,
+            lambda name: Samples(values=_vector(path, name, _load(path, {name})[name])),
+        )
         raise InvalidInputError(
-            f"{path}: variable{'s' * (len(missing) > 1)} {absent} missing; expected {expected}"
-            f"{map_hint(missing, list(content))}"
+            f"{path}: variable{'s' * (len(missing) > 1)} {absent} missing; expected {expected}{hint}"
         )
     scalars = {name: _scalar(path, name, content[name]) for name in _SCALARS if name in content}
     file = ChannelFile(

@@ -116,11 +116,11 @@ def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path
     path = write(tmp_path / "run.csv", "Zeit [s];Winkel [°];Moment [Nm];Last [kN]", delimiter=";")
     message = refused(read_recording, path, RIG)
     assert "missing from the header 'Zeit [s],Winkel [°],Moment [Nm],Last" in message
-    assert message.endswith("such as --map 't=Zeit,psi=Winkel,M_z=Moment,F_N=Last'")
+    assert message.endswith("such as --map t=Zeit,psi=Winkel,M_z=Moment,F_N=Last")
     require_expected(read_recording(path, RIG, signals="t=Zeit,psi=Winkel,M_z=Moment,F_N=Last"))
     with pytest.raises(InvalidInputError, match="M_z=Moment"):
         read_recording(path, RIG, torque_required=False)
-    with pytest.raises(InvalidInputError, match=r"such as --map 't=Zeit,psi=Winkel,F_N=Last'$"):
+    with pytest.raises(InvalidInputError, match=r"--map t=Zeit,psi=Winkel,F_N=Last,M=Moment$"):
         read_recording(path, RIG, torque_required=False, signals="M=Moment")
 
 
@@ -134,11 +134,27 @@ def test_a_proposal_has_time_units_and_the_steering_ratio(tmp_path: Path) -> Non
     read_recording(path, RIG, signals=message.partition("--map '")[2].partition("'")[0])
 
 
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_proposal_has_units_and_sign_by_the_numbers_of_the_file(sign: int, tmp_path: Path) -> None:
+    path, t = tmp_path / "run.csv", np.linspace(0, 4, 200)
+    psi = 30 * np.sin(2 * t)
+    table = np.column_stack([1e3 * t, psi, -sign * 20 * np.sign(np.cos(2 * t)), 0.4 + 0 * t])
+    np.savetxt(path, table, delimiter=",", header="Time,Angle,Moment,Load", comments="")
+    message = refused(read_recording, path, RIG)
+    option = f"t=Time:ms,psi=Angle:deg,M_z={'-' * (sign < 0)}Moment,F_N=Load:kN"
+    assert message.endswith(f"such as --map {option}")
+    recording = read_recording(path, RIG, signals=option)
+    assert np.sum(recording.M_z[1:] * np.diff(recording.psi)) < 0
+
+
 def test_a_proposal_for_channels_without_clocks_has_the_time(tmp_path: Path) -> None:
     named = ChannelFile(
-        names=["Zeit", "Winkel", "M_z", "F_N"], read=lambda _: Samples(values=np.ones(9))
+        names=["Zeit", "Winkel", "M_z", "F_N"], read=lambda _: Samples(values=np.full(9, 0.1))
     )
-    for own_clocks, proposal in ((False, "'psi=Winkel,t=Zeit'"), (True, "'psi=Winkel'")):
+    for own_clocks, proposal in (
+        (False, "t=Zeit,psi=Winkel,F_N=F_N:kN"),
+        (True, "psi=Winkel,F_N=F_N:kN"),
+    ):
         file = replace(named, own_clocks=own_clocks)
         message = refused(tabulate, tmp_path, file, ["t", "psi", "M_z", "F_N"], SignalMap())
         assert message.endswith(f"--map {proposal}")

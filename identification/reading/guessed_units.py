@@ -1,0 +1,68 @@
+"""Unit and sign of channels that may be columns, by the numbers in them: for a map that is proposed."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.reading.signal_map import SignalSource
+
+Array = NDArray[np.float64]
+LONGEST_PERIOD = 0.5
+"""Samples so far apart are in milliseconds, `s` times a thousand in microseconds [s]."""
+RIGHT_ANGLE, TURN = 1.6, 4 * np.pi
+"""No wheel is steered beyond the first, no steering wheel beyond the second [rad]."""
+LEAST_LOAD = 20.0
+"""No wheel stands on less [N]."""
+LONGEST_ARM = 0.8
+"""No ground holds a torque of so much for each newton of load [m]."""
+LEAST_TRAVEL, GIVEN_BACK = 0.2, 0.25
+"""Turn after which the torque's sign is judged [rad]; share of the work that no ground gives back."""
+
+
+def judged(
+    sources: Mapping[str, SignalSource], values: Mapping[str, Array], geared: set[str], certain: set[str]
+) -> tuple[dict[str, SignalSource], set[str]]:
+    """The sources with the units and the torque's sign that their numbers show, and which have a gear.
+
+    Args:
+        sources: of columns.
+        values: of the channels, by column, in SI where the unit is known; columns may lack.
+        geared: columns whose channel belongs to the steering wheel by its name.
+        certain: columns whose unit is known; it stays.
+    """
+    found, geared, known = (
+        dict(sources),
+        set(geared),
+        {c: v for c, v in values.items() if np.isfinite(v).any()},
+    )
+
+    def convert(column: str, unit: str, factor: float) -> None:
+        if column not in certain:
+            found[column] = replace(found[column], unit=unit)
+            known[column] = factor * known[column]
+
+    largest = {c: float(np.nanmax(np.abs(v))) for c, v in known.items()}
+    if "t" in known and known["t"].size > 1:
+        period = float(np.nanmedian(np.diff(known["t"])))
+        if period >= LONGEST_PERIOD:
+            micro = period >= 1e3 * LONGEST_PERIOD
+            convert("t", "us" if micro else "ms", 1e-6 if micro else 1e-3)
+    if largest.get("psi", 0.0) > (TURN if "psi" in geared else RIGHT_ANGLE):
+        convert("psi", "deg", np.pi / 180)
+    if "psi" in known and found["psi"].factor == 1 and np.nanmax(np.abs(known["psi"])) > RIGHT_ANGLE:
+        geared.add("psi")
+    if 0 < largest.get("F_N", 0.0) < LEAST_LOAD:
+        convert("F_N", "kN", 1e3)
+    torque = "M_z" if "M_z" in known else "M"
+    if {torque, "F_N"} <= {*known} and largest[torque] > LONGEST_ARM * np.nanmedian(known["F_N"]):
+        convert(torque, "mNm", 1e-3)
+    if torque not in certain and {torque, "psi"} <= {*known} and known[torque].size == known["psi"].size:
+        turn, middle = np.diff(known["psi"]), (known[torque][1:] + known[torque][:-1]) / 2
+        work = middle * turn * (1 if torque == "M_z" else -1)
+        if np.nansum(np.abs(turn)) >= LEAST_TRAVEL:
+            against = np.nansum(work) / max(float(np.nansum(np.abs(work))), 1e-300)
+            if abs(against) > GIVEN_BACK:
+                found[torque] = replace(found[torque], factor=-1.0 if against > 0 else 1.0)
+    return found, geared
