@@ -12,7 +12,6 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,20 +28,12 @@ from brushgrip.wording.formatting import (
 )
 from identification import Diagnosis, Recording, diagnose
 from identification.fits.covariance import covariance
-from identification.fits.fitting import Fit, fit
-from identification.fits.loss import rmse_of
-from identification.fits.options import FitOptions
-from identification.fits.problem import torque_range
-from identification.selection.trials import RANKING, fit_own_parameters, model_of, thin
+from identification.fits.fitting import fit
+from identification.selection.trials import RANKING, model_of, thin
 from published import measured_folder, measured_recordings
 from symbolic import EFFECTS
 
 TRAINING = ("fem1", "fem4_ident", "piros2_ident", "piros4")
-GROUNDS = {"fem": "steel", "piros": "red emery"}
-"""What lay under the tyre, by the beginning of a recording's name."""
-FACTORS = np.linspace(0.7, 1.4, 15)
-"""Factors on the stiffness that are tried on each recording [1]."""
-QUICK = FitOptions(tolerance=1e-4)
 PUBLISHED_K = 2.438e6
 """k of [Györök 2022], from free vibration [N/m^2]."""
 SPOKEN_OF = (
@@ -93,49 +84,6 @@ def recordings_table(diagnosis: Diagnosis) -> str:
     return "\n".join(lines)
 
 
-def grounds_table(diagnosis: Diagnosis, recordings: Sequence[Recording]) -> tuple[str, str]:
-    """The stiffness at which each recording fits best over the shared one, and emery's over steel's.
-
-    All other shared parameters stay as they are, fitted to all recordings; mu is fitted anew.
-    """
-    model = model_of(diagnosis.model.effects, RANKING)
-    thinned = [thin(recording) for recording in recordings]
-    fitted = fit(model, thinned, diagnosis.values, QUICK)
-    lines = [
-        "| recording | ground | load [N] | best k over the shared one | error, shared k | best k |",
-        "|---|---|---:|---:|---:|---:|",
-    ]
-    best: dict[str, list[float]] = {ground: [] for ground in GROUNDS.values()}
-    for recording in sorted(thinned, key=lambda r: r.name):
-        ground = next(ground for name, ground in GROUNDS.items() if recording.name.startswith(name))
-        errors = np.array([_error_at(fitted, recording, factor) for factor in FACTORS])
-        at, least = _vertex(errors)
-        best[ground].append(at)
-        shared = errors[int(np.argmin(np.abs(FACTORS - 1)))]
-        lines.append(
-            f"| {recording.name} | {ground} | {np.median(recording.F_N):.0f} | {at:.2f}"
-            f" | {percent(shared)} | {percent(least)} |"
-        )
-    steel, emery = (float(np.exp(np.mean(np.log(factors)))) for factors in best.values())
-    return "\n".join(lines), f"{emery / steel:.2f}"
-
-
-def _error_at(fitted: Fit, recording: Recording, factor: float) -> float:
-    shared = {**fitted.values.tyre, "k": factor * fitted.values.tyre["k"]}
-    shifted = replace(fitted, values=replace(fitted.values, tyre=shared))
-    refitted = fit_own_parameters(shifted, [recording], QUICK)
-    return rmse_of(refitted.residuals[recording.name]) / torque_range(recording)
-
-
-def _vertex(errors: np.ndarray) -> tuple[float, float]:
-    """The factor of the least error, by the parabola through its neighbours, and that error."""
-    i = int(np.clip(np.argmin(errors), 1, errors.size - 2))
-    step = float(FACTORS[1] - FACTORS[0])
-    curve = np.polyfit(FACTORS[i - 1 : i + 2] - FACTORS[i], errors[i - 1 : i + 2], 2)
-    shift = float(np.clip(-curve[1] / (2 * curve[0]), -step, step))
-    return float(FACTORS[i]) + shift, float(np.polyval(curve, shift))
-
-
 def vibration(diagnosis: Diagnosis, training: Sequence[Recording]) -> tuple[str, str]:
     """Stiffness about the kingpin at 45 mm [N m/rad]: of the published k, and of what was found.
 
@@ -162,7 +110,6 @@ def figures(
     split: Diagnosis, seconds: float, whole: Diagnosis, recordings: Sequence[Recording]
 ) -> Mapping[str, str]:
     """Everything that the template asks for."""
-    grounds, emery = grounds_table(split, recordings)
     published, series = vibration(split, [r for r in recordings if r.name in TRAINING])
     return {
         "split_errors": errors_table(split),
@@ -178,9 +125,6 @@ def figures(
         "experiments": "\n".join(
             f"- {sentence(e.experiment.sentence)}" for e in split.effects if e.experiment
         ),
-        "notes": "\n".join(f"- {note}" for note in (*split.notes, *whole.notes)) or "- none",
-        "grounds": grounds,
-        "emery": emery,
         "published": published,
         "series": series,
         "count": str(len(EFFECTS)),

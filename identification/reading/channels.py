@@ -193,14 +193,15 @@ def map_hint(
     channels |= {c: resolve("", s.channel, names) for c, s in others.items()}
     sources = {c: s for c, s in (others | guessed).items() if channels[c] or c not in others}
     values, certain = {}, {*signals.signals} - {*guessed}
-    for column, name in channels.items() if read else ():
+    for column, name in channels.items():
+        if read is None or name is None:
+            continue
         with suppress(InvalidInputError):
-            if name is not None:
-                samples, source = read(name), sources[column]
-                if unit := source.unit or samples.unit or unit_of_name(name):
-                    certain.add(column)
-                factor = source.factor if column in others else 1.0
-                values[column] = samples.values * factor * (factor_of(column, unit) or 1.0)
+            samples, source = read(name), sources[column]
+            if unit := source.unit or samples.unit or unit_of_name(name):
+                certain.add(column)
+            factor = source.factor if column in others else 1.0
+            values[column] = samples.values * factor * (factor_of(column, unit) or 1.0)
     sources, of_hand = judged(sources, values, of_hand, certain)
     parts = [
         sources[c].as_geared(c) if c in of_hand else sources[c].as_map(c)
