@@ -14,10 +14,12 @@ import os
 from pathlib import Path
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from brushgrip.comparison import Case, make_case
-from brushgrip.pictures import draw_zones
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from identification import (
     Channel,
     OffsetRemoved,
@@ -29,7 +31,8 @@ from identification import (
     read_rig,
     recording_from_raw,
 )
-from observers import Ekf, ZoneRootSolver, run, zone_history
+from identification.loops import literal
+from observers import Ekf, ZoneHistory, ZoneRootSolver, run, zone_history
 from symbolic import Model, Rig, Tyre, simulate
 
 Array = NDArray[np.float64]
@@ -43,6 +46,8 @@ QUIET = (0.0, 0.4)
 """Before the wheel turns [s]."""
 VOLTS = {"psi": 0.1, "M_z": -5.0, "F_N": 250.0}
 """Units of a channel a volt: [rad], [N m], [N]."""
+SHADES = {1: BEFORE, -1: AFTER}
+SHADE = 0.15
 OFFSETS = {"psi": 0.7, "M_z": -0.4, "F_N": 0.9}
 HUM, NOISE = 0.05, 0.01
 """Amplitude of mains hum, standard deviation of noise, in every channel [V]."""
@@ -137,6 +142,41 @@ def zones(case: Case) -> None:
         direction = float((history.direction[case.span] == author.direction).mean())
         line += f"; as the author counts: zones {same:.1%}, direction {direction:.1%}"
     print(line)
+
+
+def draw_zones(path: Path, recording: Recording, history: ZoneHistory) -> None:
+    """Draw angle, last reversal and number of zones as in [Györök 2022], figures 5.6 and 5.7."""
+    t = recording.t
+    with picture(path, 5.2) as figure:
+        angle, zones = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        for side, colour in SHADES.items():
+            for axes in (angle, zones):
+                axes.fill_between(
+                    t, 0, 1, where=(history.direction == side).tolist(), step="post", color=colour,
+                    alpha=SHADE, lw=0, transform=axes.get_xaxis_transform(),
+                )  # fmt: skip
+        lines: list[Artist] = []
+        lines += angle.plot(t, recording.psi, color=MEASURED, label="yaw angle ψ")
+        label = "$ψ_{max}$, angle of the last reversal"
+        lines += angle.step(t, history.psi_max, where="post", color=AFTER, ls="--", label=label)
+        label = "zones, with every reversal counted"
+        lines += zones.step(t, history.true_zones, where="post", color=MEASURED, lw=0.9, label=label)
+        label = "zones by the state machine of [Györök 2022]"
+        lines += zones.step(t, history.zones, where="post", color=BEFORE, lw=2.2, label=label)
+        angle.set_title(literal(recording.name))
+        angle.set_ylabel("yaw angle [rad]")
+        angle.margins(x=0)
+        zones.set_ylabel("number of zones [1]")
+        most = int(history.true_zones.max())
+        zones.set_yticks(np.arange(3, most + 1, 2 * max(1, (most - 3) // 12)))
+        zones.set_ylim(2.5, most + 0.5)
+        zones.set_xlabel("time t [s]")
+        key = [
+            Patch(color=SHADES[side], alpha=SHADE, lw=0, label=f"{name} direction, by the state machine")
+            for side, name in ((1, "positive"), (-1, "negative"))
+        ]
+        figure.align_ylabels()
+        legend_above(figure, [*lines, *key])
 
 
 def main() -> None:

@@ -15,17 +15,21 @@ only how the torque bends when the patch begins to slide tells which.
 """
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from brushgrip.pictures import draw_profile
-from identification import Recording, fit, initial_guess
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from identification import LIMIT, Recording, fit, initial_guess
 from identification.fits.covariance import correlation, standard_deviations
 from identification.fits.profile import Profile, profile
 from identification.fits.profile_axis import HALF_LENGTH, ModelParameter
+from identification.loops import literal
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 from symbolic import Model, effects_named
@@ -38,6 +42,8 @@ FACTORS = np.linspace(0.8, 1.2, 9)
 """Contact lengths, over the true one."""
 STIFFNESSES = K * np.linspace(0.98, 1.02, 9)
 """Stiffnesses of the bristles [N/m^2]."""
+HIGHEST = 5.0
+"""The deviance is shown up to this multiple of the limit, if it goes so far."""
 
 
 def record(seed: int, e: float, k_t: float | None) -> list[Recording]:
@@ -71,6 +77,71 @@ def interval_sentence(result: Profile) -> str:
         return f"every value from {result.grid[0]:.4g} to {result.grid[-1]:.4g} fits"
     ends = ["open" if end is None else f"{end:.4g}" for end in (low, high)]
     return f"95 % interval {ends[0]} to {ends[1]}, best {result.best:.4g}"
+
+
+def draw_profile(path: Path, profiles: Mapping[str, tuple[Profile, str]]) -> None:
+    """Draw the deviance along one parameter, and below it another one refitted; a column a profile.
+
+    Args:
+        path: of the picture, PNG.
+        profiles: title of each column, its profile, and the parameter whose path stands below it.
+    """
+    with picture(path, 5.0) as figure:
+        panels = figure.subplots(2, len(profiles), squeeze=False, sharex="col")
+        artists: list[Artist] = []
+        for (above, below), (title, (profile, partner)) in zip(panels.T, profiles.items(), strict=True):
+            artists = _deviance(above, profile)
+            above.set_title(f"{literal(title)}\n{_interval_text(profile)}")
+            artists += below.plot(
+                profile.grid,
+                profile.paths[partner],
+                "o-",
+                color=BEFORE,
+                ms=3,
+                label="the other, refitted at every value",
+            )
+            _shade(below, profile)
+            below.set_ylabel(_with_unit(partner, profile.units[partner]))
+            below.set_xlabel(_with_unit(profile.name, profile.unit))
+        panels[0, 0].set_ylabel("deviance n ln(cost / least) [1]")
+        figure.align_ylabels()
+        legend_above(figure, artists)
+
+
+def _deviance(axes: Axes, profile: Profile) -> list[Artist]:
+    artists: list[Artist] = [_shade(axes, profile)]
+    artists += axes.plot(profile.grid, profile.deviance, "o-", color=AFTER, ms=3, label="deviance")
+    label = f"95 % limit, {LIMIT:.2f}"
+    artists.append(axes.axhline(LIMIT, color=MEASURED, ls="--", lw=1.0, label=label))
+    highest = min(float(profile.deviance.max()), HIGHEST * LIMIT)
+    axes.set_ylim(-0.05 * HIGHEST * LIMIT, 1.05 * max(highest, 1.5 * LIMIT))
+    return artists
+
+
+def _shade(axes: Axes, profile: Profile) -> Artist:
+    """The interval; where it is open, up to the end of the grid."""
+    low, high = profile.interval
+    ends = (
+        profile.grid[0] if low is None else low,
+        profile.grid[-1] if high is None else high,
+    )
+    label = "95 % interval, up to the grid's end where open"
+    return axes.axvspan(*ends, color=AFTER, alpha=0.1, lw=0, label=label)
+
+
+def _interval_text(profile: Profile) -> str:
+    low, high = profile.interval
+    if low is None and high is None:
+        return "every value shown fits"
+    if low is None:
+        return f"95 %: at most {high:.4g}"
+    if high is None:
+        return f"95 %: at least {low:.4g}"
+    return f"95 %: {low:.4g} to {high:.4g}"
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{literal(name)} [{unit}]"
 
 
 def main() -> None:

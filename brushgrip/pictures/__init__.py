@@ -14,8 +14,8 @@ from brushgrip.pictures.diagnosis import (
 )
 from brushgrip.pictures.friction import draw_friction, draw_overview
 from brushgrip.pictures.mechanisms import draw_mechanisms, has_curves
-from brushgrip.pictures.parameters import draw_free_decay, draw_profile
-from brushgrip.pictures.thesis_figures import draw_boxes, draw_zones
+from brushgrip.pictures.parameters import draw_free_decay
+from brushgrip.pictures.thesis_figures import draw_boxes
 
 __all__ = [
     "draw_boxes",
@@ -26,9 +26,7 @@ __all__ = [
     "draw_loops",
     "draw_mechanisms",
     "draw_overview",
-    "draw_profile",
     "draw_residuals",
     "draw_signatures",
-    "draw_zones",
     "has_curves",
 ]

@@ -1,6 +1,6 @@
-"""How well parameters are determined: fits of free vibrations, and profiles of the deviance."""
+"""How well the parameters of free vibrations are determined."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +8,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
-from identification import LIMIT, FittedVibration, FreeDecay, Profile
+from identification import FittedVibration, FreeDecay
 from identification.loops import literal
 from identification.thesis import DecrementEstimate
 
@@ -78,72 +78,3 @@ def _over_length(
         axes.set_ylabel(label)
         artists = [*dots, *line]
     return artists
-
-
-_HIGHEST = 5.0
-"""The deviance is shown up to this multiple of the limit, if it goes so far."""
-
-
-def draw_profile(path: Path, profiles: Mapping[str, tuple[Profile, str]]) -> None:
-    """Draw the deviance along one parameter, and below it another one refitted; a column a profile.
-
-    Args:
-        path: of the picture, PNG.
-        profiles: title of each column, its profile, and the parameter whose path stands below it.
-    """
-    with picture(path, 5.0) as figure:
-        panels = figure.subplots(2, len(profiles), squeeze=False, sharex="col")
-        artists: list[Artist] = []
-        for (above, below), (title, (profile, partner)) in zip(panels.T, profiles.items(), strict=True):
-            artists = _deviance(above, profile)
-            above.set_title(f"{literal(title)}\n{_interval_text(profile)}")
-            artists += below.plot(
-                profile.grid,
-                profile.paths[partner],
-                "o-",
-                color=BEFORE,
-                ms=3,
-                label="the other, refitted at every value",
-            )
-            _shade(below, profile)
-            below.set_ylabel(_with_unit(partner, profile.units[partner]))
-            below.set_xlabel(_with_unit(profile.name, profile.unit))
-        panels[0, 0].set_ylabel("deviance n ln(cost / least) [1]")
-        figure.align_ylabels()
-        legend_above(figure, artists)
-
-
-def _deviance(axes: Axes, profile: Profile) -> list[Artist]:
-    artists: list[Artist] = [_shade(axes, profile)]
-    artists += axes.plot(profile.grid, profile.deviance, "o-", color=AFTER, ms=3, label="deviance")
-    label = f"95 % limit, {LIMIT:.2f}"
-    artists.append(axes.axhline(LIMIT, color=MEASURED, ls="--", lw=1.0, label=label))
-    highest = min(float(profile.deviance.max()), _HIGHEST * LIMIT)
-    axes.set_ylim(-0.05 * _HIGHEST * LIMIT, 1.05 * max(highest, 1.5 * LIMIT))
-    return artists
-
-
-def _shade(axes: Axes, profile: Profile) -> Artist:
-    """The interval; where it is open, up to the end of the grid."""
-    low, high = profile.interval
-    ends = (
-        profile.grid[0] if low is None else low,
-        profile.grid[-1] if high is None else high,
-    )
-    label = "95 % interval, up to the grid's end where open"
-    return axes.axvspan(*ends, color=AFTER, alpha=0.1, lw=0, label=label)
-
-
-def _interval_text(profile: Profile) -> str:
-    low, high = profile.interval
-    if low is None and high is None:
-        return "every value shown fits"
-    if low is None:
-        return f"95 %: at most {high:.4g}"
-    if high is None:
-        return f"95 %: at least {low:.4g}"
-    return f"95 %: {low:.4g} to {high:.4g}"
-
-
-def _with_unit(name: str, unit: str) -> str:
-    return f"{literal(name)} [{unit}]"

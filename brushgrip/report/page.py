@@ -178,10 +178,11 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
 
 
 def _keep_units(value: Any) -> Any:
-    """A text whose percent signs and deviations stay on the line of their numbers."""
+    """A text whose percent signs, deviations and units stay on the line of what they belong to."""
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
-    return re.sub(r" (%|±) ?", lambda sign: sign[0].replace(" ", "\N{NO-BREAK SPACE}"), value)
+    together = r" (%|±) ?|\[N m\]"
+    return re.sub(together, lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), value)
 
 
 def _data_address(png: Path, drawing: bytes | None) -> str:
