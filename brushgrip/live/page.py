@@ -74,8 +74,8 @@ class View:
         if len(new.fields):
             self.newest = float(new.t[-1])
             self.points.stream(self._columns(new), SHOWN)
-            usable = np.asarray(self.points.data["usable_mu"], dtype=float)
-            self._top.end = max(LEAST_TOP, 1.2 * float(np.nanmax(usable, initial=0.0)))
+            usable = np.asarray(self.points.data["usable_high"], dtype=float)
+            self._top.end = max(LEAST_TOP, 1.05 * float(np.nanmax(usable, initial=0.0)))
         text = words(state, self._session.feed.columns)
         if text != self.words.text:
             self.words.text = text

@@ -10,7 +10,7 @@ from identification.reading.signal_map import SignalSource
 
 Array = NDArray[np.float64]
 LONGEST_PERIOD = 0.5
-"""Samples so far apart are in milliseconds, `s` times a thousand in microseconds [s]."""
+"""Samples so far apart are in milliseconds [s]."""
 RIGHT_ANGLE, TURN = 1.6, 4 * np.pi
 """No wheel is steered beyond the first, no steering wheel beyond the second [rad]."""
 LEAST_LOAD = 20.0
@@ -44,11 +44,9 @@ def judged(
             known[column] = factor * known[column]
 
     largest = {c: float(np.nanmax(np.abs(v))) for c, v in known.items()}
-    if "t" in known and known["t"].size > 1:
-        period = float(np.nanmedian(np.diff(known["t"])))
-        if period >= LONGEST_PERIOD:
-            micro = period >= 1e3 * LONGEST_PERIOD
-            convert("t", "us" if micro else "ms", 1e-6 if micro else 1e-3)
+    periods = np.nan_to_num(np.diff(known.get("t", np.zeros(2))))
+    if periods.size and np.median(periods) >= LONGEST_PERIOD:
+        convert("t", "ms", 1e-3)
     if largest.get("psi", 0.0) > (TURN if "psi" in geared else RIGHT_ANGLE):
         convert("psi", "deg", np.pi / 180)
     if "psi" in known and found["psi"].factor == 1 and np.nanmax(np.abs(known["psi"])) > RIGHT_ANGLE:
