@@ -25,7 +25,7 @@ from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
 from brushgrip.estimation.estimates import model_observer, run_observer
 from brushgrip.estimation.friction_outcome import offline_friction
-from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.command_inputs import locate_inputs
 from identification import FoundModel, Recording, read_model
 from observers import PROFILES, Ekf, Estimates, Mhe, Status
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from brushgrip.estimation.estimates import observer_factory
 from brushgrip.inputs.choices import ObserverName
-from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.live.following import follow
 from brushgrip.live.page import PERIOD, View
 from brushgrip.live.session import Session

@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from identification import LIMIT, Recording, fit, initial_guess
-from identification.fits.covariance import correlation, standard_deviations
+from identification.fits.covariance import parameter_correlation, standard_deviations
 from identification.fits.profile import Profile, profile
 from identification.fits.profile_axis import HALF_LENGTH, ModelParameter
 from identification.loops import literal
@@ -66,7 +66,10 @@ def bristles_or_carcass() -> tuple[Profile, float, float]:
     fitted = fit(model, recordings, initial_guess(model, recordings))
     k, k_t = (fitted.labels.index((None, name)) for name in ("k", "carcass_torsion.k_t"))
     result = profile(model, recordings, fitted.values, ModelParameter(name="k"), STIFFNESSES)
-    spread, correlated = standard_deviations(fitted, recordings), correlation(fitted, recordings)
+    spread, correlated = (
+        standard_deviations(fitted, recordings),
+        parameter_correlation(fitted, recordings),
+    )
     return result, float(spread[k]), float(correlated[k, k_t])
 
 

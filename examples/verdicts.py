@@ -9,8 +9,8 @@ Prints one row of a table for each, in Markdown; `--out` writes the table to a f
 import argparse
 from pathlib import Path
 
+from brushgrip.wording.diagnosis_in_words import GRADES
 from brushgrip.wording.formatting import listed, parameters, percent, plain, quantity, sentence
-from brushgrip.wording.verdict import GRADES
 from identification import Diagnosis, diagnose, read_recording, read_rig
 
 OPENING = """# Verdicts

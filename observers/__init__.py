@@ -31,10 +31,10 @@ from observers.protocol import (
     Sample,
     Status,
 )
-from observers.quality.friction_quality import FrictionQuality, friction_quality, friction_spread
 from observers.quality.ground_friction import GroundFriction, ground_friction
 from observers.quality.innovations import Innovations, innovations
 from observers.quality.plausibility import suspicions_of
+from observers.quality.settling_and_coverage import FrictionQuality, friction_quality, friction_spread
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
 from observers.tuning import Tuning
 from observers.udu import covariance_of

@@ -250,7 +250,7 @@ def _advance(
 ) -> tuple[ca.MX, Signals, Expression]:
     """The memory after a sample, the sample as the patch saw it, and what drove the patch."""
     angle, before, own = model.split(memory)
-    patch_signals, memories, factor = at_the_patch(model, own, signals, theta)
+    patch_signals, memories, factor = sample_at_the_patch(model, own, signals, theta)
     patch, turn = model.patch(theta), patch_signals.psi - angle
     coefficients = patch.coefficients(patch_inputs(patch_signals, factor, theta, geometry))
     elements = ca.vertcat(patch_signals.F_N, theta)
@@ -260,7 +260,7 @@ def _advance(
     return ca.vertcat(angle + turn, after, *memories), patch_signals, coefficients
 
 
-def at_the_patch(
+def sample_at_the_patch(
     model: Model, own: list[Expression], signals: Expression, theta: Expression
 ) -> tuple[Signals, list[Expression], Expression]:
     """A sample as it reaches the patch, the effects' own memories after it, the factor on the limit."""

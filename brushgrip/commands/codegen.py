@@ -89,12 +89,12 @@ class CodegenRequest:
 
     def run(self) -> None:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
-        from brushgrip.inputs.pipeline import locate_inputs
+        from brushgrip.inputs.command_inputs import locate_inputs
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.outputs import generation
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, show
-        from brushgrip.outputs.provenance import comment, other_rig
+        from brushgrip.outputs.provenance import comment, warning_of_other_rig
         from observers.embedded import require_replaceable
         from observers.embedded.cost import estimated_cost
         from symbolic import InvalidInputError
@@ -134,10 +134,13 @@ class CodegenRequest:
             require_replaceable(finals)
         # After the files are there: whoever reads the first line alone has them all the same.
         say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
-        say(generation.prior(observer.tuning, self.rig))
+        say(generation.prior_in_words(observer.tuning, self.rig))
         generation.remove_stale(self.out / f"{self.name}.a2l", finals)
         if found is not None:
-            for line in (found.ground_taken(self.ground), other_rig(observer.rig, self.model)):
+            for line in (
+                found.ground_taken(self.ground),
+                warning_of_other_rig(observer.rig, self.model),
+            ):
                 if line:
                     say(line)
         show({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})

@@ -57,12 +57,12 @@ class CompareRequest(RecordingRequest):
     def run(self) -> None:
         """Write the comparison of methods, and say what it says."""
         from brushgrip.comparison.cases import author_files, check_references, make_cases
+        from brushgrip.comparison.method_scores import compare, summarise
         from brushgrip.comparison.methods import default_methods
         from brushgrip.comparison.networks import trained_methods
-        from brushgrip.comparison.scores import compare, summarise
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
         from brushgrip.estimation.estimates import implausible
-        from brushgrip.inputs.pipeline import staged_files, write_text
+        from brushgrip.inputs.command_inputs import staged_files, write_text
         from brushgrip.outputs.console import progress, say, show, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment
         from brushgrip.pictures import draw_boxes

@@ -85,7 +85,7 @@ class EstimateRequest(GroundRequest):
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
         from brushgrip.estimation.estimates import observer_factory
-        from brushgrip.inputs.pipeline import staged_tables, table_path, write_text
+        from brushgrip.inputs.command_inputs import staged_tables, table_path, write_text
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import say

@@ -78,7 +78,7 @@ class IdentifyRequest:
 
     def _run_plates(self, vehicle: Path, plates: list[str]) -> None:
         """Write what a recording on plates tells of a car."""
-        from brushgrip.inputs.pipeline import locate_inputs, staged_files, write_text
+        from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_text
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.outputs.identified_vehicle import identified_vehicle_text, with_plates
@@ -114,7 +114,7 @@ class IdentifyRequest:
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""
         import identification
-        from brushgrip.inputs.pipeline import locate_inputs, staged_files, write_text
+        from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_text
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import say, show
         from brushgrip.outputs.identified_rig import declared_rig, identified_rig_text

@@ -110,7 +110,7 @@ class LiveRequest:
 
     def _senders(self, stack: ExitStack) -> "tuple[Sender, ...]":
         """What sends friction, closed with the stack."""
-        from brushgrip.inputs.pipeline import write_text
+        from brushgrip.inputs.command_inputs import write_text
         from brushgrip.live.messages import DATABASE, Sender
         from brushgrip.outputs.atomic import staged_file
 
@@ -139,8 +139,8 @@ class LiveRequest:
         from dataclasses import replace
 
         from brushgrip.estimation.estimates import observer_factory
-        from brushgrip.inputs.pipeline import locate_inputs
-        from brushgrip.inputs.steering_limits import chosen_limits, share
+        from brushgrip.inputs.command_inputs import locate_inputs
+        from brushgrip.inputs.steering_limits import chosen_limits, parsed_share
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.live.adviser import Adviser
         from brushgrip.live.following import follow
@@ -153,13 +153,13 @@ class LiveRequest:
         signals = replace(inputs.signals, dbc=self.dbc or inputs.signals.dbc)
         factory = observer_factory(self.observer, chosen_tuning(self.tuning, self.tune))
         limits = chosen_limits(self.limit)
-        adviser = None if self.target is None else Adviser(share(self.target), limits)
-        opened, feed = follow(
+        adviser = None if self.target is None else Adviser(parsed_share(self.target), limits)
+        opened, row_estimator = follow(
             self.source, replace(inputs, signals=signals), factory, speed=self.speed, ground=self.ground,
             adviser=adviser,
         )  # fmt: skip
         advice = (lambda _: "") if adviser is None else (lambda _: adviser.text)
-        return Session(opened, feed, record=self.record, advice=advice, listeners=senders)
+        return Session(opened, row_estimator, record=self.record, advice=advice, listeners=senders)
 
     def _serve(self, session: "Session") -> None:
         """The page, until it is interrupted; the source is opened once it is there."""
@@ -180,7 +180,7 @@ class LiveRequest:
         """A line a second, until the source ends."""
         import time
 
-        from brushgrip.live.state import line_of
+        from brushgrip.live.session_state import line_of
         from brushgrip.outputs.console import say
 
         while not (state := session.state()).ended:
@@ -188,7 +188,7 @@ class LiveRequest:
             time.sleep(1.0)
 
     def _conclude(self, session: "Session") -> None:
-        from brushgrip.live.state import line_of
+        from brushgrip.live.session_state import line_of
         from brushgrip.outputs.console import say, show
 
         state = session.state()

@@ -10,7 +10,7 @@ import typer
 from brushgrip.inputs.choices import TorqueChannel, TuningName
 
 if TYPE_CHECKING:
-    from brushgrip.inputs.pipeline import Inputs
+    from brushgrip.inputs.command_inputs import Inputs
 
 MOST_JOBS = 256
 
@@ -212,7 +212,7 @@ class RecordingRequest:
 
     def inputs(self, more: Sequence[str] = (), **options: Any) -> "Inputs":
         """The recordings, then those of `more`, with what else is read; see `locate_inputs`."""
-        from brushgrip.inputs.pipeline import locate_inputs
+        from brushgrip.inputs.command_inputs import locate_inputs
 
         return locate_inputs(
             [*self.recordings, *more],

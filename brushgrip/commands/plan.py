@@ -84,17 +84,22 @@ class PlanRequest:
 
     def run(self) -> None:
         """Write the path and say how far to turn on each ground."""
-        from brushgrip.inputs.pipeline import locate_inputs, staged_tables, write_text
-        from brushgrip.inputs.steering_limits import chosen_limits, frictions, load_of, share
+        from brushgrip.inputs.command_inputs import locate_inputs, staged_tables, write_text
+        from brushgrip.inputs.steering_limits import (
+            chosen_limits,
+            load_of,
+            parsed_frictions,
+            parsed_share,
+        )
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.outputs.generation import chosen_observer
         from brushgrip.outputs.planned import path_table
-        from brushgrip.pictures.planned import draw_plan
+        from brushgrip.pictures.planned import draw_plan_and_forecast
         from observers import AligningTorque, plan
         from observers.planning.plan import MUS
 
-        limits, target = chosen_limits(self.limit), share(self.target)
-        mus = MUS if self.mu is None else frictions(self.mu)
+        limits, target = chosen_limits(self.limit), parsed_share(self.target)
+        mus = MUS if self.mu is None else parsed_frictions(self.mu)
         tuning = chosen_tuning(self.tuning, self.tune)
         inputs = locate_inputs(
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
@@ -125,7 +130,7 @@ class PlanRequest:
             )
             if stages:
                 write_text(stages[0], path_table(planned, self.vehicle))
-                draw_plan(stages[1], planned)
+                draw_plan_and_forecast(stages[1], planned)
         self._say(planned, finals)
 
     def _say(self, planned: "Plan", finals: list[Path]) -> None:
@@ -135,18 +140,18 @@ class PlanRequest:
             BrushgripError: the target is missed on one.
         """
         from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.outputs.planned import document, rows
+        from brushgrip.outputs.planned import plan_document, plan_rows
         from symbolic import BrushgripError
 
         turns = ", ".join(f"{turn:.3f}" for turn in planned.turns)
         say(f"turn to {turns} rad at {planned.path.rate:.3f} rad/s at most")
         headings = ("mu", "travel [rad]", "time [s]", "angle [rad]", "sigma/mu")
-        print_table(f"until sigma/mu is {planned.target:.1%}", headings, rows(planned), right=True)
+        print_table(f"until sigma/mu is {planned.target:.1%}", headings, plan_rows(planned), right=True)
         for reason in planned.reasons:
             say(reason)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
-        show(document(planned))
+        show(plan_document(planned))
         if planned.reasons:
             missed = (mu for mu, at in zip(planned.mus, planned.reached, strict=True) if at is None)
             raise BrushgripError(

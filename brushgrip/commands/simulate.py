@@ -28,7 +28,7 @@ class SimulateRequest(GroundRequest):
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
         from brushgrip.estimation.simulation import model_and_values, simulated_torque
-        from brushgrip.inputs.pipeline import staged_tables, table_path, write_text
+        from brushgrip.inputs.command_inputs import staged_tables, table_path, write_text
         from brushgrip.outputs.console import say, show
         from brushgrip.report.printed import say_ground
         from brushgrip.wording.formatting import csv_text

@@ -6,8 +6,8 @@ An observer of a user's own is compared as an `ObserverMethod`.
 """
 
 from brushgrip.comparison.cases import Case, make_case
+from brushgrip.comparison.method_scores import CaseScores, MethodSummary, Score, compare, summarise
 from brushgrip.comparison.methods import Method, ObserverMethod, default_methods
-from brushgrip.comparison.scores import CaseScores, MethodSummary, Score, compare, summarise
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 
 __all__ = [

@@ -7,9 +7,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.inputs.pipeline import Inputs
+from brushgrip.inputs.command_inputs import Inputs
 from identification import Recording
-from identification.thesis import AuthorEstimate, aligned, author_file, read_author_estimate
+from identification.thesis import (
+    PublishedFriction,
+    aligned,
+    published_friction_file,
+    read_published_friction,
+)
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -42,7 +47,7 @@ class Case:
     recording: Recording
     declared: float
     origin: str
-    author: AuthorEstimate | None
+    author: PublishedFriction | None
     span: slice
     settled: NDArray[np.bool_]
 
@@ -83,8 +88,8 @@ def make_case(recording: Recording, folder: Path | None, declared: float | None 
         InvalidInputError: the author's file belongs to another recording, mu is unknown, or no sample is
             left for the error.
     """
-    file = None if folder is None else author_file(folder, recording.name)
-    author = None if file is None or not file.exists() else read_author_estimate(file)
+    file = None if folder is None else published_friction_file(folder, recording.name)
+    author = None if file is None or not file.exists() else read_published_friction(file)
     if author is None:
         first, last = _beginning(recording), recording.t.size
     else:
@@ -144,7 +149,9 @@ def check_references(declared: Sequence[float], recordings: int, author: Path | 
 def author_files(recordings: Iterable[Path], author: Path | None) -> list[Path]:
     """The estimates of [Györök 2022] that may be read along with these recordings."""
     folders = {path.parent for path in recordings} if author is None else {author}
-    return [path for folder in folders for path in folder.glob(author_file(Path(), "*").name)]
+    return [
+        path for folder in folders for path in folder.glob(published_friction_file(Path(), "*").name)
+    ]
 
 
 def _beginning(recording: Recording) -> int:
@@ -157,7 +164,7 @@ def _beginning(recording: Recording) -> int:
 
 
 def _declared(
-    recording: Recording, author: AuthorEstimate | None, given: float | None
+    recording: Recording, author: PublishedFriction | None, given: float | None
 ) -> tuple[float, str]:
     if given is not None:
         return given, "--declared"

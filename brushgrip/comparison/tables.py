@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from brushgrip.comparison.cases import SETTLED
-from brushgrip.comparison.scores import PUBLISHED, CaseScores, MethodSummary
+from brushgrip.comparison.method_scores import PUBLISHED, CaseScores, MethodSummary
 from brushgrip.outputs.console import print_table, print_text
-from symbolic.compilation.system import processor
+from symbolic.compilation.operating_system import processor
 
 NOTE = (
     "RMSE of the effective friction μ_eff (μ on the declared model) against the declared μ, from"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.map_remedies import with_remedy
+from brushgrip.estimation.suggested_map import with_remedy
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.tunings import ChosenTuning
 from identification import FoundModel, Recording, Standstills

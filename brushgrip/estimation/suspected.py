@@ -9,7 +9,7 @@ from brushgrip.estimation.estimates import (
     has_aligning_torque,
     samples_of,
 )
-from brushgrip.estimation.map_remedies import with_remedy
+from brushgrip.estimation.suggested_map import with_remedy
 from brushgrip.wording.friction import LASTING
 from identification import FoundModel, Recording
 from observers import Estimates, Loop, Status

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.estimation.estimates import ObserverFactory
-from brushgrip.inputs.pipeline import Inputs
+from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.recordings import locate
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.bus import CanSource
 from brushgrip.live.columns import Columns
-from brushgrip.live.feeds import CarFeed, Feed, WheelFeed
+from brushgrip.live.row_estimation import CarRowEstimator, RowEstimator, WheelRowEstimator
+from brushgrip.live.session_state import address_of
 from brushgrip.live.sources import FileSource, LineSource, Source, UdpSource
-from brushgrip.live.state import address_of
 from identification import READERS, Recording, Standstills, read_rig, read_vehicle
 from identification.reading.readers import read_table
 from identification.reading.rigfile import rig_of_table
@@ -31,7 +31,7 @@ def follow(
     speed: float = 1.0,
     ground: str | None = None,
     adviser: Adviser | None = None,
-) -> tuple[Callable[[], Source], Feed]:
+) -> tuple[Callable[[], Source], RowEstimator]:
     """A source with the observer that `estimate` would use for its recording.
 
     Args:
@@ -66,15 +66,17 @@ def follow(
     if inputs.vehicle is not None:
         vehicle = read_vehicle(inputs.vehicle)
         observers = {brakes: _of_car(factory, found, vehicle, brakes) for brakes in (True, False)}
-        return open_source, CarFeed(vehicle, observers, where, adviser)
+        return open_source, CarRowEstimator(vehicle, observers, where, adviser)
     nominal = None if inputs.rig is None else read_rig(inputs.rig)
     if tables:
         nominal, ground = rig_of_table(tables[0], nominal), ground or tables[0].ground
     if nominal is None:
         raise InvalidInputError(f"{where}: needs the rig, --rig rig.toml, or --vehicle car.toml")
     rig, tyre = nominal
-    feed = WheelFeed(lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser)
-    return open_source, feed
+    row_estimator = WheelRowEstimator(
+        lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser
+    )
+    return open_source, row_estimator
 
 
 def _table(name: str, inputs: Inputs) -> Table:

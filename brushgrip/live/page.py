@@ -14,8 +14,8 @@ import numpy as np
 
 from brushgrip.live.ring import Points
 from brushgrip.live.session import Session
-from brushgrip.live.state import State, friction_of, verdict
-from brushgrip.wording.friction import BAND, band
+from brushgrip.live.session_state import State, friction_of, usability_of
+from brushgrip.wording.friction import BAND, with_95_band
 from symbolic import InvalidInputError
 
 PERIOD = 50
@@ -76,7 +76,7 @@ class View:
             self.points.stream(self._columns(new), SHOWN)
             usable = np.asarray(self.points.data["usable_high"], dtype=float)
             self._top.end = max(LEAST_TOP, 1.05 * float(np.nanmax(usable, initial=0.0)))
-        text = words(state, self._session.feed.columns)
+        text = friction_html(state, self._session.row_estimator.columns)
         if text != self.words.text:
             self.words.text = text
         label = "Stop recording" if self._session.recording else "Record"
@@ -91,7 +91,7 @@ class View:
         known = np.isfinite(mu_eff)
         mu, std = np.where(known, mu_eff, new.of("mu")), np.where(known, std, new.of("mu_std"))
         usable = (new.of("usable") == 1) & self._session.plausible
-        sign = -1.0 if "M" in self._session.feed.columns else 1.0
+        sign = -1.0 if "M" in self._session.row_estimator.columns else 1.0
         # Between stretches no line.
         begins = np.diff(new.of("stretch"), prepend=self._stretch) != 0
         self._stretch = float(new.of("stretch")[-1])
@@ -124,10 +124,10 @@ class View:
         return figure
 
 
-def words(state: State, columns: tuple[str, ...]) -> str:
+def friction_html(state: State, columns: tuple[str, ...]) -> str:
     """Friction, whether it may be used, and what to do, as HTML; texts of the source are escaped."""
     mu, std = friction_of(state.estimate)
-    value, sign, within = ("–" if std >= mu else band(mu, std)).partition(" ± ")
+    value, sign, within = ("–" if std >= mu else with_95_band(mu, std)).partition(" ± ")
     counts = ", ".join(f"{count} {name}" for name, count in state.counts.items())
     lines = [
         "the source has ended" * state.ended,
@@ -143,7 +143,7 @@ def words(state: State, columns: tuple[str, ...]) -> str:
         f'<div class="now {"yes" if state.usable else "no"}" {digits}>'
         f'<div class="mu">{value} <small>{sign}{within}</small></div>'
         "<p>friction μ_eff, ± 95 % band</p>"
-        f'<div class="verdict">{verdict(state)}</div>'
+        f'<div class="verdict">{usability_of(state)}</div>'
         f'<p class="advice">{escape(state.advice)}</p>{small}</div>'
     )
 

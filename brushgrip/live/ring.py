@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.live.feeds import Point
+from brushgrip.live.row_estimation import Point
 from observers import ESTIMATE
 
 Array = NDArray[np.float64]

@@ -13,11 +13,11 @@ import numpy as np
 
 from brushgrip.live.clock import Clock
 from brushgrip.live.columns import Row
-from brushgrip.live.feeds import Feed, Point
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.ring import Points, Ring
+from brushgrip.live.row_estimation import Point, RowEstimator
+from brushgrip.live.session_state import State
 from brushgrip.live.sources import WAIT, Source
-from brushgrip.live.state import State
 from identification.reading.table import LARGEST
 from observers import ESTIMATE, Estimate
 from symbolic import InvalidInputError
@@ -45,14 +45,14 @@ class Session:
 
     Attributes:
         ring: the newest points.
-        feed: what makes them.
+        row_estimator: what makes them.
         recorded: files of recordings that are done.
     """
 
     def __init__(
         self,
         open_source: Callable[[], Source],
-        feed: Feed,
+        row_estimator: RowEstimator,
         *,
         record: Path | None = None,
         advice: Advice = lambda _: "",
@@ -62,12 +62,12 @@ class Session:
 
         Args:
             open_source: opens the source, and again where it is lost.
-            feed: turns its samples into estimates.
+            row_estimator: turns its samples into estimates.
             record: file to record to from the beginning; None waits until `record` is called.
             advice: of the newest estimate.
             listeners: are told of every batch.
         """
-        self.ring, self.feed = Ring(CAPACITY), feed
+        self.ring, self.row_estimator = Ring(CAPACITY), row_estimator
         self._open, self._advice, self._listeners = open_source, advice, listeners
         self._file, self._wanted = record, record is not None
         self._recorder: Recorder | None = None
@@ -147,7 +147,7 @@ class Session:
         if age >= OLD:
             parts.append("no sample has come yet" if estimate is None else f"no sample for {age:.0f} s")
         elif estimate is not None:
-            parts += [estimate.status.remedy, *self.feed.suspicions]
+            parts += [estimate.status.remedy, *self.row_estimator.suspicions]
             if not estimate.informed and not estimate.status:
                 parts.append("the torque says too little about friction yet: turn the wheel on")
         return "; ".join(filter(None, parts))
@@ -224,7 +224,7 @@ class Session:
                 self._begin_stretch()
             usable = {name: self._within(name, value) for name, value in timed.row.items()}
             try:
-                self._store(self.feed(usable))
+                self._store(self.row_estimator(usable))
             except InvalidInputError as error:
                 self._counts["unreadable"] += 1
                 self._fault = str(error)
@@ -243,7 +243,7 @@ class Session:
             self._counts["begun anew"] += 1
         self._end_recording()
         self._stretch += 1
-        self.feed.reset()
+        self.row_estimator.reset()
 
     def _store(self, points: list[Point]) -> None:
         if not points:
@@ -260,16 +260,18 @@ class Session:
             return
         self._looked = self._done
         points = self.ring.since(self.ring.end - MOST_WAITING, self._stretch)
-        self._implausible = self.feed.implausible(points.recorded[:, : len(self.feed.columns)])
+        self._implausible = self.row_estimator.implausible(
+            points.recorded[:, : len(self.row_estimator.columns)]
+        )
 
     def _follow_wish(self) -> None:
         """Begin or end a recording where that is wanted."""
         if not self._wanted:
             self._end_recording()
-        elif self._recorder is None and self.feed.columns and self.ring.end:
+        elif self._recorder is None and self.row_estimator.columns and self.ring.end:
             name = self._file or Path(time.strftime("live_%Y-%m-%d_%H%M%S.parquet"))
             try:
-                self._recorder = Recorder(name, self.feed.columns)
+                self._recorder = Recorder(name, self.row_estimator.columns)
             except InvalidInputError as error:
                 self._fault, self._wanted = f"not recorded: {error}", False
                 return
@@ -279,7 +281,7 @@ class Session:
         if self._recorder is None:
             return
         said = points.fields[:, -len(ESTIMATE) :]
-        rows = np.hstack([points.recorded[:, : len(self.feed.columns)], said])
+        rows = np.hstack([points.recorded[:, : len(self.row_estimator.columns)], said])
         try:
             self._recorder.write(rows)
         except OSError as error:

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from brushgrip.live.columns import Columns, Row
-from brushgrip.live.text_lines import LONGEST_LINE, TextLines
+from brushgrip.live.line_parser import LONGEST_LINE, LineParser
 from identification.reading.table import Table
 
 WAIT = 0.02
@@ -81,7 +81,7 @@ class _TextSource:
 
     def __init__(self, columns: Columns) -> None:
         self.refused, self.fault = 0, ""
-        self._columns, self._values_of = columns, TextLines()
+        self._columns, self._values_of = columns, LineParser()
 
     def _rows(self, lines: list[bytes]) -> list[Row]:
         rows: list[Row] = []

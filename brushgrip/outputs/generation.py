@@ -147,7 +147,7 @@ def vehicle_header(vehicle: Path, folder: Path, real: Real, name: str) -> list[P
     return generate_vehicle(read_vehicle_file(vehicle), folder, real, name=name)
 
 
-def prior(tuning: Tuning, rig: Path | None) -> str:
+def prior_in_words(tuning: Tuning, rig: Path | None) -> str:
     """The prior in words, and that the rig file's friction is not it."""
     declared = None if rig is None else read_rig_file(rig)[1].mu
     text = f"prior mu {tuning.mu:g} with standard deviation {tuning.mu_std:g}"

@@ -26,10 +26,10 @@ def path_table(plan: Plan, vehicle: Path | None) -> str:
     return "\n".join(lines) + "\n"
 
 
-def rows(plan: Plan) -> list[list[str]]:
+def plan_rows(plan: Plan) -> list[list[str]]:
     """Friction, travel, time, greatest angle and (least) deviation of each ground; a dash for never."""
     table = []
-    for row in document(plan)["grounds"]:
+    for row in plan_document(plan)["grounds"]:
         reached = ("–" if row[name] is None else f"{row[name]:.3f}" for name in _REACHED)
         deviation = "–" if row["deviation"] is None else f"{row['deviation']:.1%}"
         table.append([f"{row['mu']:g}", *reached, deviation])
@@ -39,7 +39,7 @@ def rows(plan: Plan) -> list[list[str]]:
 _REACHED = ("travel", "time", "angle")
 
 
-def document(plan: Plan) -> dict[str, Any]:
+def plan_document(plan: Plan) -> dict[str, Any]:
     """The plan as JSON values; None where the target is not reached, and where mu is never usable."""
     path, grounds = plan.path, []
     for mu, at, forecast in zip(plan.mus, plan.reached, plan.forecasts, strict=True):

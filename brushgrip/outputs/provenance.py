@@ -70,7 +70,7 @@ def digest_of(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def beside(out: Path) -> Path:
+def provenance_file(out: Path) -> Path:
     """The file of provenance beside a table of results; `os.devnull` for a pipe or a device."""
     with suppress(OSError):  # Whoever writes to such a name will say so.
         if out.exists() and not out.is_file():
@@ -112,7 +112,7 @@ def require_own_folder(document: Path, made: Provenance, *, force: bool) -> tupl
     return tuple(n for n in plain_names if Path(n).name == n and n not in ("", "..") and n.isprintable())
 
 
-def other_rig(rig: Rig, model: Path | None) -> str:
+def warning_of_other_rig(rig: Rig, model: Path | None) -> str:
     """A line where a model was found on a rig with another half-length or trail, else nothing."""
     try:
         told = json.loads((model or Path()).read_bytes())[KEY]["rig"]["content"]
@@ -127,7 +127,7 @@ def other_rig(rig: Rig, model: Path | None) -> str:
     )
 
 
-def clear(folder: Path, names: Sequence[str], kept: Sequence[str]) -> None:
+def remove_earlier_results(folder: Path, names: Sequence[str], kept: Sequence[str]) -> None:
     """Remove files of an earlier run, by their plain names; what no run writes stays."""
     for name in names:
         if name not in kept and Path(name).suffix in _WRITTEN and (folder / name).is_file():

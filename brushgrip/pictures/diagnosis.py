@@ -20,7 +20,7 @@ from brushgrip.pictures.style import (
     picture,
     set_title,
 )
-from brushgrip.wording.formatting import outcome, percent, plain, signed
+from brushgrip.wording.formatting import candidate_outcome, percent, plain, signed
 from identification import Candidate, Diagnosis, Proposal, Series, Signatures
 from identification.loops import literal
 
@@ -186,7 +186,7 @@ def _baseline(diagnosis: Diagnosis) -> float | None:
 
 
 def _colour(diagnosis: Diagnosis, candidate: Candidate) -> str:
-    text = outcome(diagnosis, candidate.name)
+    text = candidate_outcome(diagnosis, candidate.name)
     return AFTER if text.startswith("added") else _INDISTINGUISHABLE if text else QUIET
 
 

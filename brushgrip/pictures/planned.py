@@ -10,7 +10,7 @@ from brushgrip.pictures.style import MEASURED, picture
 from observers import Plan
 
 
-def draw_plan(file: Path, plan: Plan) -> None:
+def draw_plan_and_forecast(file: Path, plan: Plan) -> None:
     """The angle over time, and the usable deviation over travel for each friction."""
     path, target = plan.path, 100 * plan.target
     norm, colours = LogNorm(0.6 * min(plan.mus), 1.6 * max(plan.mus)), colormaps["viridis_r"]

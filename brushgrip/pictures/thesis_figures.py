@@ -8,7 +8,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from brushgrip.comparison.scores import AUTHOR, CaseScores
+from brushgrip.comparison.method_scores import AUTHOR, CaseScores
 from brushgrip.pictures.style import (
     MEASURED,
     QUIET,

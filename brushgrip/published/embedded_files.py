@@ -4,7 +4,7 @@ from pathlib import Path
 from shutil import copytree, ignore_patterns
 
 import brushgrip
-from brushgrip.inputs.pipeline import Inputs, locate_inputs
+from brushgrip.inputs.command_inputs import Inputs, locate_inputs
 from brushgrip.outputs.atomic import staged_directory
 from brushgrip.outputs.console import say, show
 from symbolic import InvalidInputError

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_outcome import FIGURES, FrictionOutcome
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction import band, meaning
+from brushgrip.wording.friction import meaning, with_95_band
 
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
 """Labels of `FrictionOutcome.groups`."""
@@ -14,7 +14,7 @@ GROUP_LABELS = {"training": "training", "holdout": "validation"}
 def known_friction(track: FrictionTrack) -> str:
     """Friction by the last usable sample with its 95 % band; a dash where there is none."""
     at = track.last_usable
-    return "–" if at is None else band(float(track.mu[at]), float(track.mu_std[at]))
+    return "–" if at is None else with_95_band(float(track.mu[at]), float(track.mu_std[at]))
 
 
 def usable_until(track: FrictionTrack) -> str:

@@ -26,7 +26,7 @@ from brushgrip.pictures import (
 from brushgrip.pictures.diagnosis import MOST_RECORDINGS
 from brushgrip.pictures.style import is_drawn_by_us, vectors
 from brushgrip.report import friction_words, tables, to_send
-from brushgrip.wording import formatting, verdict
+from brushgrip.wording import diagnosis_in_words, formatting
 from brushgrip.wording import friction as friction_wording
 from identification import Diagnosis
 
@@ -41,7 +41,7 @@ _LARGEST_DRAWING = 3_000_000
 """Bytes of a drawing that the page takes."""
 _MOST_SAMPLES = 100_000
 """Samples of all recordings that are drawn as lines; of more the page takes points."""
-_WORDS = (formatting, verdict, friction_wording, friction_words, to_send)
+_WORDS = (formatting, diagnosis_in_words, friction_wording, friction_words, to_send)
 """Modules whose public functions the template uses, as functions and as filters."""
 
 
@@ -171,7 +171,7 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
     }
     environment.filters |= words
     environment.globals |= words | {
-        "grades": verdict.GRADES,
+        "grades": diagnosis_in_words.GRADES,
         "picture": lambda name: _data_address(folder / name, drawings.get(name)),
     }
     return environment

@@ -5,6 +5,7 @@ from brushgrip.outputs.console import print_table, print_text, say
 from brushgrip.report.friction_words import friction_figures, friction_groups, ground_spreads
 from brushgrip.report.tables import friction_by_ground
 from brushgrip.report.to_send import friction_lines, paragraph_to_send
+from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism
 from brushgrip.wording.formatting import (
     error_columns,
     error_figures,
@@ -16,7 +17,6 @@ from brushgrip.wording.formatting import (
     sentence,
 )
 from brushgrip.wording.friction import use_of
-from brushgrip.wording.verdict import GRADES, explained_grade, headline, mechanism
 from identification import (
     Diagnosis,
     FoundEffect,

@@ -14,20 +14,20 @@ from brushgrip.report.friction_words import (
     known_friction,
     usable_until,
 )
+from brushgrip.wording.diagnosis_in_words import GRADES, plain_parameter
 from brushgrip.wording.formatting import (
     all_worse,
+    candidate_outcome,
     error_columns,
     error_figures,
     listed,
-    outcome,
     parameters,
     percent,
     plain,
     quantity,
     signed,
-    torque,
+    torque_error_text,
 )
-from brushgrip.wording.verdict import GRADES, plain_parameter
 from identification import Diagnosis, Signature
 
 
@@ -129,7 +129,7 @@ def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
     )
 
 
-def torque_errors(diagnosis: Diagnosis) -> ReportTable:
+def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
     """Mean errors of the three stages of the model."""
     stages = {
         "declared, parameters as given": diagnosis.declared,
@@ -155,7 +155,7 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
     rows = []
     for name in (*diagnosis.recordings, *diagnosis.holdout):
         row = [name, "validation" if name in diagnosis.holdout else "training"]
-        row += [torque(errors.rmse[name]) for errors in stages.values()]
+        row += [torque_error_text(errors.rmse[name]) for errors in stages.values()]
         row += [percent(errors.nrmse[name]) for errors in stages.values()]
         if diagnosis.after.left_out:
             row += [percent(errors.left_out[name]) for errors in both.values()]
@@ -204,7 +204,7 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
         rows=[
             (
                 *(plain(c.name), c.summary, percent(c.holdout_nrmse), signed(c.delta_bic)),
-                outcome(diagnosis, c.name),
+                candidate_outcome(diagnosis, c.name),
             )
             for c in diagnosis.candidates
         ],

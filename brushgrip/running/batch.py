@@ -20,14 +20,20 @@ from brushgrip.estimation.estimates import (
 )
 from brushgrip.estimation.suspected import suspected_cause
 from brushgrip.inputs.choices import ObserverName
-from brushgrip.inputs.pipeline import Inputs, staged_files, write_text
+from brushgrip.inputs.command_inputs import Inputs, staged_files, write_text
 from brushgrip.inputs.tunings import ChosenTuning
 from brushgrip.outputs.atomic import check_picture_name
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import executor_at
 from brushgrip.wording.formatting import csv_text
-from brushgrip.wording.friction import band, estimates_summary, further_recording, last_usable, meaning
+from brushgrip.wording.friction import (
+    estimates_summary,
+    further_recording,
+    last_usable,
+    meaning,
+    with_95_band,
+)
 from identification import Recording, read_rig
 from identification.selection.trial_runner import Submit, completed, workers
 from observers import ESTIMATE, Estimates, Status, ground_friction
@@ -241,7 +247,7 @@ def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ..
         known = isinstance(mu, float) and isfinite(mu)
         usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
         remark = str(row["fault"]) or ("" if known else _why_unknown(row))
-        friction = band(float(mu), float(std)) if known else "–"
+        friction = with_95_band(float(mu), float(std)) if known else "–"
         cells.append((str(row["recording"]), str(row["ground"]) or "–", friction, usable, remark))
     return ("recording", "ground", "mu_eff", "usable samples", "remark"), cells
 

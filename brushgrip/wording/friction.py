@@ -5,8 +5,8 @@ import re
 
 import numpy as np
 
+from brushgrip.wording.diagnosis_in_words import GRADES
 from brushgrip.wording.formatting import listed, percent, plain, quantity
-from brushgrip.wording.verdict import GRADES
 from identification import Diagnosis, FoundModel, ParameterEstimate
 from observers import Estimates, GroundFriction, Status
 from observers.quality.ground_friction import LEAST_RECORDINGS
@@ -27,7 +27,7 @@ REASONS = {
 """Why a sample is not usable, the gravest first; of others the remedy says it."""
 
 
-def band(value: float, std: float) -> str:
+def with_95_band(value: float, std: float) -> str:
     """A friction coefficient with its 95 % band, to the hundredth, or the thousandth if narrow."""
     if not math.isfinite(value):
         return "–"
@@ -41,7 +41,7 @@ def band(value: float, std: float) -> str:
 def further_band(friction: GroundFriction) -> str:
     """Friction of a ground with the band of a further recording; no friction is below nothing."""
     low, half = friction.mu_eff, math.inf if friction.further is None else friction.further
-    return band(low, half / BAND) if half < low else f"up to {low + half:.2f}"
+    return with_95_band(low, half / BAND) if half < low else f"up to {low + half:.2f}"
 
 
 def further_recording(ground: str, friction: GroundFriction | None, recordings: int) -> str:
@@ -112,7 +112,7 @@ def _last_friction(estimates: Estimates) -> str:
         )
         return f"friction is not known{since}, {share}"
     mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
-    friction = f"mu_eff = {band(mu, std)}" + " (95 % band)" * math.isfinite(std)
+    friction = f"mu_eff = {with_95_band(mu, std)}" + " (95 % band)" * math.isfinite(std)
     where = "at the end" if at == estimates.t.size - 1 else f"at {estimates.t[at]:.4g} s, last usable"
     line = f"{friction} {where}, {share}"
     # On the declared model the two are the same.

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.diagnosis.errors import declared_errors, errors_of, model_error_of
-from identification.diagnosis.families import found_families
+from identification.diagnosis.errors import declared_errors, error_on_unseen_of, errors_of
+from identification.diagnosis.family_curves import found_families
 from identification.diagnosis.findings import Candidate, Series
 from identification.diagnosis.found_effects import found_effects, notes_on
 from identification.diagnosis.result import Diagnosis
@@ -54,7 +54,7 @@ def build_diagnosis(
         errors_of(trial, training, holdout, left) for trial, left in zip(trials, left_out, strict=True)
     )
     error_before, error_after = (
-        model_error_of(trial, training, holdout, left)
+        error_on_unseen_of(trial, training, holdout, left)
         for trial, left in zip(trials, left_out, strict=True)
     )
     followed_before, followed = (

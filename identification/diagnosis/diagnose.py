@@ -16,7 +16,7 @@ from identification.experiments.proposals import Proposal
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.problem import torque_range
 from identification.fits.values import grounds_of
-from identification.reading.car_torques import without_gear
+from identification.reading.declared_torques import without_gear
 from identification.reading.long_recordings import bounded
 from identification.reading.recordings import Recording
 from identification.residuals.signals import check_signatures

@@ -18,7 +18,7 @@ from identification.fits.options import FitOptions
 from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess, rig_parameters
 from identification.reading.recordings import Recording
-from identification.residuals.model_error import model_error
+from identification.residuals.error_on_unseen import error_on_unseen
 from identification.selection.trial_runner import Submit, results_of
 from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
 from symbolic import ModelError
@@ -106,7 +106,7 @@ def _relative(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -
     return {r.name: rmse_of(residuals[r.name]) / torque_range(r) for r in recordings}
 
 
-def model_error_of(
+def error_on_unseen_of(
     trial: Trial,
     training: Sequence[Recording],
     holdout: Sequence[Recording],
@@ -114,8 +114,8 @@ def model_error_of(
 ) -> ModelError | None:
     """How wrong a trial's model is on recordings that no shared parameter was fitted to."""
     if holdout:
-        return model_error(trial.residuals, holdout, trial.fitted.loss)
-    return model_error(left_out, training if left_out else (), trial.fitted.loss)
+        return error_on_unseen(trial.residuals, holdout, trial.fitted.loss)
+    return error_on_unseen(left_out, training if left_out else (), trial.fitted.loss)
 
 
 def left_out_residuals(

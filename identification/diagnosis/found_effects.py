@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.diagnosis.findings import Errors, FoundEffect, Grade
 from identification.experiments.proposals import Proposal
-from identification.fits.bounds import AT_BOUND, effects_at_bounds
+from identification.fits.ended_at_bound import AT_BOUND, effects_at_bounds
 from identification.fits.fitting import Fit
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording

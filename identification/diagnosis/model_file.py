@@ -10,7 +10,7 @@ from typing import Any
 from identification.diagnosis.result import Diagnosis
 from identification.reading.files import read_bytes
 from symbolic import Effect, FoundModel, model_from_tables, units_of
-from symbolic.tables.model_tables import MODEL_VERSION
+from symbolic.tables.found_model_tables import MODEL_VERSION
 from symbolic.tables.parsing import LARGEST_MODEL, json_of, naming
 
 __all__ = ["FoundModel", "model_text", "read_model"]

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from identification.experiments.manoeuvres import manoeuvres
-from identification.experiments.proposals import Proposal, proposal, sample_period
-from identification.experiments.steering import STEP, Manoeuvre, reach_of
+from identification.experiments.proposals import Proposal, proposal_from_torques, sample_period
+from identification.experiments.turns_and_rests import STEP, Manoeuvre, reach_of
 from identification.fits.fitting import Fit
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
@@ -73,7 +73,7 @@ def propose(
             break
         best = max(best, other.refine(outcome), key=lambda outcome: outcome.difference)
     torques = best.torque, best.rival_torque
-    return proposal(found, rival, recordings, best.manoeuvre, torques, criteria)
+    return proposal_from_torques(found, rival, recordings, best.manoeuvre, torques, criteria)
 
 
 def _typical(fitted: Fit, recordings: Sequence[Recording]) -> Recording:

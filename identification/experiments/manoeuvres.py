@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from identification.experiments.steering import (
+from identification.experiments.turns_and_rests import (
     LENGTH,
     Leg,
     Manoeuvre,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.experiments.steering import STEP, Manoeuvre
+from identification.experiments.turns_and_rests import STEP, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import Fit
 from identification.fits.loss import rmse_of
@@ -79,7 +79,7 @@ class Proposal:
         }
 
 
-def proposal(
+def proposal_from_torques(
     found: Fit,
     rival: Fit,
     recordings: Sequence[Recording],

@@ -41,7 +41,7 @@ def standard_deviations(fitted: Fit, recordings: Sequence[Recording]) -> Array:
     return np.sqrt(np.diag(covariance(fitted, recordings)))
 
 
-def correlation(fitted: Fit, recordings: Sequence[Recording]) -> Array:
+def parameter_correlation(fitted: Fit, recordings: Sequence[Recording]) -> Array:
     """Correlations of the free coordinates, shape (p, p); NaN where the data do not determine one."""
     covariances = covariance(fitted, recordings)
     variances = np.diag(covariances)

@@ -10,7 +10,7 @@ from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
 from identification.fits.options import FitOptions, Label
 from identification.fits.values import Values, ground_of, grounds_of, replaced_rig, rig_parameters
-from identification.reading.car_torques import declared_torques
+from identification.reading.declared_torques import declared_torques
 from identification.reading.recordings import Recording
 from symbolic import RIG_DIRECTIONS, InvalidInputError, Model, Parameter, parameter_name, simulate
 

@@ -8,10 +8,10 @@ from scipy.stats import t as students_t
 
 from identification.fits.values import ParameterEstimate
 from identification.free_decay.identifiability import (
-    ContactStiffness,
-    agree,
+    StiffnessOfOneContact,
     describe_identifiability,
     stiffness_by_contact,
+    stiffnesses_agree,
 )
 from identification.free_decay.likelihood import COMMON, Contact, Likelihood, contact_of
 from identification.free_decay.onset import find_vibration
@@ -64,13 +64,13 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
     _check_plausible(likelihood, solution)
     scales = likelihood.scales[: likelihood.shared]
     covariance = uncertainty.covariance * np.outer(scales, scales)
-    quantile = float(students_t.ppf((1 + _CONFIDENCE) / 2, uncertainty.freedom))
+    quantile = float(students_t.ppf((1 + _CONFIDENCE) / 2, uncertainty.degrees_of_freedom))
     k, b_t = (
         _parameter(float(solution.x[i] * scales[i]), float(covariance[i, i]), quantile, UNITS[i])
         for i in range(COMMON)
     )
     stiffnesses = stiffness_by_contact(likelihood)
-    agreed = agree(stiffnesses.values())
+    agreed = stiffnesses_agree(stiffnesses.values())
     contacts = _contacts(likelihood, solution, covariance, stiffnesses)
     return FreeDecay(
         k=k,
@@ -117,7 +117,7 @@ def _contacts(
     likelihood: Likelihood,
     solution: Solution,
     covariance: Array,
-    stiffnesses: Mapping[Contact, ContactStiffness],
+    stiffnesses: Mapping[Contact, StiffnessOfOneContact],
 ) -> tuple[ContactResult, ...]:
     """Friction force of every contact, where its slip 1/(mu F_N) differs from zero, and its k."""
     results = []

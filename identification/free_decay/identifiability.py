@@ -31,15 +31,15 @@ _SIGNIFICANCE = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactStiffness:
+class StiffnessOfOneContact:
     """k from the recordings of one contact alone, and the degrees of freedom of its deviation."""
 
     k: float
     std: float
-    freedom: int
+    degrees_of_freedom: int
 
 
-def stiffness_by_contact(likelihood: Likelihood) -> dict[Contact, ContactStiffness]:
+def stiffness_by_contact(likelihood: Likelihood) -> dict[Contact, StiffnessOfOneContact]:
     """The k of every contact that determines it alone; empty where there is only one contact."""
     if len(likelihood.contacts) < 2:
         return {}
@@ -47,7 +47,7 @@ def stiffness_by_contact(likelihood: Likelihood) -> dict[Contact, ContactStiffne
     return {contact: stiffness for contact, stiffness in found.items() if stiffness is not None}
 
 
-def agree(stiffnesses: Collection[ContactStiffness]) -> bool | None:
+def stiffnesses_agree(stiffnesses: Collection[StiffnessOfOneContact]) -> bool | None:
     """Whether values of k differ by no more than chance allows; None for fewer than two."""
     if len(stiffnesses) < 2:
         return None
@@ -55,11 +55,11 @@ def agree(stiffnesses: Collection[ContactStiffness]) -> bool | None:
     mean = np.average(k, weights=std**-2)
     scatter = float((((k - mean) / std) ** 2).sum()) / (k.size - 1)
     # The variances are estimates themselves; the least certain one bounds the freedom of all.
-    freedom = min(one.freedom for one in stiffnesses)
-    return bool(fishers_f.sf(scatter, k.size - 1, freedom) > _SIGNIFICANCE)
+    degrees_of_freedom = min(one.degrees_of_freedom for one in stiffnesses)
+    return bool(fishers_f.sf(scatter, k.size - 1, degrees_of_freedom) > _SIGNIFICANCE)
 
 
-def _stiffness_of(likelihood: Likelihood, contact: Contact) -> ContactStiffness | None:
+def _stiffness_of(likelihood: Likelihood, contact: Contact) -> StiffnessOfOneContact | None:
     part = Likelihood([r for r in likelihood.vibrations if contact_of(r) == contact])
     try:
         solution = solve(part)
@@ -69,7 +69,9 @@ def _stiffness_of(likelihood: Likelihood, contact: Contact) -> ContactStiffness 
     if not solution.converged:
         return None
     k, std = np.array([solution.x[0], np.sqrt(uncertainty.covariance[0, 0])]) * part.scales[0]
-    return ContactStiffness(k=float(k), std=float(std), freedom=uncertainty.freedom)
+    return StiffnessOfOneContact(
+        k=float(k), std=float(std), degrees_of_freedom=uncertainty.degrees_of_freedom
+    )
 
 
 def describe_identifiability(

@@ -80,7 +80,7 @@ class Likelihood:
         self.contacts = tuple(dict.fromkeys(map(contact_of, vibrations))) if sliding else ()
         self.shared = COMMON + len(self.contacts)
         self.scales = self._scales()
-        self._grids = [sample_grid(r) for r in vibrations]
+        self._grids = [integration_grid(r) for r in vibrations]
         self._geometries = [np.array([*contact_of(r), r.decay.inertia]) for r in vibrations]
 
     def columns(self, recording: int) -> list[int]:
@@ -139,7 +139,7 @@ class Likelihood:
 
     def _scales(self) -> Array:
         """Size of every unknown, from the guesses of `find_vibration`."""
-        k, b_t = first_guess(self.vibrations)
+        k, b_t = guess_k_and_b_t(self.vibrations)
         slips = []
         for a, e in self.contacts:
             least = min(abs(r.deflection) for r in self.vibrations if contact_of(r) == (a, e))
@@ -154,7 +154,7 @@ def contact_of(vibration: FreeVibration) -> Contact:
     return vibration.decay.rig.a, vibration.decay.rig.e
 
 
-def first_guess(vibrations: Sequence[FreeVibration]) -> tuple[float, float]:
+def guess_k_and_b_t(vibrations: Sequence[FreeVibration]) -> tuple[float, float]:
     """Guesses of k [N/m^2] and b_t [N m s/rad] by [Györök 2022], (5.7) and (5.8) with J_A."""
     k = [
         (r.omega**2 + r.damping**2) * r.decay.inertia / stiffness(1, *contact_of(r)) for r in vibrations
@@ -163,7 +163,7 @@ def first_guess(vibrations: Sequence[FreeVibration]) -> tuple[float, float]:
     return float(np.median(k)), float(np.median(b_t))
 
 
-def sample_grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]:
+def integration_grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]:
     """Times short enough for the integration [s], and the places of the samples among them."""
     parts = np.maximum(np.ceil(np.diff(vibration.t) * vibration.omega / _LONGEST_STEP), 1).astype(
         np.intp

@@ -64,7 +64,7 @@ class JackknifeCovariance(NamedTuple):
 
     covariance: Array
     information: Array
-    freedom: int
+    degrees_of_freedom: int
 
 
 def solve(likelihood: Likelihood) -> Solution:
@@ -146,7 +146,7 @@ def jackknife(likelihood: Likelihood, solution: Solution) -> JackknifeCovariance
     return JackknifeCovariance(
         covariance=np.sum([np.outer(change, change) for change in changes], axis=0),
         information=np.asarray(np.linalg.inv(inverse[shared, shared]), dtype=np.float64),
-        freedom=max(len(changes) - likelihood.shared, 1),
+        degrees_of_freedom=max(len(changes) - likelihood.shared, 1),
     )
 
 

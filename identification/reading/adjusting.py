@@ -66,7 +66,7 @@ def _warn_of_twist(part: Recording) -> None:
         )  # fmt: skip
 
 
-def geared(recording: Recording, ratio: float) -> Recording:
+def with_wheel_angle(recording: Recording, ratio: float) -> Recording:
     """The recording with the angle of the wheel, where that of the steering wheel was recorded.
 
     Args:

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.car_channels import absent_of_steering
 from identification.reading.car_plausibility import require_plausible_car, way_and_force
 from identification.reading.channels import map_hint, missing_channels
 from identification.reading.files import read_bytes
+from identification.reading.guessed_car_channels import absent_of_steering
 from identification.reading.rack_motion import RackInstant, rack_motion
 from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap

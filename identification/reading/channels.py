@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from identification.reading.car_channels import EITHER, guesses_of_steering
+from identification.reading.guessed_car_channels import EITHER, guesses_of_steering
 from identification.reading.guessed_units import judged
 from identification.reading.signal_map import (
     FOR_RATIO,

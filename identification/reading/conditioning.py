@@ -61,7 +61,7 @@ def _require_positive(name: str, frequency: float) -> None:
         raise InvalidInputError(f"{name} must be finite and greater than 0 Hz, got {frequency}")
 
 
-class PipelineStep(Protocol):
+class ChannelStep(Protocol):
     """One step of a pipeline."""
 
     def __call__(self, channel: Channel) -> Channel:
@@ -192,7 +192,7 @@ class Pipeline:
         steps: as `Scaled`, `OffsetRemoved`, `LowPass`, `Resampled`.
     """
 
-    steps: tuple[PipelineStep, ...]
+    steps: tuple[ChannelStep, ...]
 
     def __call__(self, channel: Channel) -> Channel:
         """The channel after all of them."""

@@ -21,7 +21,7 @@ from identification.reading.formats.parquet import open_parquet
 from identification.reading.formats.ros import open_ros
 from identification.reading.formats.tdms import open_tdms
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import Table, check
+from identification.reading.table import Table, require_valid_samples
 from symbolic import InvalidInputError
 
 CAN_LOGS = (".blf", ".asc", ".log")
@@ -116,7 +116,7 @@ def read_table(
     else:
         table = reader(path, needed)
         table = remapped(table, needed, signals) if signals else table
-    check(table, needed)
+    require_valid_samples(table, needed)
     for remark in table.remarks:
         _LOG.warning("brushgrip: %s: %s", path, remark)
     return table

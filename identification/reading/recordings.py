@@ -17,7 +17,7 @@ from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
 from identification.reading.smoothing import smoothed_rate
-from identification.reading.table import MIN_SAMPLES, Table, check, required_columns
+from identification.reading.table import MIN_SAMPLES, Table, require_valid_samples, required_columns
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.tables.markup import html_table
@@ -165,7 +165,7 @@ class Recording:
         )
         needed = required_columns(torque_required=torque_required)
         table = tabulate(Path(name), file, needed, signals)
-        check(table, needed)
+        require_valid_samples(table, needed)
         return recording_of(table, rig, name, causal=causal)
 
     def _frozen(self, name: str, value: ArrayLike) -> Array:
@@ -248,7 +248,7 @@ def recording_of(
 def _of_car(table: Table, vehicle: Vehicle, name: str, *, causal: bool) -> Recording:
     """The recording of the mean wheel of a car."""
     wheel, standstills = wheel_table(table, vehicle)
-    check(wheel, required_columns(torque_required=True))
+    require_valid_samples(wheel, required_columns(torque_required=True))
     rig = rig_of(vehicle, brakes=standstills.brakes[0])
     recording = recording_of(replace(wheel, declared={}), rig, name, causal=causal)
     stretch = standstills.stretch[-recording.t.size :]

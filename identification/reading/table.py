@@ -92,7 +92,7 @@ def columns_of(needed: Sequence[str]) -> tuple[str, ...]:
     return ("t", *CAR_COLUMNS)
 
 
-def check(table: Table, needed: Sequence[str]) -> None:
+def require_valid_samples(table: Table, needed: Sequence[str]) -> None:
     """Check every sample.
 
     Args:

@@ -138,7 +138,7 @@ class Noise:
     counts: Array
 
     @property
-    def freedom(self) -> int:
+    def degrees_of_freedom(self) -> int:
         """Degrees of freedom of the estimate at frequency zero."""
         return 2 * NEIGHBOURS * self.counts.size
 
@@ -181,7 +181,7 @@ def noise_of(rows: Rows) -> Noise:
 
 
 def correlation(
-    columns: Array, absorbed: Array, noise: Noise, freedom: float = 1e9
+    columns: Array, absorbed: Array, noise: Noise, degrees_of_freedom: float = 1e9
 ) -> tuple[float, float, Array]:
     """Partial correlation of the residual with columns.
 
@@ -194,8 +194,8 @@ def correlation(
         columns: the signal, one column for each strength that it may have.
         absorbed: orthonormal directions.
         noise: the residual and its covariance by chance.
-        freedom: degrees of freedom with which the variance by chance is known; `noise.freedom` where the
-            columns are not centred and it rests on the lowest frequencies.
+        degrees_of_freedom: those of the variance by chance; `noise.degrees_of_freedom` where the columns
+            are not centred, so that it rests on the lowest frequencies.
 
     Returns:
         The correlation, the half-width of its band, and the slope of each column.
@@ -211,7 +211,7 @@ def correlation(
     by_chance = directions.T @ noise.covariance_times(directions)
     mean, spread = float(np.trace(by_chance)), float(np.sum(by_chance * by_chance.T))
     # mean is above 0: the residual is not zero, and its covariance is that of a moving average.
-    quantile = f.ppf(CONFIDENCE, mean**2 / spread, freedom)
+    quantile = f.ppf(CONFIDENCE, mean**2 / spread, degrees_of_freedom)
     band = float(np.sqrt(mean * quantile)) / length
     slopes = axes.T @ projection
     sign = np.sign(slopes[0]) if slopes.size == 1 else 1.0

@@ -231,8 +231,8 @@ def _correlate(
     """How far the residual follows each signal."""
     every = []
     for signal, own in columns.items():
-        freedom = 1e9 if signal.centred else noise.freedom
-        value, band, slopes = correlation(own, absorbed.of(signal), noise, freedom)
+        degrees_of_freedom = 1e9 if signal.centred else noise.degrees_of_freedom
+        value, band, slopes = correlation(own, absorbed.of(signal), noise, degrees_of_freedom)
         every.append(
             Signature(
                 signal=signal.name,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from identification.fits.bounds import ends_at_bound
+from identification.fits.ended_at_bound import ends_at_bound
 from identification.reading.recordings import Recording
 from identification.selection.criteria import SelectionCriteria, distinguishable, flattered
 from identification.selection.trial_runner import Effects
@@ -36,7 +36,7 @@ def without(effects: Effects, removed: Effect) -> Effects:
     return tuple(effect for effect in effects if effect != removed)
 
 
-def ranked_candidates(
+def in_order_of_confirmation(
     justified: Sequence[Trial], training: Sequence[Recording], criteria: SelectionCriteria
 ) -> list[RankedCandidate]:
     """Candidates in the order in which they should be confirmed.

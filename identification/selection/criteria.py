@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from identification.fits.autocorrelation import effective_samples
-from identification.fits.bounds import ends_at_bound
+from identification.fits.ended_at_bound import ends_at_bound
 from identification.fits.fitting import Fit
 from identification.fits.loss import influence
 from identification.fits.problem import over_range
@@ -82,7 +82,7 @@ def step_justified(
     if len(trial.effects) <= len(present.effects):
         return exchange_justified(trial, present, training, criteria, declared)
     added = addition_justified(trial, present, training, criteria)
-    return added and beyond_law(trial.effects[-1], trial, present, declared, criteria)
+    return added and exceeds_law_mismatch(trial.effects[-1], trial, present, declared, criteria)
 
 
 def addition_justified(
@@ -104,7 +104,7 @@ def addition_justified(
     return delta_bic(richer.fitted, present.fitted, training) < allowed
 
 
-def beyond_law(
+def exceeds_law_mismatch(
     added: Effect, richer: Trial, present: Trial, declared: Trial, criteria: SelectionCriteria
 ) -> bool:
     """Whether an effect explains more than a wrong law of those beside it may leave.
@@ -144,7 +144,7 @@ def removal_justified(
         addition_justified(present, poorer, training, criteria)
         and (
             len(poorer.effects) == len(present.effects)
-            or beyond_law(removed, present, poorer, declared, criteria)
+            or exceeds_law_mismatch(removed, present, poorer, declared, criteria)
         )
     )
 

@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-from identification.fits.bounds import ends_at_bound
+from identification.fits.ended_at_bound import ends_at_bound
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.candidates import (
     RankedCandidate,
+    in_order_of_confirmation,
     is_second,
-    ranked_candidates,
     with_effect,
     without,
 )
@@ -152,7 +152,7 @@ class Search:
         sets = [with_effect(present.fine.effects, effect) for effect in effects]
         trials = self._rank(present, sets, label)
         justified = [t for t in trials if self._improves(t, present, step_justified)]
-        best = ranked_candidates(justified, self.runner.thinned_training, self.criteria)
+        best = in_order_of_confirmation(justified, self.runner.thinned_training, self.criteria)
         ranked = sorted([*earlier, *trials], key=lambda trial: trial.nrmse)
         indistinguishable, after = self._first_confirmed(best, present, step_justified)
         replaced = after is not None and len(after.effects) <= len(present.fine.effects)

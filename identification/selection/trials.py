@@ -13,7 +13,7 @@ from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
 from identification.reading.adjusting import at_samples
 from identification.reading.recordings import Recording
-from identification.selection.leave_one_out import leave_one_out
+from identification.selection.leave_one_out_linearised import leave_one_out
 from symbolic import SEARCH_STEPS, Effect, Model
 
 Array = NDArray[np.float64]

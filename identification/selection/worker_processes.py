@@ -20,7 +20,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from symbolic import BrushgripError
-from symbolic.compilation.system import deaf_children, interrupt_main_thread
+from symbolic.compilation.operating_system import deaf_children, interrupt_main_thread
 
 GRACE = 3.0
 """Time that a process has to clean up before it is killed [s]."""

@@ -121,7 +121,7 @@ def _fit(columns: Array, values: Array) -> list[tuple[float, float]]:
     return list(zip(solution.tolist(), stds.tolist(), strict=True))
 
 
-def _quantile(probability: float, freedom: int) -> float:
+def _quantile(probability: float, degrees_of_freedom: int) -> float:
     if not 0 < probability < 1:
         raise InvalidInputError(f"probability must lie between 0 and 1, got {probability:g}")
-    return float(student.ppf(0.5 + 0.5 * probability, freedom))
+    return float(student.ppf(0.5 + 0.5 * probability, degrees_of_freedom))

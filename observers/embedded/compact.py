@@ -8,19 +8,19 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from observers.embedded.constants import Constants, Tunable
+from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.filter import compact_filter
-from observers.embedded.estimators.interface import EstimatorCode
 from observers.embedded.estimators.measurement_traits import follows_correction
 from observers.embedded.estimators.sample_functions import sample_functions
 from observers.embedded.estimators.supervision import (
+    acquisition_and_scale_functions,
     rolled_verdict,
     supervised,
-    supervision_functions,
 )
 from observers.embedded.estimators.window import compact_window
-from observers.embedded.patches.bristles import bristles, has_bristles
-from observers.embedded.patches.corners import corners, has_corners
-from observers.embedded.patches.interface import PatchCode
+from observers.embedded.patches.bristles import bristle_patch_code, has_bristles
+from observers.embedded.patches.exact_patch import exact_patch_code, has_corners
+from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_function import described, estimator_c
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
@@ -46,7 +46,7 @@ ESTIMATORS: Mapping[type, Callable[[PatchCode, Constants], EstimatorCode]] = {
 }
 """Estimators in compact C; a subclass may compute something else."""
 ANY = ("any_log", "any_exp")
-"""Functions of `templates/numbers.c` that have an answer to any number."""
+"""Functions of `templates/elementary_functions.c` that have an answer to any number."""
 
 
 def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "") -> PatchCode | None:
@@ -64,11 +64,11 @@ def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "")
     if model.states[0] != "log_mu":
         return None
     if has_bristles(observer):
-        patch = bristles(observer, real)
+        patch = bristle_patch_code(observer, real)
     elif isinstance(observer, Mhe) and memory_depends_on_tyre(observer.model, model):
         return None
     elif has_corners(observer):
-        patch = corners(observer, real, with_rig=tunable == "all")
+        patch = exact_patch_code(observer, real, with_rig=tunable == "all")
     else:
         return None
     return patch if patch.takes_rig or tunable != "all" else None
@@ -85,7 +85,7 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
         "follows_mu": patch.follows_mu, "slides": patch.torque_model.slides, **estimator.terms,
     }  # fmt: skip
     functions = [*sample_functions(observer), *estimator.functions]
-    functions += supervision_functions(observer, constants)
+    functions += acquisition_and_scale_functions(observer, constants)
     names = {**_names(observer), **estimator.names}
     texts = [estimator_c(function, real, names) for function in functions]
     if observer.acquire:
@@ -98,9 +98,9 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
     used = [name for name in (*ELEMENTARY, *ANY) if f"{name}(" in written + of_patch + stepping]
     if observer.acquire:
         used.append("any_exp")
-    elementary = render("numbers.c", {**values, "used": used})
+    elementary = render("elementary_functions.c", {**values, "used": used})
     body = Body(
-        core=elementary + render("patches/interface.c", values) + written + of_patch,
+        core=elementary + render("patches/torque_places.c", values) + written + of_patch,
         stepping=stepping,
         private=estimator.private.replace("NAME", name),
         bytes=estimator.bytes + patch.bytes,

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 from observers.embedded.compact import compact_patch
 from observers.embedded.constants import Tunable
-from observers.embedded.patches.corners import DEPTH
-from observers.embedded.patches.interface import PatchCode
+from observers.embedded.patches.exact_patch import DEPTH
+from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.mhe import Mhe
 from observers.protocol import FunctionObserver

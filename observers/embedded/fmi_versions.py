@@ -62,7 +62,7 @@ def base_unit(unit: str) -> str:
     return f"<BaseUnit{attributes}/>"
 
 
-def unused(parameters: str) -> str:
+def marked_unused(parameters: str) -> str:
     """C that marks parameters as not used."""
     names = (parameter.split()[-1].strip("*[]") for parameter in parameters.split(",") if parameter)
     return ", ".join(f"(void){name}" for name in names) + ";"

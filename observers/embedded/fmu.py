@@ -17,7 +17,7 @@ from pathlib import Path
 
 from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts, template_terms
 from observers.embedded.constants import Tunable
-from observers.embedded.fmi_versions import VERSIONS, Version, base_unit, unused
+from observers.embedded.fmi_versions import VERSIONS, Version, base_unit, marked_unused
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
@@ -172,7 +172,7 @@ def _texts(
         *(p["fmi_unit"] for p in terms["parameters"]),
     ]
     terms["units"] = [(unit, base_unit(unit)) for unit in dict.fromkeys(units)]
-    of_version = {**terms, **vars(version), "fmi": version.fmi, "unused": unused}
+    of_version = {**terms, **vars(version), "fmi": version.fmi, "unused": marked_unused}
     archive = {
         "modelDescription.xml": render(f"fmu/{version.description}", terms),
         f"sources/{name}.c": texts[f"{name}.c"],

@@ -16,7 +16,7 @@ from observers.estimates import Estimates
 from observers.interfaces.run import as_estimates
 from observers.protocol import ESTIMATE, FunctionObserver
 from symbolic import InvalidInputError, compiler
-from symbolic.compilation.system import LIBRARY_SUFFIX
+from symbolic.compilation.operating_system import LIBRARY_SUFFIX
 from symbolic.compilation.toolchain import library_line, run_compiler
 
 Array = NDArray[np.float64]

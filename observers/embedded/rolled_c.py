@@ -121,14 +121,14 @@ class LoopWriter:
         if value.stored:
             self.lines.append(f"{indent}{value.text.format(i='i')} = {stripped(as_real(term))};")
             return
-        value.text, value.is_condition, value.choice = term.text, term.is_condition, term.choice
+        value.text, value.is_condition, value.value_if = term.text, term.is_condition, term.value_if
         if is_kept(value.code, term, value.uses) or value.code == CHOICE:
-            value.text, value.choice = self._name(), None
+            value.text, value.value_if = self._name(), None
             kind = "bool" if term.is_condition else self.real
             self.lines.append(f"{indent}const {kind} {value.text} = {stripped(term.text)};")
 
     def _term(self, value: Value) -> Term:
-        return Term(self._text(value, "i"), value.is_condition, value.choice)
+        return Term(self._text(value, "i"), value.is_condition, value.value_if)
 
     def _real(self, value: Value) -> str:
         return as_real(self._term(value))

@@ -49,7 +49,7 @@ class Value:
     constant: Array | None = None
     text: str = ""
     is_condition: bool = False
-    choice: tuple[str, str] | None = None
+    value_if: tuple[str, str] | None = None
     is_placed: bool = False
     loop: int = 10**6
     stored: bool = False

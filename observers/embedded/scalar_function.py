@@ -171,7 +171,7 @@ def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[
 
 
 def described(function: ca.Function, name: str, text: str, names: Mapping[str, Sequence[str]]) -> str:
-    """C of a Function with a comment, exp and log being those of `templates/numbers.c` for any number.
+    """C of a Function with a comment; exp and log are those of `templates/elementary_functions.c`.
 
     The comment says what it does, and names the elements of vectors, as far as `names` has them.
     """

@@ -23,16 +23,16 @@ from observers.measurement.linearisation import (
     directions,
 )
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
-from observers.patch.model import PatchModel
+from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import (
     build_patch_update,
     memory_depends_on_tyre,
     memory_fields,
     reset_retention,
     sensitivity_retention,
+    signals_with_states,
     slopes_by_states,
     tyre_parameters,
-    update_signals,
 )
 from observers.protocol import OUTPUT
 from observers.quality.innovation_gate import (
@@ -192,7 +192,7 @@ def _update_patch(sample: StepSample, memory: Parts, x: ca.MX) -> Parts:
     """Memory, M_z and slopes by the states after the sample, at the states x."""
     measurement_model = sample.measurement_model
     update = build_patch_update(sample.model, measurement_model)
-    signals = update_signals(measurement_model, x, sample.now)
+    signals = signals_with_states(measurement_model, x, sample.now)
     tyre = tyre_parameters(measurement_model, x)
     geometry = sample.rig[: len(GEOMETRY)]
     results = outputs_of(update, *memory.values(), signals, tyre, sample.theta, geometry)

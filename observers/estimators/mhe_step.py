@@ -38,7 +38,7 @@ from observers.layout import Layout, Parts, symbols
 from observers.measurement.linearisation import angle_is_state, directions
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.history import PatchHistory
-from observers.patch.model import PatchModel
+from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
 from observers.quality.innovation_gate import COUNTS

@@ -11,10 +11,10 @@ from observers.measurement.linearisation import build_clean, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.patch.effective_friction import build_effective_friction, output_vector
-from observers.patch.model import PatchModel, constants_size, split_constants
+from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_constants
 from observers.protocol import SAMPLE, Status
 from observers.quality.innovation_gate import InnovationTest, build_innovation
-from observers.quality.innovation_monitor import change_variance
+from observers.quality.innovation_monitor import variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, full_slide_torque
 
@@ -28,7 +28,7 @@ GEAR_BOUNDS = (0.0, 4.0)
 
 def step_symbols(model: PatchModel, parts: Layout) -> dict[str, ca.MX]:
     """Symbols for state, sample and constants of a step."""
-    return symbols(ca.MX, state=parts.size, sample=len(SAMPLE), constants=constants_size(model))
+    return symbols(ca.MX, state=parts.size, sample=len(SAMPLE), constants=observer_constants_size(model))
 
 
 def clip_to_bounds(measurement_model: MeasurementModel, x: Expression, tuning: Expression) -> Expression:
@@ -89,7 +89,7 @@ class StepSample:
     @property
     def change(self) -> Expression:
         """What a change of the ground adds to the variance of ln mu."""
-        return change_variance(named(TUNING_FIELDS, self.tuning))
+        return variance_between_grounds(named(TUNING_FIELDS, self.tuning))
 
     def test(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> InnovationTest:
         """The innovation at predicted states x (n,) of covariance P, and its test."""

@@ -91,7 +91,7 @@ def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
 
 
 def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
-    """Model and values of a model file, see `symbolic.tables.model_tables.model_from_tables`.
+    """Model and values of a model file, see `symbolic.tables.found_model_tables.model_from_tables`.
 
     Args:
         path: the model file.

@@ -25,7 +25,7 @@ from observers.measurement.measurement_model import CLEAN, RIG
 from observers.patch.effective_friction import build_effective_friction
 from observers.protocol import ESTIMATE, OUTPUT
 from observers.quality.innovation_gate import COUNTS
-from observers.quality.innovation_monitor import change_variance
+from observers.quality.innovation_monitor import variance_between_grounds
 from observers.udu import covariance_of
 from symbolic import GEOMETRY, InvalidInputError
 
@@ -147,7 +147,7 @@ def _motions(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
     predicted, A, Q = (result.full() for result in results[:3])
     n = x.shape[0]
     resets = np.diff(counts[COUNTS.index("resets")])
-    Q[state_index(measurement_model)] += resets * change_variance(vars(observer.tuning))
+    Q[state_index(measurement_model)] += resets * variance_between_grounds(vars(observer.tuning))
     return predicted.T, A.T.reshape(between, n, n).transpose(0, 2, 1), Q.T
 
 

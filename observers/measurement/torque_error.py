@@ -46,7 +46,7 @@ def model_error_variance(x: Parts, tuning: Parts) -> Expression:
 
     The error is a share of the torque that there is, full slide at the present mu.
     """
-    return ca.if_else(is_stated(tuning), present_error(x, tuning) ** 2, 0)
+    return ca.if_else(is_stated(tuning), model_error_share(x, tuning) ** 2, 0)
 
 
 def is_stated(tuning: Parts) -> Expression:
@@ -54,7 +54,7 @@ def is_stated(tuning: Parts) -> Expression:
     return ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
 
 
-def present_error(x: Parts, tuning: Parts) -> Expression:
+def model_error_share(x: Parts, tuning: Parts) -> Expression:
     """The model's error over full slide at mu = 1 [1]; 0 where it is infinite, so that slopes exist."""
     finite = ca.if_else(tuning["error"] < SENSIBLE, tuning["error"], 0)
     return finite * ca.exp(x["log_mu"])
@@ -63,4 +63,4 @@ def present_error(x: Parts, tuning: Parts) -> Expression:
 def huber_scale(x: Parts, tuning: Parts, noise: Expression) -> Expression:
     """Square of the error up to which Huber's loss is quadratic, in full slides at mu = 1 [1]."""
     stated = tuning["error"] < SENSIBLE
-    return ca.if_else(stated, present_error(x, tuning) ** 2 + noise, ca.inf)
+    return ca.if_else(stated, model_error_share(x, tuning) ** 2 + noise, ca.inf)

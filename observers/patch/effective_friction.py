@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 
 from observers.layout import named, symbols, vector_of
-from observers.patch.model import PatchModel
+from observers.patch.patch_protocol import PatchModel
 from observers.protocol import OUTPUT
 from symbolic import GEOMETRY
 from symbolic.functions import named_function

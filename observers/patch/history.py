@@ -14,15 +14,15 @@ import casadi as ca
 from observers.layout import Parts
 from observers.measurement.linearisation import directions, state_index
 from observers.measurement.measurement_model import MeasurementModel
-from observers.patch.model import PatchModel
+from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import (
     build_patch_update,
     build_torque,
     memory_depends_on_tyre,
     memory_fields,
+    signals_with_states,
     slopes_by_states,
     tyre_parameters,
-    update_signals,
 )
 from symbolic import GEOMETRY, SIGNALS
 
@@ -81,7 +81,7 @@ class PatchHistory:
         memory = {name: latest[name] for name, *_ in memory_fields(self.model, self.measurement_model)}
         if memory_depends_on_tyre(self.model, self.measurement_model):
             memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
-        signals = update_signals(self.measurement_model, x, now)
+        signals = signals_with_states(self.measurement_model, x, now)
         update = build_patch_update(self.model, self.measurement_model)
         tyre = tyre_parameters(self.measurement_model, x)
         *added, _, slopes = update(*memory.values(), signals, tyre, theta, rig[: len(GEOMETRY)])

@@ -21,7 +21,7 @@ from observers.layout import Expression, named, symbols, vector_of
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import TYRE, directions, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
-from observers.patch.model import PatchModel
+from observers.patch.patch_protocol import PatchModel
 from symbolic import GEOMETRY, SIGNALS
 from symbolic.functions import named_function
 
@@ -199,7 +199,7 @@ def slopes_by_states(measurement_model: MeasurementModel, slopes: ca.MX, x: ca.M
     return slopes * ca.vertcat(ca.MX.ones(angles, x.shape[1]), scale)
 
 
-def update_signals(measurement_model: MeasurementModel, x: ca.MX, now: ca.MX) -> ca.MX:
+def signals_with_states(measurement_model: MeasurementModel, x: ca.MX, now: ca.MX) -> ca.MX:
     """The signals of a cleaned sample `now`, with those that are states taken from x."""
     states = measurement_model.states
     return ca.vertcat(*(

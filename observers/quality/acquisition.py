@@ -90,7 +90,7 @@ class EquivalentPatch:
 DECLARED_PATCH = EquivalentPatch()
 
 
-def only_if(
+def output_if(
     condition: Expression, function: ca.Function, inputs: Sequence[Expression], otherwise: Expression
 ) -> Any:
     """A Function's one output where a condition holds; elsewhere another value, and it is not called."""
@@ -139,13 +139,13 @@ def build_search(gear: bool = False) -> ca.Function:
     )
     variance = variance + sum((d[1] ** 2 / share for d in dry), ca.MX(0))
     weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre, *dry)
-    hypotheses = only_if(counts, build_weighing(gear), weighed, parts["hypotheses"])
+    hypotheses = output_if(counts, build_weighing(gear), weighed, parts["hypotheses"])
     after["explained"] += ca.if_else(counts, noisy, 0)
     judged = (hypotheses, after["explained"], after["reach"], limits)
     found = {"track": vector_of(TRACK, after), "points": points, "hypotheses": hypotheses}
     outputs = {
         "search_next": search_layout(gear).join(found),
-        "verdict_next": only_if(phase == 1, build_verdict(gear), judged, verdict),
+        "verdict_next": output_if(phase == 1, build_verdict(gear), judged, verdict),
         "share": share,
         "counted": counts,
     }
@@ -193,7 +193,9 @@ def build_conclusion(
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
         "excess": gain_share * ca.fmax(0, excess),
         **dict.fromkeys(("squares", "weight", "streak", "confirmed", "lasting"), 0),
-        "doubt": doubted(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
+        "doubt": unexplained_samples(
+            own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]
+        ),
     }
     after["lost"] = after["doubt"] > HOPELESS
     variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MOST_VARIANCE)
@@ -224,7 +226,7 @@ def _is_known(verdict: Parts, unsure: Expression, limits: Parts, gear: bool) -> 
     return ca.logic_or(known, ca.logic_and(unsure < most**2, possible))
 
 
-def doubted(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
+def unexplained_samples(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
     """Independent samples that the model did not explain, after one more; explained ones make up."""
     more = ca.fmin(MOST_DOUBT, doubt + share)
     return ca.if_else(wrong, more, doubt * retained(share, FORGIVING))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from observers.quality.friction_quality import BAND_95
+from observers.quality.settling_and_coverage import BAND_95
 from symbolic import InvalidInputError
 
 LEAST_RECORDINGS = 3

@@ -75,6 +75,6 @@ def build_monitor() -> ca.Function:
     return named_function("monitor", inputs, outputs)
 
 
-def change_variance(tuning: Parts) -> Expression:
+def variance_between_grounds(tuning: Parts) -> Expression:
     """Variance of the difference of ln mu between two unknown grounds [1]."""
     return 2 * log_mu_variance(tuning)

@@ -29,8 +29,9 @@ from observers.layout import (
 )
 from observers.measurement.measurement_model import LEAST_LOAD, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, is_known, retained
-from observers.patch.model import PatchModel, split_constants
+from observers.patch.patch_protocol import PatchModel, split_constants
 from observers.protocol import OUTPUT, SAMPLE, Status
+from observers.quality.acquired_to_estimator import newest_of_sample, newest_state, take_acquired
 from observers.quality.acquisition import (
     DOUBTED,
     HANDOVER,
@@ -38,12 +39,11 @@ from observers.quality.acquisition import (
     OWN,
     EquivalentPatch,
     build_acquiring,
-    doubted,
-    only_if,
+    output_if,
     supervision_symbols,
+    unexplained_samples,
 )
 from observers.quality.branches import TRACK, build_turn, sliding_turn
-from observers.quality.handover import hand_over, newest_of_sample, newest_state
 from observers.quality.hypotheses import (
     LIMITS,
     RESTART_STD,
@@ -151,7 +151,7 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
         own |= torques_beyond(inputs, own, predicted, limits["error"])
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
-    doubt = ca.fmax(doubted(own["doubt"], share, wrong), LASTING_DOUBT * lasts)
+    doubt = ca.fmax(unexplained_samples(own["doubt"], share, wrong), LASTING_DOUBT * lasts)
     results = {name: output[name] * own["scale"] for name in SCALED}
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
     grown = ca.sqrt((output["mu_std"] / output["mu"]) ** 2 + own["excess"] ** 2)
@@ -248,7 +248,7 @@ def build_supervised_step(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, now["dt"],
         added, tyre, limits, *([newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []),
     )  # fmt: skip
-    handed = hand_over(parts, measurement_model.states, after, named(HANDOVER, handover))
+    handed = take_acquired(parts, measurement_model.states, after, named(HANDOVER, handover))
     after = ca.if_else(own["acquiring"], handed, after)
     after[parts.places["output"][0]] = output
     state_next = {
@@ -276,7 +276,7 @@ def _search_of(
 ) -> Any:  # fmt: skip
     """The search; where it begins anew, with these moments of s and of the zero."""
     known = (search, *begun, *_spread(measurement_model))
-    return only_if(anew, build_restart(has_gear(measurement_model)), known, search)
+    return output_if(anew, build_restart(has_gear(measurement_model)), known, search)
 
 
 def _zero_within(zero: Expression, std: Expression) -> Expression:

@@ -12,7 +12,7 @@ import casadi as ca
 from symbolic.bristles import BristlePatch
 from symbolic.compliance import balance
 from symbolic.functions import named_function
-from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, at_the_patch
+from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch
 from symbolic.patch import Expression, Signals, patch_inputs
 from symbolic.slip import SlipSearch, slip_search
 
@@ -75,7 +75,7 @@ def sample_functions(model: Model) -> Functions:
     signals = ca.SX.sym("signals", len(SIGNALS))
     factors = ca.vertcat(*(moving["load"] if name == "F_N" else 1 for name in SIGNALS))
     own = model.split_own(moving["own"])
-    patch_signals, memories, factor = at_the_patch(model, own, signals * factors, moving["theta"])
+    patch_signals, memories, factor = sample_at_the_patch(model, own, signals * factors, moving["theta"])
     scalars = ca.vertcat(
         *(getattr(patch_signals, name) for name in SIGNALS), factor, moving["theta"], moving["geometry"]
     )

@@ -32,7 +32,7 @@ from symbolic.model import Model
 Array = NDArray[np.float64]
 
 
-class BristleKernel:
+class CompiledRecordingRun:
     """The compiled loops of one model."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
@@ -63,7 +63,7 @@ class BristleKernel:
 
 
 @cache
-def bristle_kernel(model: Model) -> BristleKernel | None:
+def bristle_kernel(model: Model) -> CompiledRecordingRun | None:
     """The loops of a model; None for the exact patch, and where there is no compiler or no C for it."""
     if model.exact:
         return None
@@ -72,7 +72,7 @@ def bristle_kernel(model: Model) -> BristleKernel | None:
     except (RuntimeError, BrushgripError):
         return None  # An effect that has no form in scalars, say a table.
     library = compiled_source("bristle_kernel", source)
-    return None if library is None else BristleKernel(library)
+    return None if library is None else CompiledRecordingRun(library)
 
 
 def kernel_source(model: Model) -> str:

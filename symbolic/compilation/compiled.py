@@ -16,7 +16,7 @@ from typing import TypeVar
 import casadi as ca
 
 from symbolic.compilation.library_cache import distrust, private_cache, replacement_cache
-from symbolic.compilation.system import COMPILERS, LIBRARY_SUFFIX, processor
+from symbolic.compilation.operating_system import COMPILERS, LIBRARY_SUFFIX, processor
 from symbolic.compilation.temporary_folder import temporary_folder
 from symbolic.compilation.toolchain import found_compiler, library_line, run_compiler
 from symbolic.errors import one_line

@@ -9,7 +9,7 @@ import stat
 import tempfile
 from pathlib import Path
 
-from symbolic.compilation.system import LIBRARY_SUFFIX, own_id
+from symbolic.compilation.operating_system import LIBRARY_SUFFIX, own_id
 from symbolic.compilation.temporary_folder import claim_folder
 
 _LOG = logging.getLogger(__name__)

@@ -35,9 +35,9 @@ CALLS = {
     ca.OP_FLOOR: "floor", ca.OP_CEIL: "ceil", ca.OP_FMOD: "fmod", ca.OP_ASINH: "asinh",
     ca.OP_ACOSH: "acosh", ca.OP_ATANH: "atanh", ca.OP_HYPOT: "hypot", ca.OP_COPYSIGN: "copysign",
 }  # fmt: skip
-"""Functions of math.h, and those of `templates/numbers.c`."""
+"""Functions of math.h, and those of `templates/elementary_functions.c`."""
 ELEMENTARY = ("natural_log", "lesser", "greater")
-"""Functions of `templates/numbers.c`."""
+"""Functions of `templates/elementary_functions.c`."""
 COMPARISONS = frozenset({ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE})
 LOGIC = frozenset({ca.OP_AND, ca.OP_OR, ca.OP_NOT})
 TWICE_USED = frozenset({ca.OP_SQ, ca.OP_TWICE, ca.OP_SIGN})
@@ -53,12 +53,12 @@ class Term:
     Attributes:
         text: an expression; an operand of another one as it stands if it is a name, a number or a call.
         is_condition: a `bool`, no real.
-        choice: condition and value, where it is 0 otherwise.
+        value_if: condition and value, where it is 0 otherwise.
     """
 
     text: str
     is_condition: bool = False
-    choice: tuple[str, str] | None = None
+    value_if: tuple[str, str] | None = None
 
 
 @dataclass
@@ -97,11 +97,11 @@ def operation(code: int, terms: Sequence[Term]) -> Term:
             return Term(f"(!{conditions[0]})", True)
         if code == ca.OP_IF_ELSE_ZERO:
             value = as_real(terms[1])
-            return Term(f"({conditions[0]} ? {value} : 0.0)", choice=(conditions[0], value))
+            return Term(f"({conditions[0]} ? {value} : 0.0)", value_if=(conditions[0], value))
         return Term(f"({conditions[0]} {INFIX[code]} {conditions[1]})", True)
-    if code == ca.OP_ADD and all(term.choice for term in terms):
+    if code == ca.OP_ADD and all(term.value_if for term in terms):
         # CasADi's if_else adds two choices, of which one is 0.
-        (condition, value), (other, otherwise) = (term.choice for term in terms if term.choice)
+        (condition, value), (other, otherwise) = (term.value_if for term in terms if term.value_if)
         if other == f"(!{condition})":
             return Term(f"({condition} ? {value} : {otherwise})")
     texts = [as_real(term) for term in terms]

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from symbolic.compilation.system import lock_folder
+from symbolic.compilation.operating_system import lock_folder
 
 PREFIX = f".brushgrip-{re.sub(r'[^A-Za-z0-9]', '', platform.node())[:32]}-"
 """Of their names. A folder shared over a network may not show the locks of another machine."""

@@ -6,7 +6,7 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from symbolic.compilation.system import COMPILERS, IS_WINDOWS, kill_group
+from symbolic.compilation.operating_system import COMPILERS, IS_WINDOWS, kill_group
 
 MICROSOFT = ("cl", "clang-cl")
 """Compilers that take Microsoft's options."""

@@ -33,7 +33,7 @@ _SHIFT = 8
 
 
 @dataclass(frozen=True, kw_only=True)
-class IwanElements(Effect):
+class IwanContact(Effect):
     """Limits ~ (1 - u^plateau)^early u^(1 - late), at the same total for e = 0; see above.
 
     Files know it as `stops`.
@@ -66,7 +66,7 @@ class IwanElements(Effect):
         return with_shape(traits, factor)
 
 
-EFFECTS = (IwanElements(),)
+EFFECTS = (IwanContact(),)
 """For `--effects symbolic.effects.iwan`: no search tries them unless asked to."""
 
 

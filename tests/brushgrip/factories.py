@@ -14,7 +14,7 @@ from identification.diagnosis.findings import (
 )
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.proposals import Proposal
-from identification.experiments.steering import Manoeuvre
+from identification.experiments.turns_and_rests import Manoeuvre
 from identification.fits.values import ParameterEstimate, Values
 from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures

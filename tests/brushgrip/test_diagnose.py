@@ -9,7 +9,7 @@ import pytest
 
 import identification
 from brushgrip.estimation import friction_outcome
-from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.pictures.style import picture
 from brushgrip.published import embedded_files
 from identification import Diagnosis, Huber, Journal, Recording

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.estimation.map_remedies import ANGLE, SIGN, UNITS
+from brushgrip.estimation.suggested_map import ANGLE, SIGN, UNITS
 from observers.quality.plausibility import EVIDENCE, causes
 from reference_rig import make_ground_recording, make_steering_recording
 from tests.brushgrip.helpers import Run, Write, contents, table_of

@@ -6,20 +6,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from brushgrip.wording.diagnosis_in_words import headline
 from brushgrip.wording.formatting import (
+    candidate_outcome,
     csv_text,
     is_worse,
     json_text,
     listed,
-    outcome,
     percent,
     quantity,
     residual_structure,
     sentence,
-    torque,
+    torque_error_text,
 )
-from brushgrip.wording.friction import band, estimates_summary, model_taken
-from brushgrip.wording.verdict import headline
+from brushgrip.wording.friction import estimates_summary, model_taken, with_95_band
 from identification import FoundModel, ParameterEstimate
 from observers import Estimates, Status
 from symbolic import Model, ModelBasis, ModelError, effects_named
@@ -53,9 +53,9 @@ def test_figures() -> None:
     assert percent(0.04371) == "4.37 %"
     assert percent(None) == "–"
     assert percent(math.nan) == "–"
-    assert torque(0.35345) == "0.353"
-    assert torque(1.0) == "1.00"
-    assert torque(None) == "–"
+    assert torque_error_text(0.35345) == "0.353"
+    assert torque_error_text(1.0) == "1.00"
+    assert torque_error_text(None) == "–"
 
 
 def test_a_sentence_names_an_effect_in_words() -> None:
@@ -101,10 +101,10 @@ def test_residual_structure() -> None:
 def test_outcomes_of_candidates() -> None:
     diagnosis = make_diagnosis()
 
-    assert outcome(diagnosis, "carcass_torsion") == "added, no. 1"
-    assert outcome(diagnosis, "torque_offset") == "added, no. 2"
-    assert outcome(diagnosis, "patch_width") == "indistinguishable from carcass torsion"
-    assert outcome(diagnosis, "stribeck") == ""
+    assert candidate_outcome(diagnosis, "carcass_torsion") == "added, no. 1"
+    assert candidate_outcome(diagnosis, "torque_offset") == "added, no. 2"
+    assert candidate_outcome(diagnosis, "patch_width") == "indistinguishable from carcass torsion"
+    assert candidate_outcome(diagnosis, "stribeck") == ""
 
 
 def test_worse() -> None:
@@ -161,9 +161,9 @@ def test_friction_at_the_end(options: dict[str, Any], words: str) -> None:
 
 
 def test_a_narrow_band_has_a_digit_more() -> None:
-    assert band(0.0512, 0.004) == "0.051 ± 0.008"
-    assert band(1.234, 0.05) == "1.23 ± 0.10"
-    assert band(math.nan, 0.05) == "–"
+    assert with_95_band(0.0512, 0.004) == "0.051 ± 0.008"
+    assert with_95_band(1.234, 0.05) == "1.23 ± 0.10"
+    assert with_95_band(math.nan, 0.05) == "–"
 
 
 def found_model(training: int, holdout: int, **grades: str) -> FoundModel:

@@ -8,15 +8,15 @@ from typing import Any
 
 import pytest
 
-from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.inputs.recordings import keep_inputs
 from brushgrip.outputs.provenance import (
     KEY,
-    beside,
-    clear,
     digest_of,
     markdown_comment,
+    provenance_file,
     provenance_of,
+    remove_earlier_results,
     require_own_folder,
 )
 from brushgrip.outputs.speech import COMMAND_LINE
@@ -93,7 +93,7 @@ def test_only_what_a_run_wrote_is_cleared(tmp_path: Path) -> None:
     for name in ("old.png", "kept.png", "mine.txt", "run.csv"):
         (tmp_path / name).write_text("x")
 
-    clear(tmp_path, ["old.png", "kept.png", "gone.png", "run.csv"], ["kept.png"])
+    remove_earlier_results(tmp_path, ["old.png", "kept.png", "gone.png", "run.csv"], ["kept.png"])
 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["kept.png", "mine.txt", "run.csv"]
 
@@ -104,7 +104,7 @@ def test_a_table_has_its_origin_beside_it(run: Run, write_csv: Write, rig: Path,
 
     assert run("simulate", "--rig", rig, path, "--out", out).status == 0
 
-    told = json.loads(beside(out).read_text())
+    told = json.loads(provenance_file(out).read_text())
     assert told["inputs"][0] == {
         "name": "bare.csv", "sha256": digest_of(path), "bytes": path.stat().st_size
     }  # fmt: skip
@@ -114,7 +114,7 @@ def test_a_table_has_its_origin_beside_it(run: Run, write_csv: Write, rig: Path,
 
 def test_beside_a_device_goes_nothing(run: Run, write_csv: Write, rig: Path) -> None:
     for device in ("/dev/null", "/dev/full"):
-        assert beside(Path(device)) == Path(os.devnull)
+        assert provenance_file(Path(device)) == Path(os.devnull)
     outcome = run("simulate", "--rig", rig, write_csv("bare.csv"), "--out", "/dev/null")
 
     assert (outcome.status, outcome.err) == (0, "")
@@ -128,7 +128,7 @@ def test_what_is_no_text_is_told_by_its_escape_sequence(
     odd = ("--ground", "steel\udcff")
 
     assert run("simulate", "--rig", rig, write_csv("bare.csv"), "--out", out, *odd).status == 0
-    assert json.loads(beside(out).read_text())["settings"]["ground"] == ["steel\udcff"]
+    assert json.loads(provenance_file(out).read_text())["settings"]["ground"] == ["steel\udcff"]
 
 
 def test_a_comment_in_markdown_is_not_ended_by_what_it_tells(recordings: list[Path]) -> None:

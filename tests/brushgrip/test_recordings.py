@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.inputs.recordings import download_folder, locate, unique_labels
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Write

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from brushgrip.wording.verdict import explained_grade, headline, plain_parameter
+from brushgrip.wording.diagnosis_in_words import explained_grade, headline, plain_parameter
 from identification import Diagnosis, ParameterEstimate
 from identification.diagnosis.findings import Grade
 from identification.diagnosis.found_effects import distance_from_neutral, grade_of

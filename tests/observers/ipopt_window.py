@@ -23,7 +23,7 @@ from observers.layout import ObserverState, symbols
 from observers.measurement.linearisation import build_measurement, build_motion, state_index
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.patch.history import PatchHistory
-from observers.patch.model import PatchModel, constants_size, split_constants
+from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_constants
 from observers.udu import covariance_of
 from symbolic.functions import named_function
 
@@ -63,7 +63,7 @@ def _build_costs(model: PatchModel, measurement_model: MeasurementModel, window:
     patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
     inputs = symbols(
         ca.MX, x=(len(measurement_model.states), window), state=parts.size,
-        constants=constants_size(model),
+        constants=observer_constants_size(model),
     )  # fmt: skip
     x, state, constants = inputs.values()
     kept = parts.split(state)
@@ -105,7 +105,7 @@ def _build_solver(
     """The nonlinear programme; `fixed` are the defects, arrival first, that must vanish."""
     n, parts = len(measurement_model.states), layout(model, measurement_model, window)
     x = ca.MX.sym("x", n, window)
-    given = ca.MX.sym("given", parts.size + constants_size(model))
+    given = ca.MX.sym("given", parts.size + observer_constants_size(model))
     state, constants = given[: parts.size], given[parts.size :]
     kept = parts.split(state)
     innovations, weights, variances, defects, huber_scale = _build_costs(

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from symbolic import EFFECTS, Effect, InvalidInputError, Model, Parameter, effects_in, effects_named
-from symbolic.tables.model_tables import MODEL_VERSION, model_from_tables
+from symbolic.tables.found_model_tables import MODEL_VERSION, model_from_tables
 from tests.refusal import refused
 
 

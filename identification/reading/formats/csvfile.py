@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.car_channels import absent_of_steering
 from identification.reading.channels import (
     ChannelFile,
     Samples,
@@ -24,6 +23,7 @@ from identification.reading.channels import (
 )
 from identification.reading.clock import tabulate
 from identification.reading.formats.csvdialect import Numbers, delimiter_of, read_letters, units_in
+from identification.reading.guessed_car_channels import absent_of_steering
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import CAR_COLUMNS, MOST_SAMPLES, Fault, Table, columns_of

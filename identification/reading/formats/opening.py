@@ -10,7 +10,7 @@ from typing import Any
 from identification.reading.channels import Opener
 from identification.reading.clock import tabulate
 from identification.reading.files import require_readable
-from identification.reading.formats.memory import MOST_MEMORY, bounded_memory
+from identification.reading.formats.memory_limit import MOST_MEMORY, bounded_memory
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MOST_SAMPLES, Table
 from symbolic import InvalidInputError

@@ -7,16 +7,16 @@ scalars, with the parameters as numbers.
 import casadi as ca
 
 from observers.embedded.constants import Constants
-from observers.embedded.estimators.interface import EstimatorCode
+from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.measurement_traits import follows_correction
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     effective_friction,
+    function_of_symbols,
     retentions,
     stiffness_of,
-    vector_function,
 )
-from observers.embedded.patches.interface import PatchCode
+from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_function import inputs_used, with_known_exponential, without_inputs
 from observers.estimators.ekf import build_commented_step, layout
 from observers.estimators.initial_state import build_initial_state
@@ -85,7 +85,9 @@ def _begin(patch: PatchCode, constants: Constants, parts: Layout, kept: list[str
     sample, vector = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
     first = parts.split(start(sample, vector))
     outputs = {f"first_{name}": first[name] for name in kept}
-    return constants.fill("begin_filter", vector_function("begin_filter", [sample, vector], **outputs))
+    return constants.fill(
+        "begin_filter", function_of_symbols("begin_filter", [sample, vector], **outputs)
+    )
 
 
 def _step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:
@@ -103,5 +105,5 @@ def _step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:
     outputs |= {f"{n}_next": after[n] for n in before if n not in (*PATCH, "memory", "output")}
     memory = before.pop("memory")
     inputs = [*before.values(), memory, sample, ca.MX.sym("mu"), vector]
-    flat = constants.fill("filter", vector_function("filter", inputs, **outputs, result=output))
+    flat = constants.fill("filter", function_of_symbols("filter", inputs, **outputs, result=output))
     return with_known_exponential(flat, ("x", state_index(model)), "mu")

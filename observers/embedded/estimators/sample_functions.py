@@ -5,15 +5,15 @@ from collections.abc import Sequence
 import casadi as ca
 
 from observers.embedded.constants import Constants
-from observers.embedded.patches.interface import PatchCode
+from observers.embedded.patches.patch_code import PatchCode
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
 from observers.measurement.linearisation import build_clean, build_motion, directions, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.patch.effective_friction import build_effective_friction
-from observers.patch.update import reset_retention, sensitivity_retention, update_signals
+from observers.patch.update import reset_retention, sensitivity_retention, signals_with_states
 from observers.protocol import SAMPLE
-from observers.quality.innovation_monitor import change_variance
+from observers.quality.innovation_monitor import variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
 
@@ -21,7 +21,7 @@ TORQUE = {"log_mu": "BY_MU", "stiffness": "BY_STIFFNESS", "psi": "BY_ANGLE"}
 """Index constant in C of the torque's derivative, by the state: mu, k over nominal, the angle."""
 
 
-def vector_function(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) -> ca.Function:
+def function_of_symbols(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) -> ca.Function:
     """A Function whose inputs have the names of their symbols."""
     return ca.Function(
         name, list(inputs), [ca.densify(ca.vec(ca.MX(o))) for o in outputs.values()],
@@ -36,8 +36,8 @@ def sample_functions(observer: ModelObserver) -> list[ca.Function]:
     x, now = ca.MX.sym("x", len(model.states)), ca.MX.sym("now", len(CLEAN))
     cleaned, imputed = build_clean(model)(sample, last)
     return [
-        vector_function("clean", [sample, last], now=cleaned, imputed=imputed),
-        vector_function("patch_signals", [x, now], signals=update_signals(model, x, now)),
+        function_of_symbols("clean", [sample, last], now=cleaned, imputed=imputed),
+        function_of_symbols("patch_signals", [x, now], signals=signals_with_states(model, x, now)),
     ]
 
 
@@ -62,8 +62,8 @@ def retentions(
     at = state_index(model)
     walk = sensitivity_retention(model, variances, Q, x, now)
     variance = variances[at, at] + Q[at] if predicted else variances[at, at]
-    change = reset_retention(ca.MX(1), variance, change_variance(named(TUNING_FIELDS, tuning)))
-    function = vector_function(
+    change = reset_retention(ca.MX(1), variance, variance_between_grounds(named(TUNING_FIELDS, tuning)))
+    function = function_of_symbols(
         "retentions", [factor, now, rig, tuning], retention=ca.vertcat(walk, change)
     )
     return constants.fill("retentions", function)
@@ -80,7 +80,7 @@ def effective_friction(patch: PatchCode) -> ca.Function:
     mu_eff, mu_eff_std, M_slide = friction(
         mu, std, memory, F_N, ca.DM.ones(len(DECLARED)), geometry, 0.0
     )
-    return vector_function(
+    return function_of_symbols(
         "effective_friction", [mu, std, F_N, slide], mu_eff=mu_eff, mu_eff_std=mu_eff_std,
         M_slide=M_slide,
     ).expand()  # fmt: skip

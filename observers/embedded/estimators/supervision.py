@@ -25,7 +25,7 @@ from symbolic.deformation import moment_of_corner
 from symbolic.zones import FAR
 
 
-def supervision_functions(observer: ModelObserver, constants: Constants) -> list[ca.Function]:
+def acquisition_and_scale_functions(observer: ModelObserver, constants: Constants) -> list[ca.Function]:
     """The Functions that C calls beside those of the estimator; none without supervision."""
     if not observer.acquire:
         return []

@@ -9,19 +9,19 @@ from dataclasses import dataclass
 import casadi as ca
 
 from observers.embedded.constants import Constants
-from observers.embedded.estimators.interface import EstimatorCode
+from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.measurement_traits import (
     rows_used,
     torque_moves_states,
 )
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
+    function_of_symbols,
     memory_with,
     retentions,
     stiffness_of,
-    vector_function,
 )
-from observers.embedded.patches.interface import PatchCode, window_of
+from observers.embedded.patches.patch_code import PatchCode, window_of
 from observers.estimators.initial_state import build_initial_state
 from observers.estimators.mhe_terms import (
     arrival_jump,
@@ -39,13 +39,13 @@ from observers.measurement.measurement_model import CLEAN, RIG, ROWS, Measuremen
 from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE
 from observers.quality.innovation_gate import COUNTS, build_innovation
-from observers.quality.innovation_monitor import MONITOR, change_variance
+from observers.quality.innovation_monitor import MONITOR, variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
-"""Order of a torque in C, see `templates/patches/interface.c`."""
+"""Order of a torque in C, see `templates/patches/torque_places.c`."""
 TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent")
-"""Result of the test of the newest innovation, see `tested`."""
+"""Result of the test of the newest innovation, see `test_fields`."""
 STATE = """\
     {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}];
     {real} last[{clean}], counts[{counts}], monitor[{monitor}];
@@ -64,17 +64,17 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
     if patch.follows_mu:
         P = ca.MX.sym("P", len(model.states), len(model.states))
         functions.append(retentions(observer, constants, P, P, predicted=False))
-    row, n, eliminated = rows_used(model), len(model.states), elimination(model).size
+    row, n, eliminated = rows_used(model), len(model.states), elimination_parts(model).size
     numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
     a_sample = (n + len(row) + eliminated) * size + patch.kept_bytes
     states = {name: i for i, name in enumerate(model.states)}
     return EstimatorCode(
         template="estimators/window.c",
         functions=functions,
-        names={"row": row, "torque": TORQUES, "test": tested(model)},
+        names={"row": row, "torque": TORQUES, "test": test_fields(model)},
         terms={
             "window": window, "moves_states": torque_moves_states(model), "eliminated": eliminated,
-            "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row, "test": tested(model),
+            "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row, "test": test_fields(model),
             "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
             "stiffness": stiffness_of(model, "x"), "stiffness_newest": stiffness_of(model, "newest"),
             "stiffness_corrected": stiffness_of(model, "state->x[at]"),
@@ -91,12 +91,12 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
     )  # fmt: skip
 
 
-def tested(model: MeasurementModel) -> tuple[str, ...]:
+def test_fields(model: MeasurementModel) -> tuple[str, ...]:
     """Names of what a test gives."""
     return (*TEST, "untested") if OTHER in model.states else TEST
 
 
-def elimination(model: MeasurementModel) -> Layout:
+def elimination_parts(model: MeasurementModel) -> Layout:
     """The parts that forward elimination leaves for back substitution."""
     n = len(model.states)
     parts = (("filtered", n, 1), ("P", n, n), ("K", n, 1), ("score", 1, 1), ("H", n, 1))
@@ -135,8 +135,8 @@ class WindowFunctions:
             "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
             "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUES), 1),
             "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1), "monitor": (len(MONITOR), 1),
-            "eliminated": (elimination(self.model).size, 1), "costate": (n, 1), "newest": (n, 1),
-            "test": (len(tested(self.model)), 1), "age": (1, 1), "imputed": (1, 1), "slide": (2, 1),
+            "eliminated": (elimination_parts(self.model).size, 1), "costate": (n, 1), "newest": (n, 1),
+            "test": (len(test_fields(self.model)), 1), "age": (1, 1), "imputed": (1, 1), "slide": (2, 1),
             "theta": (len(self.patch.torque_model.coordinates), 1), "rig": (len(RIG), 1),
             "tuning": (len(TUNING_FIELDS), 1),
         }  # fmt: skip
@@ -160,14 +160,14 @@ class WindowFunctions:
         parts = Layout((("mean", n, 1), ("factor", n, n), ("last", len(CLEAN), 1)))
         start = build_initial_state(self.patch.torque_model, self.model, parts)
         sample, constants = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
-        return vector_function(
+        return function_of_symbols(
             "begin_window", [sample, constants], **parts.split(start(sample, constants))
         )
 
     def limit(self) -> ca.Function:
         """(x) -> within bounds."""
         x, tuning = self.symbols("x", "tuning")
-        return vector_function("limit", [x, tuning], limited=clip_to_bounds(self.model, x, tuning))
+        return function_of_symbols("limit", [x, tuning], limited=clip_to_bounds(self.model, x, tuning))
 
     def predict(self) -> ca.Function:
         """(x, torque, P, last, now) -> newest, P at it."""
@@ -175,7 +175,7 @@ class WindowFunctions:
         x, torque, P, last, now, rig, tuning = inputs = self.symbols(*names)
         predict = build_prediction(self.model)
         newest, P_newest, _ = predict(x, P, *self.torque(torque, x), last, now, rig, tuning)
-        return vector_function("predict", inputs, newest=newest, P_newest=P_newest)
+        return function_of_symbols("predict", inputs, newest=newest, P_newest=P_newest)
 
     def test_innovation(self) -> ca.Function:
         """(newest, torque, now, P, counts, monitor) -> test, counts, monitor."""
@@ -185,24 +185,27 @@ class WindowFunctions:
         results = outputs_of(
             innovation, newest, P, *self.torque(torque, newest), now, counts, monitor, rig, tuning
         )
-        test = ca.vertcat(*(results[name] for name in tested(self.model)))
+        test = ca.vertcat(*(results[name] for name in test_fields(self.model)))
         after = {name: results[name] for name in ("counts_next", "monitor_next")}
-        return vector_function("test_innovation", inputs, test=test, **after)
+        return function_of_symbols("test_innovation", inputs, test=test, **after)
 
     def accept(self) -> ca.Function:
         """(row, age, test) -> accepted, jump."""
         row, age, test, tuning = inputs = self.symbols("row", "age", "test", "tuning")
         stored, three = named(rows_used(self.model), row), test[: TEST.index("run") + 1]
-        unknown = change_variance(named(TUNING_FIELDS, tuning))
+        unknown = variance_between_grounds(named(TUNING_FIELDS, tuning))
         accepted, jump = build_acceptance()(stored["accepted"], stored["jump"], age, three, unknown)
-        return vector_function("accept", inputs, accepted=accepted, jump=jump)
+        return function_of_symbols("accept", inputs, accepted=accepted, jump=jump)
 
     def reset_arrival(self) -> ca.Function:
         """(test) -> increment of the arrival's variance of ln mu."""
         test, tuning = inputs = self.symbols("test", "tuning")
-        result, unknown = named(tested(self.model), test), change_variance(named(TUNING_FIELDS, tuning))
+        result, unknown = (
+            named(test_fields(self.model), test),
+            variance_between_grounds(named(TUNING_FIELDS, tuning)),
+        )
         jump = arrival_jump(self.window, result["reset"], result["run"], unknown)
-        return vector_function("reset_arrival", inputs, jump=jump)
+        return function_of_symbols("reset_arrival", inputs, jump=jump)
 
     def forward(self) -> ca.Function:
         """(mean, factor, x, torque, row, after) -> mean, factor, eliminated."""
@@ -212,29 +215,29 @@ class WindowFunctions:
         rows, (M_z, slopes) = (self.full_row(r) for r in (row, after)), self.torque(torque, x)
         results = outputs_of(forward, mean, factor, x, M_z, slopes, *rows, rig, tuning)
         results["slopes"] = slopes
-        return vector_function(
+        return function_of_symbols(
             "forward", inputs, mean_next=results["mean_next"], factor_next=results["factor_next"],
-            eliminated=elimination(self.model).join(results),
+            eliminated=elimination_parts(self.model).join(results),
         )  # fmt: skip
 
     def backward(self) -> ca.Function:
         """(costate, eliminated, row, after) -> costate before, smoothed x within bounds."""
         names = ("costate", "eliminated", "row", "after", "rig", "tuning")
         costate, eliminated, row, after, rig, tuning = inputs = self.symbols(*names)
-        parts = elimination(self.model).split(eliminated)
+        parts = elimination_parts(self.model).split(eliminated)
         # The motion is cheaper to compute again than to store with every sample.
         now, now_next = (self.full_row(vector)[: len(CLEAN)] for vector in (row, after))
         motion = build_motion(self.model)
         slopes = parts.pop("slopes", ca.DM.zeros(len(directions(self.model))))
         _, A, _, _ = motion(parts["filtered"], 0, slopes, now, now_next, rig, tuning)
         before, smoothed = build_backward(self.model)(costate, *parts.values(), A, tuning)
-        return vector_function("backward", inputs, costate_before=before, smoothed=smoothed)
+        return function_of_symbols("backward", inputs, costate_before=before, smoothed=smoothed)
 
     def output(self) -> ca.Function:
         """(x, P, newest, now, test, imputed, slide) -> output."""
         names = ("x", "P", "newest", "now", "test", "imputed", "slide", "theta", "rig", "tuning")
         x, P, newest, now, test, imputed, slide, theta, rig, tuning = inputs = self.symbols(*names)
-        model, result = self.patch.torque_model, named(tested(self.model), test)
+        model, result = self.patch.torque_model, named(test_fields(self.model), test)
         memory = model.layout.join(memory_with(self.patch, slide))
         sample = StepSample(
             model=model, measurement_model=self.model, now=now, imputed=imputed, theta=theta, rig=rig,
@@ -242,4 +245,4 @@ class WindowFunctions:
         )  # fmt: skip
         unsettled = is_unsettled(self.model, x, newest, P)
         output = sample.output(x, P, memory, result["expected"], result, unsettled=unsettled)
-        return vector_function("step_output", inputs, result=output)
+        return function_of_symbols("step_output", inputs, result=output)

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.special import wrightomega
 
 from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
-from observers.embedded.patches.interface import PatchCode, angle_is_state, window_of
 from observers.embedded.patches.linear_torque import LinearTorque
+from observers.embedded.patches.patch_code import PatchCode, angle_is_state, window_of
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from symbolic import Model
@@ -41,7 +41,7 @@ def has_bristles(observer: ModelObserver) -> bool:
     return type(model) is Model and not model.exact and "stiffness" not in observer.states
 
 
-def bristles(observer: ModelObserver, real: Real) -> PatchCode:
+def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     """The patch of an observer for which `has_bristles` holds."""
     effects, window = EffectExpressions(observer), window_of(observer)
     terms = bristle_terms(effects, real)
@@ -53,11 +53,11 @@ def bristles(observer: ModelObserver, real: Real) -> PatchCode:
     if (deflection := effects.deflection()) is not None:
         functions["deflection"] = deflection
     written = [c_function(name, function, real.c_type) for name, function in functions.items()]
-    table = bristle_table(effects, terms)
+    table = bristle_constants(effects, terms)
     arrays = (4 if terms["relaxation"] else 2) + terms["compliant"]
     numbers = effects.own + 7 + terms["compliant"] * (2 + terms["relaxation"])
     kept = ["M_z", "by_mu", "mu", *(("angle", "by_angle") if angle_is_state(observer) else ())]
-    tried = tried_table(table, terms["coarse"], real) if terms["coarse"] else ""
+    tried = tried_bristles_code(table, terms["coarse"], real) if terms["coarse"] else ""
     return PatchCode(
         observer=observer,
         real=real,
@@ -122,7 +122,9 @@ def _omega() -> dict[str, Any]:
     }  # fmt: skip
 
 
-def bristle_table(effects: EffectExpressions, terms: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
+def bristle_constants(
+    effects: EffectExpressions, terms: dict[str, Any]
+) -> dict[str, NDArray[np.float64]]:
     """What of every bristle does not depend on the sample.
 
     Lever arm over a [1] and moment of q / a [N m]; limit of q / a over mu and load [1/N], or the
@@ -149,7 +151,7 @@ def _coarse(bristles: int) -> int:
     return max(n for n in divisors if n == 1 or bristles // n >= LEAST_TRIED)
 
 
-def tried_table(table: dict[str, NDArray[np.float64]], coarse: int, real: Real) -> str:
+def tried_bristles_code(table: dict[str, NDArray[np.float64]], coarse: int, real: Real) -> str:
     """C of the bristles by which a turn is tried: which they are, and the moment of their neighbours."""
     moments = table["moment"].reshape(-1, coarse).sum(axis=1)
     rows = [f"    {{{coarse * i + coarse // 2}, {m!r}}}," for i, m in enumerate(moments.tolist())]

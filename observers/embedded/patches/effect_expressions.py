@@ -19,7 +19,7 @@ from symbolic.bristles import SPAN, BristlePatch
 from symbolic.compliance import deflection_of
 from symbolic.effects.base import Signals
 from symbolic.full_slide import build_full_slide
-from symbolic.model import at_the_patch
+from symbolic.model import sample_at_the_patch
 from symbolic.patch import PatchInputs
 
 TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "torque", "torque_by_psi",
@@ -105,7 +105,7 @@ class EffectExpressions:
         signals, own = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("own", self.own)
         theta = ca.MX.sym("theta", self.theta.numel())
         memory = ca.vertcat(ca.MX.zeros(1 + model.patch().size), own)
-        at_patch, memories, factor = at_the_patch(model, model.split(memory)[2], signals, theta)
+        at_patch, memories, factor = sample_at_the_patch(model, model.split(memory)[2], signals, theta)
         after = ca.vertcat(ca.MX.zeros(1 + model.patch().size), *memories)
         torque = ca.MX(0)
         for effect, values in model.values(theta):

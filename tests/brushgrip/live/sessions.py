@@ -8,7 +8,7 @@ import numpy as np
 
 from brushgrip.estimation.estimates import observe, observer_factory
 from brushgrip.inputs.choices import ObserverName
-from brushgrip.inputs.pipeline import Inputs, locate_inputs
+from brushgrip.inputs.command_inputs import Inputs, locate_inputs
 from brushgrip.live.columns import Row
 from brushgrip.live.following import follow
 from brushgrip.live.session import Session
@@ -33,8 +33,8 @@ def session_of(
     """A session on a source; options of `locate_inputs`, and speed."""
     speed = options.pop("speed", 1.0)
     inputs = locate_inputs(**({"rig": RIG} | options))
-    opened, feed = follow(spec, inputs, observer_factory(ObserverName(observer)), speed=speed)
-    return Session(opened, feed, record=record)
+    opened, row_estimator = follow(spec, inputs, observer_factory(ObserverName(observer)), speed=speed)
+    return Session(opened, row_estimator, record=record)
 
 
 class ListSource:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from brushgrip.live.messages import DATABASE, IDENTIFIER, frame_of
-from brushgrip.live.state import State
+from brushgrip.live.session_state import State
 from observers import Estimate, Status
 from tests.brushgrip.helpers import Run
 from tests.brushgrip.live.sessions import RIG

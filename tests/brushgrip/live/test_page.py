@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.live.page import View, words
-from brushgrip.live.state import State
+from brushgrip.live.page import View, friction_html
+from brushgrip.live.session_state import State
 from tests.brushgrip.live.sessions import (
     RIG,
     ListSource,
@@ -55,7 +55,7 @@ def test_words_of_a_source_are_escaped() -> None:
         t=1.0, estimate=None, usable=False, age=0.0, status="<script>alert(1)</script>", advice="<b>",
         counts={"<i>": 1}, recording="", ended=False,
     )  # fmt: skip
-    text = words(state, ())
+    text = friction_html(state, ())
 
     assert not re.search("<script|<b>|<i>", text)
     assert "not usable" in text

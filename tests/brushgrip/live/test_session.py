@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.live.clock import Clock
-from brushgrip.live.feeds import WheelFeed
+from brushgrip.live.row_estimation import WheelRowEstimator
 from brushgrip.live.session import OLD, Session
 from observers import Status
 from tests.brushgrip.helpers import Run
@@ -86,7 +86,7 @@ def test_a_measured_rate_and_a_steering_torque(tmp_path: Path) -> None:
     run_to_end(session)
 
     inputs = locate_inputs([str(tmp_path / "live.parquet")], rig=rig)
-    assert session.feed.columns == ("t", "psi", "F_N", "M", "psi_dot")
+    assert session.row_estimator.columns == ("t", "psi", "F_N", "M", "psi_dot")
     same_to_the_last_digit(session, estimated(tmp_path / "live.parquet", inputs=inputs))
 
 
@@ -256,7 +256,7 @@ def test_an_observer_that_fails_is_said(monkeypatch: pytest.MonkeyPatch) -> None
     def fail(*_: object) -> None:
         raise ZeroDivisionError("oops")
 
-    monkeypatch.setattr(WheelFeed, "__call__", fail)
+    monkeypatch.setattr(WheelRowEstimator, "__call__", fail)
     monkeypatch.setattr("threading.excepthook", lambda *_: None)
     session = session_over(rows_of(30), "ekf", Path("none"))
     session.start()

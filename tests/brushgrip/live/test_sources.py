@@ -12,8 +12,8 @@ import pytest
 
 from brushgrip.live.bus import CanSource
 from brushgrip.live.columns import Columns
+from brushgrip.live.line_parser import LONGEST_LINE, LineParser
 from brushgrip.live.sources import LineSource, Source, UdpSource
-from brushgrip.live.text_lines import LONGEST_LINE, TextLines
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
 from tests.processes import wait_for
@@ -53,7 +53,7 @@ def udp() -> Iterator[tuple[UdpSource, socket.socket]]:
 
 
 def test_lines_of_json_and_csv_are_the_same_values() -> None:
-    as_json, as_csv, german = TextLines(), TextLines(), TextLines()
+    as_json, as_csv, german = LineParser(), LineParser(), LineParser()
     wanted = {"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560.0}
 
     assert as_json(JSON_LINE) == wanted
@@ -72,7 +72,7 @@ def test_lines_of_json_and_csv_are_the_same_values() -> None:
      '{"t": ' + "9" * 400 + "}", '{"t": ' + "9" * 6000 + "}", '"', "\0", "[" * 9000, '{"a":' * 1600],
 )  # fmt: skip
 def test_hostile_lines_are_refused(line: str) -> None:
-    values_of = TextLines()
+    values_of = LineParser()
     values_of("t,psi,M_z,F_N")
     with pytest.raises(ValueError, match=r"^.{1,200}"):
         values_of(line)
@@ -203,4 +203,4 @@ def test_a_bus_that_is_not_there_and_a_database_that_lacks_a_signal(tmp_path: Pa
 
 def test_json_of_every_number_is_read_to_the_last_digit() -> None:
     values = np.random.default_rng(1).normal(size=200).tolist()
-    assert [TextLines()(json.dumps({"a": v})) for v in values] == [{"a": v} for v in values]
+    assert [LineParser()(json.dumps({"a": v})) for v in values] == [{"a": v} for v in values]

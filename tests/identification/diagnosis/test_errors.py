@@ -7,7 +7,7 @@ from identification import Recording, fit, initial_guess
 from identification.diagnosis.errors import declared_errors, left_out_residuals
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
-from identification.selection.leave_one_out import leave_one_out
+from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trial_runner import workers
 from identification.selection.trials import Trial, TrialTask, fit_own_parameters, run_trial
 from symbolic import Model, effects_named

@@ -8,7 +8,7 @@ import pytest
 from identification import Fit, Recording, Values, fit, smoothed_rate
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal, _RecordedData, _standard_errors, sample_period
-from identification.experiments.steering import STEP, Manoeuvre
+from identification.experiments.turns_and_rests import STEP, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.options import COARSE_FIT
 from identification.fits.problem import torque_range

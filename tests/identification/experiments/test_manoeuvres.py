@@ -3,7 +3,7 @@ import pytest
 
 from identification import Recording
 from identification.experiments.manoeuvres import manoeuvres
-from identification.experiments.steering import STEP, Manoeuvre, Reach, reach_of
+from identification.experiments.turns_and_rests import STEP, Manoeuvre, Reach, reach_of
 from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read
 

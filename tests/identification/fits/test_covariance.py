@@ -5,8 +5,8 @@ import pytest
 
 from identification import Fit, Recording, fit
 from identification.fits.covariance import (
-    correlation,
     covariance,
+    parameter_correlation,
     scores_variance,
     standard_deviations,
 )
@@ -51,7 +51,9 @@ def test_white_noise_of_one_size_has_the_textbooks_covariance(noiseless) -> None
     size = np.sqrt(np.diag(expected))
 
     np.testing.assert_allclose(standard_deviations(fitted, given), size, rtol=0.15)
-    np.testing.assert_allclose(correlation(fitted, given), expected / np.outer(size, size), atol=0.1)
+    np.testing.assert_allclose(
+        parameter_correlation(fitted, given), expected / np.outer(size, size), atol=0.1
+    )
 
 
 @pytest.mark.parametrize(

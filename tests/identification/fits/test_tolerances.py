@@ -11,7 +11,7 @@ from identification.fits.options import COARSE_FIT, FitOptions
 from identification.fits.problem import Problem
 from identification.fits.values import with_effects
 from identification.selection.criteria import delta_bic, effective_parameters
-from identification.selection.leave_one_out import leave_one_out
+from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trials import RANKING, model_of, thin
 from reference_rig import Campaign, make_campaign
 from symbolic import Model, Tolerances, effects_named

@@ -8,7 +8,11 @@ import pytest
 
 from identification.free_decay import identifiability
 from identification.free_decay.estimator import identify_free_decay
-from identification.free_decay.identifiability import ContactStiffness, agree, stiffness_by_contact
+from identification.free_decay.identifiability import (
+    StiffnessOfOneContact,
+    stiffness_by_contact,
+    stiffnesses_agree,
+)
 from identification.free_decay.likelihood import Likelihood
 from identification.free_decay.onset import find_vibration
 from identification.free_decay.recording import Decay
@@ -27,25 +31,26 @@ def decays() -> list[Decay]:
     return [as_decay(made) for made in make_impacts(9, lengths=LENGTHS, impacts=2)]
 
 
-def alone(k: float, std: float = 1.0, freedom: int = 20) -> ContactStiffness:
-    return ContactStiffness(k=k, std=std, freedom=freedom)
+def alone(k: float, std: float = 1.0, degrees_of_freedom: int = 20) -> StiffnessOfOneContact:
+    return StiffnessOfOneContact(k=k, std=std, degrees_of_freedom=degrees_of_freedom)
 
 
 def test_agree() -> None:
-    assert agree([alone(100), alone(101), alone(99)]) is True
-    assert agree([alone(100), alone(101), alone(110)]) is False
-    assert agree([alone(100, 10.0), alone(101, 10.0), alone(110, 10.0)]) is True
+    assert stiffnesses_agree([alone(100), alone(101), alone(99)]) is True
+    assert stiffnesses_agree([alone(100), alone(101), alone(110)]) is False
+    assert stiffnesses_agree([alone(100, 10.0), alone(101, 10.0), alone(110, 10.0)]) is True
     # What rests on little is believed less.
-    assert agree([alone(100), alone(107), alone(100)]) is False
-    assert agree([alone(100), alone(107), alone(100, freedom=2)]) is True
-    assert agree([alone(100)]) is None
+    assert stiffnesses_agree([alone(100), alone(107), alone(100)]) is False
+    assert stiffnesses_agree([alone(100), alone(107), alone(100, degrees_of_freedom=2)]) is True
+    assert stiffnesses_agree([alone(100)]) is None
 
 
 def test_seldom_wrong() -> None:
     drawn = RNG.normal(100, 1, (4000, 5))
     std = np.sqrt(RNG.chisquare(20, (4000, 5)) / 20)
     told = [
-        agree([alone(k, s) for k, s in zip(*row, strict=True)]) for row in zip(drawn, std, strict=True)
+        stiffnesses_agree([alone(k, s) for k, s in zip(*row, strict=True)])
+        for row in zip(drawn, std, strict=True)
     ]
 
     assert told.count(False) < 40
@@ -58,7 +63,7 @@ def test_each_contact_tells_k(decays: list[Decay]) -> None:
     for one in found.values():
         assert abs(one.k - TYRE.k) < 4 * one.std
         assert one.std < 0.003 * TYRE.k
-    assert agree(found.values()) is True
+    assert stiffnesses_agree(found.values()) is True
     assert stiffness_by_contact(Likelihood([find_vibration(decay) for decay in decays[:2]])) == {}
 
 

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from identification.free_decay.likelihood import Likelihood, contact_of, sample_grid
+from identification.free_decay.likelihood import Likelihood, contact_of, integration_grid
 from identification.free_decay.onset import find_vibration
 from identification.free_decay.solution import Solution, solve
 from identification.free_decay.vibration import PARAMETERS, UNKNOWNS, initial_state, vibration_step
@@ -67,7 +67,7 @@ def _cost(likelihood: Likelihood, recording: int, x: ca.MX, noise: float) -> ca.
     unknowns = ca.MX(len(UNKNOWNS), 1)
     places = [*range(len(at) - OWN), *range(len(UNKNOWNS) - OWN, len(UNKNOWNS))]
     unknowns[places] = (ca.MX(ca.DM(likelihood.scales)) * x)[at]
-    times, samples = sample_grid(vibration)
+    times, samples = integration_grid(vibration)
     geometry = ca.DM([*contact_of(vibration), vibration.decay.inertia])
     angles = vibration_of(np.diff(times))(unknowns, geometry)[samples.tolist()]
     upper, lower = (

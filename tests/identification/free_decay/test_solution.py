@@ -59,7 +59,7 @@ def test_is_the_jackknifes(sticking: tuple[Likelihood, Solution]) -> None:
 
     spread = jackknife(likelihood, solution)
     np.testing.assert_allclose(spread.covariance, expected, rtol=0.05, atol=0.02 * expected.max())
-    assert spread.freedom == len(parts) - 2
+    assert spread.degrees_of_freedom == len(parts) - 2
 
 
 def test_information_is_that_of_k_and_b_t_alone(sticking: tuple[Likelihood, Solution]) -> None:
@@ -85,7 +85,7 @@ def test_a_half_swing_that_carries_everything(sticking: tuple[Likelihood, Soluti
 
     spread = jackknife(likelihood, monotone)
 
-    assert spread.freedom == 1
+    assert spread.degrees_of_freedom == 1
     assert np.isfinite(spread.covariance).all()
 
 

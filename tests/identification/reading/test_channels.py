@@ -8,7 +8,7 @@ import pytest
 from identification.reading.channels import ChannelFile, Samples, resolve
 from identification.reading.clock import tabulate
 from identification.reading.signal_map import NO_MAP
-from identification.reading.table import REQUIRED_COLUMNS, Table, check
+from identification.reading.table import REQUIRED_COLUMNS, Table, require_valid_samples
 from symbolic import InvalidInputError
 
 PATH = Path("run.mf4")
@@ -20,7 +20,7 @@ def table_of(**channels: Samples) -> Table:
 
 
 def checked(**channels: Samples) -> None:
-    check(table_of(**channels), REQUIRED_COLUMNS)
+    require_valid_samples(table_of(**channels), REQUIRED_COLUMNS)
 
 
 def line(start: float, step: float, size: int, slope: float = 1.0) -> Samples:

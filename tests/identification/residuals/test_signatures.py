@@ -161,7 +161,7 @@ def test_the_band_of_a_constant(recordings: list[Recording], memory: float) -> N
         rows = rows_of({r.name: first_order(memory, r.t.size, rng) for r in recordings}, recordings)
         noise = noise_of(rows)
         none = np.zeros((rows.residual.size, 0))
-        value, band, _ = correlation(rows.means(), none, noise, noise.freedom)
+        value, band, _ = correlation(rows.means(), none, noise, noise.degrees_of_freedom)
         outside += abs(value) > band
 
     assert outside / TRIALS <= MOST
@@ -378,8 +378,8 @@ def test_the_band_of_a_constant_allows_for_few_low_frequencies(recordings: list[
     rows = rows_of(residuals, made)
     noise = noise_of(rows)
     *_, (_, band, _) = [
-        correlation(rows.means(), np.zeros((rows.residual.size, 0)), noise, freedom)
-        for freedom in (1e9, noise.freedom)
+        correlation(rows.means(), np.zeros((rows.residual.size, 0)), noise, degrees_of_freedom)
+        for degrees_of_freedom in (1e9, noise.degrees_of_freedom)
     ]
 
     assert named(signatures(residuals, made), CONSTANT).band == pytest.approx(band)

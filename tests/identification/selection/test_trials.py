@@ -12,7 +12,7 @@ from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic, fall_by_chance
-from identification.selection.leave_one_out import leave_one_out
+from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trial_runner import values_for
 from identification.selection.trials import (
     RANKING,

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.patches.corners import DEPTH
+from observers.embedded.patches.exact_patch import DEPTH
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
     cases,

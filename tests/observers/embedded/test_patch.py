@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.patches.corners import DEPTH
+from observers.embedded.patches.exact_patch import DEPTH
 from reference_rig import RigTyre, hand_path, simulate_bristles
 from symbolic import Model, full_slide_level, simulate
 from tests.observers.conftest import RIG, K

@@ -138,7 +138,7 @@ static void weigh_torque(${name}_state_t *state, ${real} psi, const ${real} *tyr
     }
 }
 
-%% include "estimators/hand_over.c"
+%% include "estimators/take_acquired.c"
 
 static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) {
     int32_t i;
@@ -179,7 +179,7 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
     }
     conclude(state->own, state->verdict, state->output, state->track[TRACK_WIDEST], counts, share, tyre, limits, own, handed, state->result);
     set_numbers(state->own, own, OWNS);
-    hand_over(state, handed);
+    take_acquired(state, handed);
 }
 
 /* A sample while the estimator tracks. */

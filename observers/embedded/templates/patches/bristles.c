@@ -1,7 +1,7 @@
 /* The contact patch: ${bristles} bristles. Deformation q and stress are over half-length and stiffness [1]. */
 
 enum { BRISTLES = ${bristles}${", TRIED = BRISTLES / %d" % coarse if coarse} };
-%% include "patches/terms.c"
+%% include "patches/term_places.c"
 
 %% if not static_limit or not slide
 /* Limit of a bristle over mu. */

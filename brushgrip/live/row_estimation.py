@@ -25,7 +25,7 @@ class Point(NamedTuple):
     """A sample and what the observer says after it.
 
     Attributes:
-        recorded: values in the order of the feed's columns.
+        recorded: values in the order of the estimator's columns.
         psi: angle [rad].
         torque: that the observer used [N m].
         estimate: after the sample.
@@ -37,7 +37,7 @@ class Point(NamedTuple):
     estimate: Estimate
 
 
-class Feed(Protocol):
+class RowEstimator(Protocol):
     """What turns rows into points."""
 
     @property
@@ -98,7 +98,7 @@ class _Stretch:
         return Point(recorded, psi, torque, estimate)
 
 
-class WheelFeed:
+class WheelRowEstimator:
     """The wheel of a rig."""
 
     def __init__(self, observer_of: Callable[[str], Observer], adviser: Adviser | None = None) -> None:
@@ -147,7 +147,7 @@ class WheelFeed:
         self._stretch = _Stretch(observer, self._adviser)
 
 
-class CarFeed:
+class CarRowEstimator:
     """The mean front wheel of a car, each standstill by an observer of its own."""
 
     def __init__(

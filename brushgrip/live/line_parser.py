@@ -12,7 +12,7 @@ MOST_NAMES = 200
 """Values of a line."""
 
 
-class TextLines:
+class LineParser:
     """Turns lines into values by name; a header of CSV may come again at any time."""
 
     def __init__(self) -> None:

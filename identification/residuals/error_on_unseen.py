@@ -19,7 +19,7 @@ SLIDES, SLID, LEAST_SLIDES = 0.9, 0.5, 4
 over the largest of all for it to have slid [1], and fewest changes of level that make a walk."""
 
 
-def model_error(
+def error_on_unseen(
     residuals: Mapping[str, Array], recordings: Sequence[Recording], loss: Loss = LEAST_SQUARES
 ) -> ModelError | None:
     """The model error that these residuals show; every recording counts alike.

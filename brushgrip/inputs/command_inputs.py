@@ -13,7 +13,7 @@ from brushgrip.inputs.grounds import grounds_by_name
 from brushgrip.inputs.recordings import keep_inputs, locate, same_samples, unique_labels
 from brushgrip.inputs.user_effects import effect_files, user_effects
 from brushgrip.outputs.atomic import staged_file
-from brushgrip.outputs.provenance import Provenance, beside, provenance_of
+from brushgrip.outputs.provenance import Provenance, provenance_file, provenance_of
 from brushgrip.wording.formatting import json_text
 from identification import (
     Decay,
@@ -28,7 +28,7 @@ from identification import (
     read_signals,
     read_vehicle,
 )
-from identification.reading.adjusting import geared, trimmed
+from identification.reading.adjusting import trimmed, with_wheel_angle
 from identification.reading.readers import files_beside
 from symbolic import Effect, InvalidInputError
 
@@ -98,7 +98,7 @@ class Inputs:
 
     def _adjusted(self, recording: Recording) -> Recording:
         if self.steering_ratio is not None:
-            recording = geared(recording, self.steering_ratio)
+            recording = with_wheel_angle(recording, self.steering_ratio)
         return trimmed(recording, *self.span)
 
     def decays(self) -> list[Decay]:
@@ -251,7 +251,7 @@ def staged_tables(
     if not written:
         yield []
         return
-    told = beside(written[0])
+    told = provenance_file(written[0])
     inputs.keep([*others, *finals, told])
     made = inputs.provenance(**settings)
     with staged_files([*finals, told]) as (*stages, origin):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Decay
-from identification.thesis.fft_decrement import estimate_by_decrement
+from identification.thesis.stiffness_by_fft_and_decrement import estimate_by_decrement
 from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE

@@ -3,7 +3,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.thesis.author_estimate import aligned, author_file, read_author_estimate
+from identification.thesis.published_friction import (
+    aligned,
+    published_friction_file,
+    read_published_friction,
+)
 from symbolic import InvalidInputError
 
 HEADER = ",".join(["NaN"] * 12)
@@ -18,7 +22,7 @@ def write(folder: Path, *lines: str) -> Path:
 
 
 def test_columns(tmp_path: Path) -> None:
-    made = read_author_estimate(write(tmp_path, HEADER, ROW, BACK))
+    made = read_published_friction(write(tmp_path, HEADER, ROW, BACK))
 
     assert made.declared == 1.674
     assert made.t.tolist() == [0.0, 0.01]
@@ -42,14 +46,14 @@ def test_columns(tmp_path: Path) -> None:
 def test_faults_name_the_file(tmp_path: Path, lines: tuple[str, ...], said: str) -> None:
     path = write(tmp_path, *lines)
     with pytest.raises(InvalidInputError, match=said) as caught:
-        read_author_estimate(path)
+        read_published_friction(path)
 
     assert str(caught.value).startswith(f"{path}: ")
 
 
 def test_his_mark_is_not_in_his_names() -> None:
-    assert author_file(Path("x"), "fem4_ident") == Path("x/author_estimate_fem4.csv")
-    assert author_file(Path("x"), "fem1") == Path("x/author_estimate_fem1.csv")
+    assert published_friction_file(Path("x"), "fem4_ident") == Path("x/author_estimate_fem4.csv")
+    assert published_friction_file(Path("x"), "fem1") == Path("x/author_estimate_fem1.csv")
 
 
 def test_aligned_by_angle() -> None:

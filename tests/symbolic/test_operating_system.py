@@ -14,11 +14,11 @@ import pytest
 
 from symbolic import EFFECTS, Model
 from symbolic.compilation.bristle_kernel import kernel_source
-from symbolic.compilation.system import MemoryLimit
+from symbolic.compilation.operating_system import MemoryLimit
 from symbolic.compilation.toolchain import found_compiler, library_line
 
 PACKAGES = ("symbolic", "observers", "identification", "brushgrip")
-ALLOWED = {"symbolic/compilation/system.py", "brushgrip/running/interrupts.py"}
+ALLOWED = {"symbolic/compilation/operating_system.py", "brushgrip/running/interrupts.py"}
 """The second, of signals, cannot wait for the import of the first."""
 NOT_EVERYWHERE = re.compile(
     r"\b(import|from) (fcntl|grp|pty|pwd|readline|resource|syslog|termios|tty)\b|\bpreexec_fn\b"

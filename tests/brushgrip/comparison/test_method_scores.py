@@ -17,7 +17,7 @@ from brushgrip.comparison import (
     summarise,
 )
 from brushgrip.comparison.cases import SETTLED
-from brushgrip.comparison.scores import PUBLISHED
+from brushgrip.comparison.method_scores import PUBLISHED
 from identification import Recording
 from observers import Estimate, Sample
 from reference_rig import Array

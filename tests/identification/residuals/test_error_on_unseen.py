@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Huber, Recording
-from identification.residuals.model_error import model_error
+from identification.residuals.error_on_unseen import error_on_unseen
 from symbolic import InvalidInputError, ModelError, Rig
 from tests.identification.factories import first_order, recording
 
@@ -25,7 +25,7 @@ def coloured(recording: Recording, share: float, time: float, seed: int = 0) -> 
 
 
 def error_of(residuals: dict[str, np.ndarray], recordings: list[Recording], *loss: Huber) -> ModelError:
-    found = model_error(residuals, recordings, *loss)
+    found = error_on_unseen(residuals, recordings, *loss)
     assert found is not None
     return found
 
@@ -100,7 +100,7 @@ def test_outliers_count_as_in_the_fit() -> None:
 
 def test_nothing_seen_is_nothing_known() -> None:
     one = turned("one", seconds=1.0)
-    assert model_error({}, []) is None
+    assert error_on_unseen({}, []) is None
     exact = error_of({"one": np.zeros(one.t.size)}, [one])
     assert (exact.spread, exact.correlation_time) == (0.0, pytest.approx(PERIOD))
 

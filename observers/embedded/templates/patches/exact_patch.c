@@ -1,5 +1,5 @@
 %% if effects
-%% include "patches/terms.c"
+%% include "patches/term_places.c"
 
 %% endif
 /* The contact patch: a polyline r(xi) for xi >= 0, the limits of r at plus and minus `level`.

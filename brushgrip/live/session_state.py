@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import isfinite
 
-from brushgrip.wording.friction import band
+from brushgrip.wording.friction import with_95_band
 from observers import Estimate
 from symbolic import InvalidInputError
 
@@ -44,14 +44,14 @@ def friction_of(estimate: Estimate | None) -> tuple[float, float]:
     return estimate.mu, estimate.mu_std
 
 
-def verdict(state: State) -> str:
+def usability_of(state: State) -> str:
     """Whether friction may be used now."""
     return "usable" if state.usable else "not usable"
 
 
 def line_of(state: State) -> str:
     """A state on one line."""
-    friction = f"{state.t:.2f} s: μ {band(*friction_of(state.estimate))}, {verdict(state)}"
+    friction = f"{state.t:.2f} s: μ {with_95_band(*friction_of(state.estimate))}, {usability_of(state)}"
     return "; ".join(filter(None, [friction, state.status, state.advice, state.recording]))
 
 

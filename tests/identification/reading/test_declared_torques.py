@@ -12,7 +12,7 @@ from identification.fits.options import FitOptions
 from identification.fits.problem import Problem
 from identification.fits.values import initial_guess
 from identification.reading.adjusting import trimmed
-from identification.reading.car_torques import declared_torques, without_gear
+from identification.reading.declared_torques import declared_torques, without_gear
 from symbolic import Model, vehicle_from_tables
 from tests.simulated_car import SimulatedCar, steering, vehicle_text
 

@@ -15,7 +15,7 @@ class PatchCode:
 
     Its templates define `begin_patch`; `advance_patch` for a filter; for a window `begin_kept`,
     `follow_sample` and `kept_torque`; and, where the memory depends on mu, `forget_sensitivity`. A
-    torque is an array in the order of `templates/patches/interface.c`.
+    torque is an array in the order of `templates/patches/torque_places.c`.
 
     Attributes:
         observer: whose patch it is.

@@ -24,7 +24,9 @@ def newest_of_sample(parts: Layout, state: Expression, names: tuple[str, ...]) -
     return ca.vertcat(*(state[first + CLEAN.index(name)] for name in names))
 
 
-def hand_over(parts: Layout, states: tuple[str, ...], state: Expression, handed: Parts) -> Expression:
+def take_acquired(
+    parts: Layout, states: tuple[str, ...], state: Expression, handed: Parts
+) -> Expression:
     """A state of an estimator with ln mu, M_0 and the gear as acquired, not correlated with the rest.
 
     A window is emptied: its samples led to states that do not count. The memory of bristles stays as it

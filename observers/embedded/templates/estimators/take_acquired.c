@@ -1,5 +1,5 @@
 /* ln mu and M_0 as acquired replace those of the estimator, not correlated with the rest. */
-static void hand_over(${name}_state_t *state, const ${real} *handed) {
+static void take_acquired(${name}_state_t *state, const ${real} *handed) {
 %% if window
     /* But the last step, nothing is left in the window. */
     const int32_t newest = state->newest, last = (newest + ${window} - 1) % ${window};

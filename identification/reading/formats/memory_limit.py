@@ -1,6 +1,6 @@
 """A bound on the memory that libraries may take for what a file only declares."""
 
-from symbolic.compilation.system import MemoryLimit
+from symbolic.compilation.operating_system import MemoryLimit
 
 MOST_MEMORY = 4_000_000_000
 """Beyond what the process has when it opens a file [bytes]."""

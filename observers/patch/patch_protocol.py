@@ -44,7 +44,7 @@ class PatchModel(Hashable, Protocol):
         """True where the memory depends on a parameter."""
 
 
-def constants_size(model: PatchModel) -> int:
+def observer_constants_size(model: PatchModel) -> int:
     """Length of the constants of an observer: parameters of the model, the rig, the tuning."""
     return len(model.coordinates) + len(RIG) + len(TUNING_FIELDS)
 
