@@ -94,7 +94,7 @@ class CodegenRequest:
         from brushgrip.outputs import generation
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, show
-        from brushgrip.outputs.provenance import comment, warning_of_other_rig
+        from brushgrip.outputs.provenance import comment, rig_warning
         from observers.embedded import require_replaceable
         from observers.embedded.cost import estimated_cost
         from symbolic import InvalidInputError
@@ -137,10 +137,7 @@ class CodegenRequest:
         say(generation.prior_in_words(observer.tuning, self.rig))
         generation.remove_stale(self.out / f"{self.name}.a2l", finals)
         if found is not None:
-            for line in (
-                found.ground_taken(self.ground),
-                warning_of_other_rig(observer.rig, self.model),
-            ):
+            for line in (found.ground_taken(self.ground), rig_warning(observer.rig, self.model)):
                 if line:
                     say(line)
         show({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})

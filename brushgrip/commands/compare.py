@@ -4,13 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from brushgrip.commands.options import (
-    ModelFile,
-    OutJson,
-    RecordingRequest,
-    file_option,
-    option,
-)
+from brushgrip.commands.options import ModelFile, OutJson, RecordingRequest, file_option, option
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,14 +4,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
 
-from brushgrip.commands.options import (
-    ChannelMap,
-    OutJson,
-    RigFile,
-    VehicleFile,
-    file_option,
-    option,
-)
+from brushgrip.commands.options import ChannelMap, OutJson, RigFile, VehicleFile, file_option, option
 
 
 @dataclass(frozen=True, kw_only=True)

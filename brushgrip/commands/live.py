@@ -140,7 +140,7 @@ class LiveRequest:
 
         from brushgrip.estimation.estimates import observer_factory
         from brushgrip.inputs.command_inputs import locate_inputs
-        from brushgrip.inputs.steering_limits import chosen_limits, parsed_share
+        from brushgrip.inputs.steering_limits import chosen_limits, share_of
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.live.adviser import Adviser
         from brushgrip.live.following import follow
@@ -153,13 +153,13 @@ class LiveRequest:
         signals = replace(inputs.signals, dbc=self.dbc or inputs.signals.dbc)
         factory = observer_factory(self.observer, chosen_tuning(self.tuning, self.tune))
         limits = chosen_limits(self.limit)
-        adviser = None if self.target is None else Adviser(parsed_share(self.target), limits)
-        opened, row_estimator = follow(
+        adviser = None if self.target is None else Adviser(share_of(self.target), limits)
+        opened, estimator = follow(
             self.source, replace(inputs, signals=signals), factory, speed=self.speed, ground=self.ground,
             adviser=adviser,
         )  # fmt: skip
         advice = (lambda _: "") if adviser is None else (lambda _: adviser.text)
-        return Session(opened, row_estimator, record=self.record, advice=advice, listeners=senders)
+        return Session(opened, estimator, record=self.record, advice=advice, listeners=senders)
 
     def _serve(self, session: "Session") -> None:
         """The page, until it is interrupted; the source is opened once it is there."""

@@ -85,12 +85,7 @@ class PlanRequest:
     def run(self) -> None:
         """Write the path and say how far to turn on each ground."""
         from brushgrip.inputs.command_inputs import locate_inputs, staged_tables, write_text
-        from brushgrip.inputs.steering_limits import (
-            chosen_limits,
-            load_of,
-            parsed_frictions,
-            parsed_share,
-        )
+        from brushgrip.inputs.steering_limits import chosen_limits, frictions_of, load_of, share_of
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.outputs.generation import chosen_observer
         from brushgrip.outputs.planned import path_table
@@ -98,8 +93,8 @@ class PlanRequest:
         from observers import AligningTorque, plan
         from observers.planning.plan import MUS
 
-        limits, target = chosen_limits(self.limit), parsed_share(self.target)
-        mus = MUS if self.mu is None else parsed_frictions(self.mu)
+        limits, target = chosen_limits(self.limit), share_of(self.target)
+        mus = MUS if self.mu is None else frictions_of(self.mu)
         tuning = chosen_tuning(self.tuning, self.tune)
         inputs = locate_inputs(
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle

@@ -9,12 +9,7 @@ from numpy.typing import NDArray
 
 from brushgrip.inputs.command_inputs import Inputs
 from identification import Recording
-from identification.thesis import (
-    PublishedFriction,
-    aligned,
-    published_friction_file,
-    read_published_friction,
-)
+from identification.thesis import PublishedFriction, aligned, published_file, read_published_friction
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -88,7 +83,7 @@ def make_case(recording: Recording, folder: Path | None, declared: float | None 
         InvalidInputError: the author's file belongs to another recording, mu is unknown, or no sample is
             left for the error.
     """
-    file = None if folder is None else published_friction_file(folder, recording.name)
+    file = None if folder is None else published_file(folder, recording.name)
     author = None if file is None or not file.exists() else read_published_friction(file)
     if author is None:
         first, last = _beginning(recording), recording.t.size
@@ -149,9 +144,7 @@ def check_references(declared: Sequence[float], recordings: int, author: Path | 
 def author_files(recordings: Iterable[Path], author: Path | None) -> list[Path]:
     """The estimates of [Györök 2022] that may be read along with these recordings."""
     folders = {path.parent for path in recordings} if author is None else {author}
-    return [
-        path for folder in folders for path in folder.glob(published_friction_file(Path(), "*").name)
-    ]
+    return [path for folder in folders for path in folder.glob(published_file(Path(), "*").name)]
 
 
 def _beginning(recording: Recording) -> int:

@@ -81,7 +81,10 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
 
 
 def _of_car(cause: str) -> str:
-    """A cause in words of a vehicle file; units and signs were judged column by column before."""
+    """The suspected cause, worded with the keys of the vehicle file.
+
+    Units and signs of single columns have already been checked.
+    """
     if scale := SCALE.match(cause):
         return f"the force on the rack grows with its way {scale[1]} times as {OF_CAR['scale']}"
     return next((words for beginning, words in OF_CAR.items() if cause.startswith(beginning)), cause)

@@ -4,11 +4,7 @@ from itertools import islice
 
 import numpy as np
 
-from brushgrip.estimation.estimates import (
-    ObserverFactory,
-    has_aligning_torque,
-    samples_of,
-)
+from brushgrip.estimation.estimates import ObserverFactory, has_aligning_torque, samples_of
 from brushgrip.estimation.suggested_map import with_remedy
 from brushgrip.wording.friction import LASTING
 from identification import FoundModel, Recording

@@ -29,7 +29,7 @@ def chosen_limits(texts: Sequence[str] | None) -> SteeringLimits:
         raise InvalidInputError(f"--limit: {error}") from None
 
 
-def parsed_share(text: str) -> float:
+def share_of(text: str) -> float:
     """A share written as 5% or 0.05.
 
     Raises:
@@ -39,7 +39,7 @@ def parsed_share(text: str) -> float:
     return number / 100 if text.strip().endswith("%") else number
 
 
-def parsed_frictions(text: str) -> tuple[float, ...]:
+def frictions_of(text: str) -> tuple[float, ...]:
     """Frictions separated by commas, in order [1].
 
     Raises:

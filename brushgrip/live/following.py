@@ -73,10 +73,10 @@ def follow(
     if nominal is None:
         raise InvalidInputError(f"{where}: needs the rig, --rig rig.toml, or --vehicle car.toml")
     rig, tyre = nominal
-    row_estimator = WheelRowEstimator(
+    estimator = WheelRowEstimator(
         lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser
     )
-    return open_source, row_estimator
+    return open_source, estimator
 
 
 def _table(name: str, inputs: Inputs) -> Table:

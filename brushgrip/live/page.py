@@ -76,7 +76,7 @@ class View:
             self.points.stream(self._columns(new), SHOWN)
             usable = np.asarray(self.points.data["usable_high"], dtype=float)
             self._top.end = max(LEAST_TOP, 1.05 * float(np.nanmax(usable, initial=0.0)))
-        text = friction_html(state, self._session.row_estimator.columns)
+        text = friction_html(state, self._session.estimator.columns)
         if text != self.words.text:
             self.words.text = text
         label = "Stop recording" if self._session.recording else "Record"
@@ -91,7 +91,7 @@ class View:
         known = np.isfinite(mu_eff)
         mu, std = np.where(known, mu_eff, new.of("mu")), np.where(known, std, new.of("mu_std"))
         usable = (new.of("usable") == 1) & self._session.plausible
-        sign = -1.0 if "M" in self._session.row_estimator.columns else 1.0
+        sign = -1.0 if "M" in self._session.estimator.columns else 1.0
         # Between stretches no line.
         begins = np.diff(new.of("stretch"), prepend=self._stretch) != 0
         self._stretch = float(new.of("stretch")[-1])

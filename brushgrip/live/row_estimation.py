@@ -38,7 +38,7 @@ class Point(NamedTuple):
 
 
 class RowEstimator(Protocol):
-    """What turns rows into points."""
+    """Turns rows into points."""
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -180,7 +180,8 @@ class CarRowEstimator:
     def __call__(self, row: Row) -> list[Point]:
         """The points that are known with one more row.
 
-        A standstill is one from its tenth sample on, and its first ones wait for that.
+        Samples at rest are held back until there are `MIN_SAMPLES`; only then do they count as a
+        standstill.
         """
         if not self.columns:
             if not any(isfinite(row.get(n, nan)) for n in OF_CAR[0]):
@@ -243,7 +244,7 @@ class CarRowEstimator:
         return points
 
     def _rolled(self) -> list[Point]:
-        """What waits, with the last estimate: the car rolls, or stood too shortly."""
+        """Samples held back, with the last estimate repeated: the car rolls, or stood too shortly."""
         held = replace(self._last, M_z_predicted=nan, nis=nan, informed=False)
         points = [Point(recorded, psi, nan, held) for recorded, psi, _ in self._waiting]
         self._waiting = []

@@ -45,14 +45,14 @@ class Session:
 
     Attributes:
         ring: the newest points.
-        row_estimator: what makes them.
+        estimator: what makes them.
         recorded: files of recordings that are done.
     """
 
     def __init__(
         self,
         open_source: Callable[[], Source],
-        row_estimator: RowEstimator,
+        estimator: RowEstimator,
         *,
         record: Path | None = None,
         advice: Advice = lambda _: "",
@@ -62,12 +62,12 @@ class Session:
 
         Args:
             open_source: opens the source, and again where it is lost.
-            row_estimator: turns its samples into estimates.
+            estimator: turns its samples into estimates.
             record: file to record to from the beginning; None waits until `record` is called.
             advice: of the newest estimate.
             listeners: are told of every batch.
         """
-        self.ring, self.row_estimator = Ring(CAPACITY), row_estimator
+        self.ring, self.estimator = Ring(CAPACITY), estimator
         self._open, self._advice, self._listeners = open_source, advice, listeners
         self._file, self._wanted = record, record is not None
         self._recorder: Recorder | None = None
@@ -147,7 +147,7 @@ class Session:
         if age >= OLD:
             parts.append("no sample has come yet" if estimate is None else f"no sample for {age:.0f} s")
         elif estimate is not None:
-            parts += [estimate.status.remedy, *self.row_estimator.suspicions]
+            parts += [estimate.status.remedy, *self.estimator.suspicions]
             if not estimate.informed and not estimate.status:
                 parts.append("the torque says too little about friction yet: turn the wheel on")
         return "; ".join(filter(None, parts))
@@ -224,7 +224,7 @@ class Session:
                 self._begin_stretch()
             usable = {name: self._within(name, value) for name, value in timed.row.items()}
             try:
-                self._store(self.row_estimator(usable))
+                self._store(self.estimator(usable))
             except InvalidInputError as error:
                 self._counts["unreadable"] += 1
                 self._fault = str(error)
@@ -243,7 +243,7 @@ class Session:
             self._counts["begun anew"] += 1
         self._end_recording()
         self._stretch += 1
-        self.row_estimator.reset()
+        self.estimator.reset()
 
     def _store(self, points: list[Point]) -> None:
         if not points:
@@ -260,18 +260,16 @@ class Session:
             return
         self._looked = self._done
         points = self.ring.since(self.ring.end - MOST_WAITING, self._stretch)
-        self._implausible = self.row_estimator.implausible(
-            points.recorded[:, : len(self.row_estimator.columns)]
-        )
+        self._implausible = self.estimator.implausible(points.recorded[:, : len(self.estimator.columns)])
 
     def _follow_wish(self) -> None:
         """Begin or end a recording where that is wanted."""
         if not self._wanted:
             self._end_recording()
-        elif self._recorder is None and self.row_estimator.columns and self.ring.end:
+        elif self._recorder is None and self.estimator.columns and self.ring.end:
             name = self._file or Path(time.strftime("live_%Y-%m-%d_%H%M%S.parquet"))
             try:
-                self._recorder = Recorder(name, self.row_estimator.columns)
+                self._recorder = Recorder(name, self.estimator.columns)
             except InvalidInputError as error:
                 self._fault, self._wanted = f"not recorded: {error}", False
                 return
@@ -281,7 +279,7 @@ class Session:
         if self._recorder is None:
             return
         said = points.fields[:, -len(ESTIMATE) :]
-        rows = np.hstack([points.recorded[:, : len(self.row_estimator.columns)], said])
+        rows = np.hstack([points.recorded[:, : len(self.estimator.columns)], said])
         try:
             self._recorder.write(rows)
         except OSError as error:

@@ -112,7 +112,7 @@ def require_own_folder(document: Path, made: Provenance, *, force: bool) -> tupl
     return tuple(n for n in plain_names if Path(n).name == n and n not in ("", "..") and n.isprintable())
 
 
-def warning_of_other_rig(rig: Rig, model: Path | None) -> str:
+def rig_warning(rig: Rig, model: Path | None) -> str:
     """A line where a model was found on a rig with another half-length or trail, else nothing."""
     try:
         told = json.loads((model or Path()).read_bytes())[KEY]["rig"]["content"]
@@ -127,7 +127,7 @@ def warning_of_other_rig(rig: Rig, model: Path | None) -> str:
     )
 
 
-def remove_earlier_results(folder: Path, names: Sequence[str], kept: Sequence[str]) -> None:
+def remove_earlier(folder: Path, names: Sequence[str], kept: Sequence[str]) -> None:
     """Remove files of an earlier run, by their plain names; what no run writes stays."""
     for name in names:
         if name not in kept and Path(name).suffix in _WRITTEN and (folder / name).is_file():

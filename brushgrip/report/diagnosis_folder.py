@@ -8,13 +8,7 @@ from typing import Any
 from brushgrip.estimation.friction_outcome import FrictionOutcome
 from brushgrip.inputs.command_inputs import write_text
 from brushgrip.outputs.console import say, show
-from brushgrip.outputs.provenance import (
-    KEY,
-    Provenance,
-    digest_of,
-    provenance_of,
-    remove_earlier_results,
-)
+from brushgrip.outputs.provenance import KEY, Provenance, digest_of, provenance_of, remove_earlier
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
 from brushgrip.report.printed import print_diagnosis
 from brushgrip.wording.formatting import json_text
@@ -87,7 +81,7 @@ def finish_diagnosis(
         outcome: friction before and after, None where none was estimated.
     """
     written = content[KEY]["files"]
-    remove_earlier_results(out, earlier, written)
+    remove_earlier(out, earlier, written)
     remove_stale_pictures(out, written)
     print_diagnosis(diagnosis, outcome)
     show(content)

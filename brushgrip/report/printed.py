@@ -17,14 +17,7 @@ from brushgrip.wording.formatting import (
     sentence,
 )
 from brushgrip.wording.friction import use_of
-from identification import (
-    Diagnosis,
-    FoundEffect,
-    FoundModel,
-    FreeDecay,
-    ParameterEstimate,
-    Recording,
-)
+from identification import Diagnosis, FoundEffect, FoundModel, FreeDecay, ParameterEstimate, Recording
 from identification.thesis import DecrementEstimate
 
 

@@ -26,7 +26,7 @@ from brushgrip.wording.formatting import (
     plain,
     quantity,
     signed,
-    torque_error_text,
+    torque,
 )
 from identification import Diagnosis, Signature
 
@@ -155,7 +155,7 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
     rows = []
     for name in (*diagnosis.recordings, *diagnosis.holdout):
         row = [name, "validation" if name in diagnosis.holdout else "training"]
-        row += [torque_error_text(errors.rmse[name]) for errors in stages.values()]
+        row += [torque(errors.rmse[name]) for errors in stages.values()]
         row += [percent(errors.nrmse[name]) for errors in stages.values()]
         if diagnosis.after.left_out:
             row += [percent(errors.left_out[name]) for errors in both.values()]

@@ -40,7 +40,7 @@ def percent(share: float | None) -> str:
     return "–" if share is None or not math.isfinite(share) else f"{100 * share:.2f} %"
 
 
-def torque_error_text(value: float | None) -> str:
+def torque(value: float | None) -> str:
     """A torque error without its unit [N m], three significant digits."""
     return "–" if value is None or not math.isfinite(value) else f"{value:#.3g}"
 
@@ -108,10 +108,7 @@ def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
 def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
     """The errors of one stage of the model, in the order of `error_columns`."""
     figures = errors.summary()
-    return [
-        (percent if "nrmse" in key else torque_error_text)(figures[key])
-        for key in error_columns(diagnosis)
-    ]
+    return [(percent if "nrmse" in key else torque)(figures[key]) for key in error_columns(diagnosis)]
 
 
 def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:

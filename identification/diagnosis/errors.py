@@ -7,11 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.diagnosis.findings import Errors
-from identification.diagnosis.prediction import (
-    predicted_friction,
-    residual_of,
-    unrefitted_residuals,
-)
+from identification.diagnosis.prediction import predicted_friction, residual_of, unrefitted_residuals
 from identification.fits.fitting import fit
 from identification.fits.loss import Loss, rmse_of
 from identification.fits.options import FitOptions

@@ -28,10 +28,10 @@ class Errors:
         nrmse: the same over the recording's torque range [1].
         training: names over which the training figures are averaged.
         holdout: names over which the held-out figures are averaged.
-        left_out: root mean square torque error over range of each recording by the shared parameters of
-            the others, fitted anew without it; empty where recordings are held out or there is only one.
-        unrefitted: root mean square torque error over range of each held-out recording of which nothing
-            was fitted, see `identification.diagnosis.prediction`.
+        left_out: rms torque error of each recording, divided by its torque range; the shared parameters
+            were refitted without it. Empty where recordings are held out or there is only one.
+        unrefitted: the same of each held-out recording, of which nothing was fitted, see
+            `identification.diagnosis.prediction`.
     """
 
     rmse: Mapping[str, float]

@@ -103,7 +103,7 @@ def _scope_and_parameters(
 
 
 def distance_from_neutral(effect: Effect, estimates: Mapping[str, ParameterEstimate]) -> float | None:
-    """Standard deviations between an effect's parameters and no effect at all, of the clearest one.
+    """How many standard deviations an effect's most significant parameter lies from its neutral value.
 
     Args:
         effect: whose parameters say where it vanishes.
@@ -184,7 +184,10 @@ def notes_on(
 
 
 def assumed_tolerances(recordings: Sequence[Recording]) -> str:
-    """What is read as known to usual tolerances, a sentence without a full stop; empty for nothing."""
+    """Note that lists the values declared without a tolerance, for which the usual one is assumed.
+
+    It is a sentence without a full stop, empty if there are none.
+    """
     missing = [
         f"{name} to {100 * usual:g} %" if name in ("load", "k") else f"{name} to {1000 * usual:g} mm"
         for name, usual in USUAL.items()

@@ -93,7 +93,7 @@ class _Simulated:
         self.theta: Array = np.asarray(fitted.model.theta(values)).ravel()
 
     def torque(self, manoeuvre: Manoeuvre, theta: Array) -> tuple[Array, Array]:
-        """Torque [N m] and its derivatives by theta."""
+        """Torque [N m] and its derivatives with respect to theta."""
         # All directions always, as in the fit: that Function is compiled already.
         directions = np.eye(theta.size)
         simulated = simulate(self.model, manoeuvre.signals, theta, self.geometry, directions)

@@ -112,7 +112,7 @@ class Problem:
         return {r.name: torques[r.name][0] - r.M_z for r in self.recordings}
 
     def residuals(self, x: Array) -> Array:
-        """Stacked torque errors over range, missing samples left out."""
+        """Stacked torque errors, divided by each recording's torque range; without missing samples."""
         errors = over_range(self.torque_errors(x), self.recordings)
         return np.concatenate([errors[name][present] for name, present in self.present.items()])
 

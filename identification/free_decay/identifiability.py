@@ -1,7 +1,7 @@
 """How well free vibrations determine k and b_t, whether contacts agree, and what would help.
 
-A wrong a or e changes the stiffness (5.7) of [Györök 2022] of a long contact otherwise than that of a
-short one, and a wrong J_A of some contacts changes theirs alone. Every recording may then fit well and
+A wrong a or e distorts the stiffness of [Györök 2022], (5.7), differently for long and short contacts.
+A wrong J_A distorts only the contacts that it belongs to. Every recording may then fit well and
 every interval be narrow while k is off by percents; but the contacts, each for itself, give different k.
 """
 
@@ -69,9 +69,8 @@ def _stiffness_of(likelihood: Likelihood, contact: Contact) -> StiffnessOfOneCon
     if not solution.converged:
         return None
     k, std = np.array([solution.x[0], np.sqrt(uncertainty.covariance[0, 0])]) * part.scales[0]
-    return StiffnessOfOneContact(
-        k=float(k), std=float(std), degrees_of_freedom=uncertainty.degrees_of_freedom
-    )
+    freedom = uncertainty.degrees_of_freedom
+    return StiffnessOfOneContact(k=float(k), std=float(std), degrees_of_freedom=freedom)
 
 
 def describe_identifiability(

@@ -78,7 +78,7 @@ def factor_of(column: str, unit: str) -> float | None:
 
 
 def unit_by_size(column: str, values: NDArray[np.float64]) -> str:
-    """The unit in which a column of a car is by the size of its numbers; empty where SI may do."""
+    """The unit suggested by the size of a car column's numbers; empty if they are plausible in SI."""
     sizes = np.sort(np.abs(values[np.isfinite(values)]))
     if sizes.size < IN_UNIT:
         return ""

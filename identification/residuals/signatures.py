@@ -175,8 +175,8 @@ def signatures(
     a slope is one number for all recordings, and a recording counts by the square of its residual over
     range. Both are projected, by least squares, off the sensitivities of all parameters that `fits` has
     adjusted and off the mean of every recording (not for the constant and the magnitude of the torque).
-    The residual is orthogonal to these sensitivities; a signal that is not would seem to be followed
-    less than it is.
+    The fit has already made the residual orthogonal to these sensitivities. A signal that was not
+    projected too would show too small a correlation.
 
     Args:
         residuals: simulated minus measured torque of every recording [N m], NaN where missing.

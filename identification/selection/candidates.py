@@ -41,10 +41,10 @@ def in_order_of_confirmation(
 ) -> list[RankedCandidate]:
     """Candidates in the order in which they should be confirmed.
 
-    First comes the best that is not flattered beside another one, or the one with the fewest parameters
-    of those that cannot be distinguished from it; then the same among the rest. One with a parameter at
-    the end of its range, or that is a second law of its family, comes after others as good. A flexible
-    law is no rival of a law of its family.
+    Take the best trial that is not flattered. Of it and all trials indistinguishable from it, the one
+    with the fewest parameters comes first. Repeat with the rest. A trial with a parameter at the end of
+    its range, or with a second law of its family, comes after others as good. A flexible law is no rival
+    of a law of its family.
 
     Args:
         justified: coarse trials, least judged error first.

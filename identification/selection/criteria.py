@@ -33,11 +33,11 @@ class SelectionCriteria:
         idle_steps: steps in a row in which a candidate may gain next to nothing before it is left out.
         exchanges: candidates that may replace another effect when no effect can be added.
         further_gain: an effect beside others has to lower the judged error by this share [1].
-        law: share to which the law of an effect is taken as known; what an effect of another family
-            explains has to exceed that share of what those before it explain [1].
+        law: relative error assumed in the law of an effect; an effect of another family has to explain
+            more than this share of what those before it explain [1].
         second_law: the same for a further effect of a family that is in the model [1].
-        rough_above: judged error over range above which 40 bristles rank candidates, ten times the error
-            that those have [1].
+        rough_above: judged error, divided by the torque range, above which 40 bristles rank candidates:
+            ten times the error that those have [1].
     """
 
     least_gain: float = 0.02
@@ -107,7 +107,7 @@ def addition_justified(
 def exceeds_law_mismatch(
     added: Effect, richer: Trial, present: Trial, declared: Trial, criteria: SelectionCriteria
 ) -> bool:
-    """Whether an effect explains more than a wrong law of those beside it may leave.
+    """Whether an effect gains more than slightly wrong laws of the effects in the model would leave.
 
     Another author's law differs from the library's, and what it leaves must not be read as a further
     mechanism. What is explained is a fall of the squared judged error, from the declared structure on.
@@ -132,7 +132,7 @@ def removal_justified(
     criteria: SelectionCriteria,
     declared: Trial,
 ) -> bool:
-    """Whether the addition of the effect that the poorer model lacks would not be justified.
+    """Whether an effect may be removed: adding it to the poorer model would not be justified.
 
     The poorer model may have another effect of its family in its place, with fewer parameters, none of
     them at the end of its range.
@@ -189,9 +189,10 @@ def error_falls(after: Judgement, before: Judgement, criteria: SelectionCriteria
 
 
 def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float, float]:
-    """How much lower the mean squared error over range is, and the standard error of that [1].
+    """By how much the mean of (error / torque range)^2 falls, and the standard error of this fall [1].
 
-    Paired over blocks of so many seconds of the same recordings; infinite for a single block.
+    Both models are compared block by block, `block` seconds each; with a single block the standard error
+    is infinite.
     """
     difference = worse.block_errors(block) - better.block_errors(block)
     n = difference.size
@@ -199,10 +200,11 @@ def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float,
 
 
 def fall_by_chance(better: Judgement, worse: Judgement, block: float) -> float:
-    """Standard error of `advantage` as far as it is chance: an effect may also act in a few blocks only.
+    """Standard error of `advantage` from the cross term 2 s r alone.
 
-    With r what the better model leaves and s what it takes away, squares fall by s^2 + 2 s r, and only
-    2 s r may have either sign. Its mean over a block is 0 by itself; blocks are independent.
+    r is the residual of the better model and s what it takes off that of the other; squares fall by
+    s^2 + 2 s r. s^2 may also vary between blocks, as an effect may act in only a few, and that is not
+    chance. The mean of 2 s r over a block is 0 by chance alone; blocks are independent.
     """
     taken = {name: worse.residuals[name] - residual for name, residual in better.residuals.items()}
     squares = (judged.block_errors(block) for judged in (worse, better, replace(worse, residuals=taken)))

@@ -23,9 +23,9 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
 
     The shared parameters move by the Gauss-Newton step of the other recordings alone, as far as their
     ranges allow; those of a ground without another recording move to the mean of the other grounds. Then
-    what belongs to the recording is refitted. What it declared with a tolerance may go beyond that: the
-    common scale of all lengths, which the others alone hardly determine, is not held against it. A
-    single recording keeps its residuals.
+    what belongs to the recording is refitted. In this refit a declared value may leave its tolerance.
+    The other recordings hardly determine the common scale of all lengths, and this recording should not
+    be penalised for that. A single recording keeps its residuals.
     """
     if len(recordings) < 2:
         return dict(fitted.residuals)

@@ -73,7 +73,10 @@ def search(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _PresentModel:
-    """The present model, fitted to the whole recordings and as coarsely as its rivals; that declared."""
+    """The present model in two fits, beside the declared model.
+
+    `fine` is fitted to the whole recordings, `coarse` with `precision`, as its rivals.
+    """
 
     fine: Trial
     coarse: Trial
@@ -185,7 +188,8 @@ class Search:
     def _exchange(self, present: _PresentModel, additions: Sequence[Trial]) -> SearchStep | None:
         """Exchange one effect for one of the candidates that gained most, though not enough.
 
-        None becomes the second law of a family so: nothing would ask how much more it explains.
+        An exchange never adds a second law of a family, because an exchange is not tested for how much
+        more it explains.
         """
         effects = present.fine.effects
         least = (1 - self.criteria.least_gain) * present.coarse.nrmse

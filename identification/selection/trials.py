@@ -86,7 +86,7 @@ class Judgement:
 
     @property
     def nrmse(self) -> float:
-        """Root mean square error over range, averaged over recordings [1]."""
+        """Root mean square error, divided by the torque range, averaged over recordings [1]."""
         return float(np.mean([rmse_of(self.residuals[n]) / self.ranges[n] for n in self.ranges]))
 
     def block_errors(self, seconds: float) -> Array:
@@ -145,7 +145,7 @@ class Trial:
 
     @property
     def nrmse(self) -> float:
-        """The judged error over range [1]."""
+        """The judged error, divided by the torque range [1]."""
         return self.judgement.nrmse
 
 

@@ -4,7 +4,7 @@ from identification.thesis.friction_network import Activation, Design, FrictionN
 from identification.thesis.published_friction import (
     PublishedFriction,
     aligned,
-    published_friction_file,
+    published_file,
     read_published_friction,
 )
 from identification.thesis.stiffness_by_fft_and_decrement import DecrementEstimate, estimate_by_decrement
@@ -18,7 +18,7 @@ __all__ = [
     "aligned",
     "estimate_by_decrement",
     "label_mean",
-    "published_friction_file",
+    "published_file",
     "read_published_friction",
     "train",
 ]

@@ -53,7 +53,7 @@ class PublishedFriction:
     declared: float
 
 
-def published_friction_file(folder: Path, recording: str) -> Path:
+def published_file(folder: Path, recording: str) -> Path:
     """The path of a recording's file: its name without the suffix `_ident`."""
     return folder / f"author_estimate_{recording.removesuffix('_ident')}.csv"
 

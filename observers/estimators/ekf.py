@@ -35,19 +35,9 @@ from observers.patch.update import (
     tyre_parameters,
 )
 from observers.protocol import OUTPUT
-from observers.quality.innovation_gate import (
-    COUNTS,
-    InnovationTest,
-    huber_weight,
-    innovation_variance,
-)
+from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight, innovation_variance
 from observers.quality.innovation_monitor import MONITOR
-from observers.udu import (
-    add_variance,
-    build_predict_covariance,
-    build_update_covariance,
-    covariance,
-)
+from observers.udu import add_variance, build_predict_covariance, build_update_covariance, covariance
 from symbolic import GEOMETRY, InvalidInputError
 from symbolic.functions import named_function
 

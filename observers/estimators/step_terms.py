@@ -88,7 +88,7 @@ class StepSample:
 
     @property
     def change(self) -> Expression:
-        """What a change of the ground adds to the variance of ln mu."""
+        """The variance that a change of the ground adds to ln mu."""
         return variance_between_grounds(named(TUNING_FIELDS, self.tuning))
 
     def test(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> InnovationTest:

@@ -31,7 +31,7 @@ def retained(share: Expression, memory: float) -> Expression:
 
 
 def white_variance(rig: Parts, tuning: Parts, slide: Expression) -> Expression:
-    """Variance of the sensor's white error over that of full slide at mu = 1 [1], in 10 ms."""
+    """Variance of the sensor's white error in 10 ms, divided as in `model_error_variance` [1]."""
     known = is_known(rig["noise"])
     return ca.if_else(known, (ca.if_else(known, rig["noise"], 0) / slide) ** 2, tuning["noise"] ** 2)
 
@@ -42,9 +42,9 @@ def sensor_variance(rig: Parts) -> Expression:
 
 
 def model_error_variance(x: Parts, tuning: Parts) -> Expression:
-    """Variance of the model's error over that of full slide at mu = 1 [1]; 0 if `noise` is all there is.
+    """Variance of the model's torque error, divided by the full-slide torque at mu = 1 squared [1].
 
-    The error is a share of the torque that there is, full slide at the present mu.
+    It is 0 where the tuning states no model error. The error is a share of full slide at the present mu.
     """
     return ca.if_else(is_stated(tuning), model_error_share(x, tuning) ** 2, 0)
 
@@ -55,7 +55,10 @@ def is_stated(tuning: Parts) -> Expression:
 
 
 def model_error_share(x: Parts, tuning: Parts) -> Expression:
-    """The model's error over full slide at mu = 1 [1]; 0 where it is infinite, so that slopes exist."""
+    """Deviation of the model's torque error at the present mu, divided by full slide at mu = 1 [1].
+
+    An infinite one is set to 0, so that derivatives stay finite.
+    """
     finite = ca.if_else(tuning["error"] < SENSIBLE, tuning["error"], 0)
     return finite * ca.exp(x["log_mu"])
 

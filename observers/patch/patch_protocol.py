@@ -1,4 +1,4 @@
-"""What an observer asks of a model of the contact patch."""
+"""The interface that observers need of a model of the contact patch."""
 
 from collections.abc import Hashable
 from typing import Protocol

@@ -17,7 +17,7 @@ AT_REST = 1e-9
 KINDS = ("none", "turn back", "shorter", "longer", "narrower", "wider", "slower", "faster")
 
 
-class PathState(NamedTuple):
+class PathNow(NamedTuple):
     """Where a path is: angle and turning points that remain [rad], greatest rate and speed [rad/s].
 
     The speed is that toward the first of the points; bounds and middle are of the angle [rad].
@@ -31,9 +31,7 @@ class PathState(NamedTuple):
     middle: float
 
 
-def with_change(
-    present: PathState, kind: str, limits: SteeringLimits, dt: float, time: float
-) -> SteeringPath:
+def changed(present: PathNow, kind: str, limits: SteeringLimits, dt: float, time: float) -> SteeringPath:
     """The path with one of `KINDS` of changes, for at most a time [s]."""
     psi, (first, *rest), rate, speed, (low, high), middle = present
     heading = 1.0 if first >= psi else -1.0

@@ -18,7 +18,7 @@ from observers.estimators.ekf import Ekf
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.loop import Loop
 from observers.layout import ObserverState
-from observers.planning.changes import KINDS, PathState, with_change
+from observers.planning.changes import KINDS, PathNow, changed
 from observers.planning.forecast import Forecaster, Lane, least_deviation
 from observers.planning.path import SteeringLimits, SteeringPath
 from observers.planning.plan import MUS, NEVER, Plan, plan
@@ -214,14 +214,14 @@ class Probe:
         lanes = self._forecaster.present(self._likely(state), state)
         best = np.inf
         for kind in (KINDS[0], *islice(self._kinds, CHANGES)):
-            path = with_change(present, kind, self.limits, self.dt, left)
+            path = changed(present, kind, self.limits, self.dt, left)
             cost = self._cost(path, lanes, sample.F_N, best)
             if cost < best * (1 if kind == KINDS[0] else GAIN):
                 best, self._path = cost, path
         self._since = 0.0
         self._left = best if best < NEVER else nan
 
-    def _present(self, sample: Sample) -> PathState:
+    def _present(self, sample: Sample) -> PathNow:
         """Where the path is; where the wheel is, if that has left it."""
         path = self._path
         assert path is not None
@@ -231,7 +231,7 @@ class Probe:
         if abs(psi - sample.psi) > ASTRAY[0] + ASTRAY[1] * self.limits.rate:
             psi, psi_dot = sample.psi, 0.0
         speed = max(0.0, psi_dot * np.sign(points[0] - psi))
-        return PathState(psi, points, path.rate, speed, self._bounds, self._start)
+        return PathNow(psi, points, path.rate, speed, self._bounds, self._start)
 
     def _likely(self, state: ObserverState) -> list[float]:
         """Frictions that the observer holds for likely, within the prior."""

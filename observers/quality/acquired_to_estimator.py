@@ -1,4 +1,4 @@
-"""What an estimator is handed over of what was acquired, and what is read from its state."""
+"""Acquired friction written into the state of an estimator, and values read from such a state."""
 
 import casadi as ca
 

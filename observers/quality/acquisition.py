@@ -15,12 +15,7 @@ import casadi as ca
 from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import is_known, retained
 from observers.protocol import OUTPUT, Status
-from observers.quality.branches import (
-    START,
-    TRACK,
-    build_sensitivity,
-    build_track,
-)
+from observers.quality.branches import START, TRACK, build_sensitivity, build_track
 from observers.quality.hypotheses import (
     LIMITS,
     MOST_ERROR,
@@ -193,9 +188,7 @@ def build_conclusion(
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
         "excess": gain_share * ca.fmax(0, excess),
         **dict.fromkeys(("squares", "weight", "streak", "confirmed", "lasting"), 0),
-        "doubt": unexplained_samples(
-            own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]
-        ),
+        "doubt": doubt_after(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
     }
     after["lost"] = after["doubt"] > HOPELESS
     variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MOST_VARIANCE)
@@ -226,7 +219,7 @@ def _is_known(verdict: Parts, unsure: Expression, limits: Parts, gear: bool) -> 
     return ca.logic_or(known, ca.logic_and(unsure < most**2, possible))
 
 
-def unexplained_samples(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
+def doubt_after(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
     """Independent samples that the model did not explain, after one more; explained ones make up."""
     more = ca.fmin(MOST_DOUBT, doubt + share)
     return ca.if_else(wrong, more, doubt * retained(share, FORGIVING))

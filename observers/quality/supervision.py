@@ -19,14 +19,7 @@ from typing import Any
 
 import casadi as ca
 
-from observers.layout import (
-    Expression,
-    Layout,
-    named,
-    symbols,
-    symbols_like,
-    vector_of,
-)
+from observers.layout import Expression, Layout, named, symbols, symbols_like, vector_of
 from observers.measurement.measurement_model import LEAST_LOAD, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, is_known, retained
 from observers.patch.patch_protocol import PatchModel, split_constants
@@ -39,9 +32,9 @@ from observers.quality.acquisition import (
     OWN,
     EquivalentPatch,
     build_acquiring,
+    doubt_after,
     output_if,
     supervision_symbols,
-    unexplained_samples,
 )
 from observers.quality.branches import TRACK, build_turn, sliding_turn
 from observers.quality.hypotheses import (
@@ -151,7 +144,7 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
         own |= torques_beyond(inputs, own, predicted, limits["error"])
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
-    doubt = ca.fmax(unexplained_samples(own["doubt"], share, wrong), LASTING_DOUBT * lasts)
+    doubt = ca.fmax(doubt_after(own["doubt"], share, wrong), LASTING_DOUBT * lasts)
     results = {name: output[name] * own["scale"] for name in SCALED}
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
     grown = ca.sqrt((output["mu_std"] / output["mu"]) ** 2 + own["excess"] ** 2)

@@ -1,8 +1,8 @@
 """A patch of bristles along a whole recording in C of its own: one loop over the bristles an evaluation.
 
-CasADi writes a loop for every operation on the bristles, with their numbers through memory between any
-two. Here an operation is one of a bristle, in scalars, and so is its derivative; the compiler takes
-several bristles at a time. The expressions are those of `symbolic.compilation.bristle_functions`, the
+CasADi's C has one loop per operation and stores every intermediate result for all bristles. Here one
+loop goes over the bristles and does all operations of one bristle, derivatives included, in scalars; the
+compiler vectorises it. The expressions are those of `symbolic.compilation.bristle_functions`, the
 balance is that of `symbolic.compliance`. Directions of derivatives are a loop too: one library serves
 any number.
 """
@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 
 
 class CompiledRecordingRun:
-    """The compiled loops of one model."""
+    """The torque over recordings by one model, compiled."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
         """Take over a library of `kernel_source`."""

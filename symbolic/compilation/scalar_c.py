@@ -13,13 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.compilation.c_comments import (
-    NO_COMMENTS,
-    Comments,
-    needed_by,
-    operands_of,
-    sections_of,
-)
+from symbolic.compilation.c_comments import NO_COMMENTS, Comments, needed_by, operands_of, sections_of
 from symbolic.errors import BrushgripError
 
 INFIX = {
@@ -53,7 +47,7 @@ class Term:
     Attributes:
         text: an expression; an operand of another one as it stands if it is a name, a number or a call.
         is_condition: a `bool`, no real.
-        value_if: condition and value, where it is 0 otherwise.
+        value_if: condition and value of a term that is 0 where the condition does not hold.
     """
 
     text: str
@@ -122,7 +116,11 @@ def operation(code: int, terms: Sequence[Term]) -> Term:
 
 
 def is_kept(code: int, term: Term, uses: int) -> bool:
-    """Whether a term becomes a variable: not a choice that is one half of another, nor a negation."""
+    """Whether a term becomes a variable.
+
+    It does if it is used more than once (negations excepted), or if its text is longer than `LONGEST`
+    (choices excepted).
+    """
     return (uses > 1 and code != ca.OP_NOT) or (len(term.text) > LONGEST and code != ca.OP_IF_ELSE_ZERO)
 
 

@@ -27,7 +27,10 @@ Family = Literal[
     "sensor and steering",
     "other",
 ]
-"""Mechanisms; the effects of a family are laws of the same one. What is "other" is one of its own."""
+"""Mechanisms; the effects of a family are laws of the same one. An "other" is a mechanism of its own.
+
+"friction over time" is friction over time and travel: it changes with time or with the angle turned.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)

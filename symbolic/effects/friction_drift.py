@@ -1,6 +1,7 @@
 """Friction that changes with the angle turned, counted both ways: it beds in, or wears.
 
-It drifts over travel, not over time; files know it as `friction_drift`, so that the name stays.
+It drifts with the angle turned, not with time. Its family is that of friction over time and travel, and
+files know it as `friction_drift`.
 
 An empirical form; on rubber friction in general: Persson, Sliding Friction, 2nd ed. (2000).
 """

@@ -4,14 +4,7 @@ import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_outcome import FOUND, FrictionOutcome
-from identification.diagnosis.findings import (
-    Candidate,
-    Curve,
-    Errors,
-    FoundEffect,
-    FoundFamily,
-    Series,
-)
+from identification.diagnosis.findings import Candidate, Curve, Errors, FoundEffect, FoundFamily, Series
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.proposals import Proposal
 from identification.experiments.turns_and_rests import Manoeuvre

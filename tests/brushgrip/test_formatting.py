@@ -17,7 +17,7 @@ from brushgrip.wording.formatting import (
     quantity,
     residual_structure,
     sentence,
-    torque_error_text,
+    torque,
 )
 from brushgrip.wording.friction import estimates_summary, model_taken, with_95_band
 from identification import FoundModel, ParameterEstimate
@@ -53,9 +53,9 @@ def test_figures() -> None:
     assert percent(0.04371) == "4.37 %"
     assert percent(None) == "–"
     assert percent(math.nan) == "–"
-    assert torque_error_text(0.35345) == "0.353"
-    assert torque_error_text(1.0) == "1.00"
-    assert torque_error_text(None) == "–"
+    assert torque(0.35345) == "0.353"
+    assert torque(1.0) == "1.00"
+    assert torque(None) == "–"
 
 
 def test_a_sentence_names_an_effect_in_words() -> None:

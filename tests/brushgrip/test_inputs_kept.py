@@ -9,7 +9,7 @@ import pytest
 
 from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.inputs.recordings import keep_inputs
-from identification.thesis.published_friction import published_friction_file
+from identification.thesis.published_friction import published_file
 from symbolic.errors import InvalidInputError
 from tests.brushgrip.helpers import Run, Write, contents
 
@@ -25,7 +25,7 @@ def folder(rig: Path, write_csv: Write, monkeypatch: pytest.MonkeyPatch) -> Path
     (tmp_path / "link.csv").symlink_to(good)
     os.link(good, tmp_path / "hard.csv")
     os.link(good, tmp_path / "hard.png")
-    published_friction_file(tmp_path, "good").write_text("")
+    published_file(tmp_path, "good").write_text("")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -173,7 +173,7 @@ def test_the_sources_of_own_effects_are_read_too(
 def test_the_authors_estimates_are_read_too(run: Run, folder: Path, author: tuple[str, ...]) -> None:
     (folder / "nosub").mkdir()
     before = contents(folder)
-    outcome = run(*COMPARE, *author, "--out", published_friction_file(Path(), "good"))
+    outcome = run(*COMPARE, *author, "--out", published_file(Path(), "good"))
 
     assert outcome.status == 2
     assert "would overwrite what is read" in outcome.err

@@ -16,7 +16,7 @@ from brushgrip.outputs.provenance import (
     markdown_comment,
     provenance_file,
     provenance_of,
-    remove_earlier_results,
+    remove_earlier,
     require_own_folder,
 )
 from brushgrip.outputs.speech import COMMAND_LINE
@@ -93,7 +93,7 @@ def test_only_what_a_run_wrote_is_cleared(tmp_path: Path) -> None:
     for name in ("old.png", "kept.png", "mine.txt", "run.csv"):
         (tmp_path / name).write_text("x")
 
-    remove_earlier_results(tmp_path, ["old.png", "kept.png", "gone.png", "run.csv"], ["kept.png"])
+    remove_earlier(tmp_path, ["old.png", "kept.png", "gone.png", "run.csv"], ["kept.png"])
 
     assert sorted(path.name for path in tmp_path.iterdir()) == ["kept.png", "mine.txt", "run.csv"]
 

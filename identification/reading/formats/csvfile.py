@@ -14,13 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.channels import (
-    ChannelFile,
-    Samples,
-    map_hint,
-    missing_channels,
-    resolve,
-)
+from identification.reading.channels import ChannelFile, Samples, map_hint, missing_channels, resolve
 from identification.reading.clock import tabulate
 from identification.reading.formats.csvdialect import Numbers, delimiter_of, read_letters, units_in
 from identification.reading.guessed_car_channels import absent_of_steering

@@ -85,9 +85,8 @@ def _begin(patch: PatchCode, constants: Constants, parts: Layout, kept: list[str
     sample, vector = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
     first = parts.split(start(sample, vector))
     outputs = {f"first_{name}": first[name] for name in kept}
-    return constants.fill(
-        "begin_filter", function_of_symbols("begin_filter", [sample, vector], **outputs)
-    )
+    begin = function_of_symbols("begin_filter", [sample, vector], **outputs)
+    return constants.fill("begin_filter", begin)
 
 
 def _step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:

@@ -10,10 +10,7 @@ import casadi as ca
 
 from observers.embedded.constants import Constants
 from observers.embedded.estimators.estimator_code import EstimatorCode
-from observers.embedded.estimators.measurement_traits import (
-    rows_used,
-    torque_moves_states,
-)
+from observers.embedded.estimators.measurement_traits import rows_used, torque_moves_states
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     function_of_symbols,
@@ -143,7 +140,7 @@ class WindowFunctions:
         return [ca.MX.sym(name, *shapes[name]) for name in names]
 
     def full_row(self, row: ca.MX) -> ca.MX:
-        """A row in the order of `ROWS`; its terms do not depend on the rest."""
+        """The stored numbers at their places in `ROWS`; the others are 0, as nothing here uses them."""
         stored = named(rows_used(self.model), row)
         full: ca.MX = ca.vertcat(*(stored.get(name, 0) for name in ROWS))
         return full

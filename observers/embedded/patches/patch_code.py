@@ -27,8 +27,8 @@ class PatchCode:
         terms: values of the placeholders of its templates.
         k: C of the stiffness of the tyre, beside a state.
         bytes: of the patch in the state.
-        kept, kept_integers: fields of the state with what a window keeps of the patch with its samples;
-            integers come last in a state.
+        kept, kept_integers: C fields that store patch data for every sample of the window; the integers
+            stand at the end of the state.
         kept_bytes: of both, a sample.
         follows_mu: the memory depends on mu: it is moved to first order when mu is corrected.
         takes_rig: model and rig can be taken at run time.

@@ -33,8 +33,8 @@ def session_of(
     """A session on a source; options of `locate_inputs`, and speed."""
     speed = options.pop("speed", 1.0)
     inputs = locate_inputs(**({"rig": RIG} | options))
-    opened, row_estimator = follow(spec, inputs, observer_factory(ObserverName(observer)), speed=speed)
-    return Session(opened, row_estimator, record=record)
+    opened, estimator = follow(spec, inputs, observer_factory(ObserverName(observer)), speed=speed)
+    return Session(opened, estimator, record=record)
 
 
 class ListSource:

@@ -14,14 +14,7 @@ import pytest
 
 from brushgrip.live.page import View, friction_html
 from brushgrip.live.session_state import State
-from tests.brushgrip.live.sessions import (
-    RIG,
-    ListSource,
-    estimated,
-    rows_of,
-    run_to_end,
-    session_of,
-)
+from tests.brushgrip.live.sessions import RIG, ListSource, estimated, rows_of, run_to_end, session_of
 from tests.processes import wait_for
 
 pytest.importorskip("bokeh", reason="needs brushgrip[live]")

@@ -86,7 +86,7 @@ def test_a_measured_rate_and_a_steering_torque(tmp_path: Path) -> None:
     run_to_end(session)
 
     inputs = locate_inputs([str(tmp_path / "live.parquet")], rig=rig)
-    assert session.row_estimator.columns == ("t", "psi", "F_N", "M", "psi_dot")
+    assert session.estimator.columns == ("t", "psi", "F_N", "M", "psi_dot")
     same_to_the_last_digit(session, estimated(tmp_path / "live.parquet", inputs=inputs))
 
 

@@ -15,13 +15,7 @@ from identification.residuals.signatures import Signature, Signatures, signature
 from identification.selection.trials import model_of
 from reference_rig import RigTyre, make_recording
 from symbolic import EFFECTS, Effect, InvalidInputError, ResidualSignature
-from tests.identification.factories import (
-    as_read,
-    first_order,
-    read_campaign,
-    recording,
-    with_torque,
-)
+from tests.identification.factories import as_read, first_order, read_campaign, recording, with_torque
 
 CONSTANT, ANGLE, RATE = "a constant of each recording", "the angle", "the yaw rate"
 DIRECTION = "the direction of turning"

@@ -11,11 +11,7 @@ from identification.fits.values import Values
 from identification.selection.candidates import in_order_of_confirmation
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.search_step import SearchStep
-from identification.selection.stepwise_search import (
-    Effects,
-    Search,
-    silent,
-)
+from identification.selection.stepwise_search import Effects, Search, silent
 from identification.selection.trial_runner import TrialRunner
 from identification.selection.trials import RANKING, ROUGH, Precision, Trial
 from tests.identification.selection.compared import (

@@ -3,11 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.thesis.published_friction import (
-    aligned,
-    published_friction_file,
-    read_published_friction,
-)
+from identification.thesis.published_friction import aligned, published_file, read_published_friction
 from symbolic import InvalidInputError
 
 HEADER = ",".join(["NaN"] * 12)
@@ -52,8 +48,8 @@ def test_faults_name_the_file(tmp_path: Path, lines: tuple[str, ...], said: str)
 
 
 def test_his_mark_is_not_in_his_names() -> None:
-    assert published_friction_file(Path("x"), "fem4_ident") == Path("x/author_estimate_fem4.csv")
-    assert published_friction_file(Path("x"), "fem1") == Path("x/author_estimate_fem1.csv")
+    assert published_file(Path("x"), "fem4_ident") == Path("x/author_estimate_fem4.csv")
+    assert published_file(Path("x"), "fem1") == Path("x/author_estimate_fem1.csv")
 
 
 def test_aligned_by_angle() -> None:
