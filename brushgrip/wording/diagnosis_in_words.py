@@ -75,7 +75,7 @@ def _family(name: str, effects: list[FoundEffect]) -> str:
     if name in ("other", effects[0].name):
         return listed([plain(effect.name) + _rivals(effect, " (or {})") for effect in effects])
     laws = [plain(effect.name) + _rivals(effect, ", or {}") for effect in effects]
-    return f"{name} ({'; '.join(laws)})"
+    return f"{plain(name)} ({'; '.join(laws)})"
 
 
 def _rivals(effect: FoundEffect, form: str) -> str:

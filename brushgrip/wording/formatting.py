@@ -15,8 +15,8 @@ _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def plain(effect: str) -> str:
-    """The name of an effect in words."""
-    return effect.replace("_", " ")
+    """The name of an effect, or of a family, in words."""
+    return effect.replace("_", " ").replace("friction over time", "friction over time and travel")
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
