@@ -51,8 +51,9 @@ log1p, expm1 and hypot would lose digits, and no model has them. The expensive o
 calls quick beside wide registers. glibc's exp and log of several numbers are right to four units in the
 last place; the macro merely shows them."""
 
-LOOPS = ("-O3", "-fno-semantic-interposition", "-D__FAST_MATH__", "-lmvec")
-"""Flags that give the loops of `bristle_kernel.c` glibc's vector exp and log."""
+LOOPS = ("-O3", "-fno-tree-pre", "-fno-semantic-interposition", "-D__FAST_MATH__", "-lmvec")
+"""Flags that give the loops of `bristle_kernel.c` glibc's vector exp and log; after the elimination of
+partial redundancies a loop with branches would call them for one number at a time."""
 UNWRITABLE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
 """Errors by which a folder cannot take a library."""
 _WARNED: set[str] = set()

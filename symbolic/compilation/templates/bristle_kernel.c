@@ -72,7 +72,10 @@ static double balanced_torque(const double *stress, const coefficients_t *at, do
         balance(torque + slope * (goal - root), slope, elements, &torque);
         deflection(torque, elements, &deflected);
         step = residual < 0.0 ? greater(goal + deflected, root) : lesser(goal + deflected, root);
-        root = step >= low && step <= high ? step : (low + high) / 2.0;
+        step = step >= low && step <= high ? step : (low + high) / 2.0;
+        /* The differentiated step of Newton squares what is left [rad]. */
+        if (fabs(step - root) <= 1e-10) break;
+        root = step;
         if (i + 1 < ${search_steps}) {
             try_turn(stress, at, root, &torque, &slope);
             deflection(torque, elements, &deflected);
