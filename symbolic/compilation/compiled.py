@@ -51,9 +51,11 @@ log1p, expm1 and hypot would lose digits, and no model has them. The expensive o
 calls quick beside wide registers. glibc's exp and log of several numbers are right to four units in the
 last place; the macro merely shows them."""
 
-LOOPS = ("-O3", "-fno-tree-pre", "-fno-semantic-interposition", "-D__FAST_MATH__", "-lmvec")
-"""Flags that give the loops of `bristle_kernel.c` glibc's vector exp and log; after the elimination of
-partial redundancies a loop with branches would call them for one number at a time."""
+LOOPS = ("-O3", "-fno-semantic-interposition", "-D__FAST_MATH__", "-lmvec")
+"""Flags that give the loops of `bristle_kernel.c` glibc's vector exp and log."""
+BRANCHES = "-fno-tree-pre"
+"""After gcc's elimination of partial redundancies, loops with branches would call these for one number
+at a time. clang does not know the flag."""
 UNWRITABLE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
 """Errors by which a folder cannot take a library."""
 _WARNED: set[str] = set()
@@ -132,7 +134,8 @@ def compiled_source(name: str, source: str) -> ctypes.CDLL | None:
     command = compiler()
     if command is None:
         return None
-    flags = (*FLAGS, *LOOPS) if _accepts(command, LOOPS) else FLAGS
+    known = (flags for flags in ((*LOOPS, BRANCHES), LOOPS) if _accepts(command, flags))
+    flags = (*FLAGS, *next(known, ()))
     try:
         return _library(name, source, command, flags, ctypes.CDLL)
     except (OSError, subprocess.SubprocessError) as error:
