@@ -56,7 +56,7 @@ typedef struct {
 typedef struct {
     ${real} scale, over_mu${", share" if relaxation else ""};
 %% if creep
-    ${real} rest_scale, offset, least_slip, per_scale, creep_scale;
+    ${real} rest_scale, offset, least_slip, knots_per_scale, creep_scale;
 %% endif
 %% if not static_limit
     ${real} of_bristle[BRISTLES];
@@ -85,24 +85,19 @@ static inline slip_t slip_of(${real} stress, ${real} pressure, ${real} rest_limi
     slip_t now;
     if (at_rest > limits->least_slip${"" if static_limit else " && limit > 1e-12"}) {
 %% if static_limit
-        const ${real} over = size * limits->per_scale * bristle_of[i].inverse_pressure;
-        const ${real} w = wright_omega(${omega_knots_per_unit} * over + limits->offset - bristle_of[i].log_pressure);
+        const ${real} w = wright_omega(size * limits->knots_per_scale * bristle_of[i].inverse_pressure + limits->offset - bristle_of[i].log_pressure);
 %% else
-        const ${real} over = size / (limit * ${creep}), w = wright_omega(${omega_knots_per_unit} * (over - natural_log(limit)) + limits->offset);
+        const ${real} w = wright_omega(${omega_knots_per_unit} * (size / (limit * ${creep}) - natural_log(limit)) + limits->offset);
         (void)i;
 %% endif
-        const ${real} unit = limits->creep_scale * pressure;
-        now.slip = w * unit;
+        const ${real} slip = w * limits->creep_scale * pressure;
+        now.slip = stress < 0.0 ? -slip : slip;
         now.by_stress = w / (1.0 + w);
-        now.by_mu = now.by_stress * (w - over) * unit * limits->over_mu;
+        now.by_mu = now.by_stress * (now.slip - stress${shared}) * limits->over_mu;
     } else {
-        now.slip = at_rest${shared};
+        now.slip = (stress < 0.0 ? -at_rest : at_rest)${shared};
         now.by_stress = 1.0;
-        now.by_mu = -rest_limit * limits->over_mu${shared};
-    }
-    if (stress < 0.0) {
-        now.slip = -now.slip;
-        now.by_mu = -now.by_mu;
+        now.by_mu = (stress < 0.0 ? rest_limit : -rest_limit) * limits->over_mu${shared};
     }
     return now;
 }
@@ -138,8 +133,8 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
 %% endif
 %% if creep
     limits->rest_scale = limits->scale * ${rest_factor};
-    limits->per_scale = 1.0 / (limits->scale * ${creep});
-    limits->offset = ${omega_knots_per_unit} * (${offset - omega_from} + natural_log(slope * ${"limits->per_scale" if static_limit else 1 / creep}));
+    limits->knots_per_scale = ${omega_knots_per_unit} / (limits->scale * ${creep});
+    limits->offset = ${omega_knots_per_unit} * (${offset - omega_from} + natural_log(slope * ${"limits->knots_per_scale / %r" % omega_knots_per_unit if static_limit else 1 / creep}));
     limits->creep_scale = limits->scale * ${creep}${shared};
     limits->least_slip = slope * ${rest_speed};
 %% endif
@@ -163,11 +158,11 @@ typedef struct {
 static inline stress_t follow_friction(const ${name}_patch_t *restrict patch, const follow_t *restrict follow, int32_t i) {
     stress_t now;
 %% if compliant
-    now.q_by_mu = (patch->q_by_mu[i] + patch->follows[i] * follow->further_by_mu) * follow->retention;
-    now.q = patch->q[i] + patch->follows[i] * follow->further + now.q_by_mu * follow->change;
+    now.q_by_mu = (patch->q_by_mu[i] - patch->follows[i] * follow->further_by_mu) * follow->retention;
+    now.q = patch->q[i] - patch->follows[i] * follow->further + now.q_by_mu * follow->change;
 %% if relaxation
-    now.branch_by_mu = (patch->branch_by_mu[i] + follow->gain * patch->follows[i] * follow->further_by_mu) * follow->retention;
-    now.branch = patch->branch[i] + follow->gain * patch->follows[i] * follow->further + now.branch_by_mu * follow->change;
+    now.branch_by_mu = (patch->branch_by_mu[i] - follow->gain * patch->follows[i] * follow->further_by_mu) * follow->retention;
+    now.branch = patch->branch[i] - follow->gain * patch->follows[i] * follow->further + now.branch_by_mu * follow->change;
 %% endif
 %% else
     now.q_by_mu = patch->q_by_mu[i] * follow->retention;
@@ -207,7 +202,7 @@ static void try_turn(const ${name}_patch_t *restrict patch, ${"const follow_t *r
         const ${real} branch = patch->branch[i];
 %% endif
 %% endif
-        const ${real} stretch = -bristle_of[i].lever * turn;
+        const ${real} stretch = -(bristle_of[i].lever * turn);
         const ${real} pressure = limit_over_scale(limits, i);
         const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
         ${real} follows = 1.0;
@@ -291,7 +286,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
     (void)terms;
 %% endif
     for (i = 0; i < BRISTLES; ++i) {
-        const ${real} stretch = -bristle_of[i].lever * turn;
+        const ${real} stretch = -(bristle_of[i].lever * turn);
 %% if compliant and not coarse
         const stress_t was = {patch->q[i], patch->q_by_mu[i]${", patch->branch[i], patch->branch_by_mu[i]" if relaxation}};
 %% else
@@ -313,7 +308,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
         }
         patch->q[i] = q - slip;
         patch->q_by_mu[i] = was.q_by_mu - slip_by_mu;
-        follow_turn = -bristle_of[i].lever * follow_turn;
+        follow_turn = bristle_of[i].lever * follow_turn;
 %% if compliant
         patch->follows[i] = follow_turn;
 %% endif
@@ -326,7 +321,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
         total += bristle_of[i].moment * patch->q[i];
         by_mu += bristle_of[i].moment * patch->q_by_mu[i];
 %% endif
-        by_turn += bristle_of[i].moment * follow_turn;
+        by_turn -= bristle_of[i].moment * follow_turn;
     }
     sums[0] = total;
     sums[1] = ${gained}by_turn;

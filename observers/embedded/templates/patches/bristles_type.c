@@ -8,7 +8,7 @@ typedef struct {
     ${real} own[${own}]; /* of the effects */
 %% endif
 %% if compliant
-    ${real} follows[${bristles}], further, further_by_mu${", gain" if relaxation}; /* what the last turn lacked */
+    ${real} follows[${bristles}], further, further_by_mu${", gain" if relaxation}; /* against the turn; what the last turn lacked */
 %% endif
     ${real} angle, angle_by_mu, mu, M_z, M_z_by_mu, slope, retained;
 } ${name}_patch_t;
