@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from math import isfinite, nan
+from math import inf, isfinite, nan
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -167,7 +167,7 @@ class CarRowEstimator:
         self.columns: tuple[str, ...] = ()
         self._stretch: _Stretch | None = None
         self._last = replace(prior_estimate(self._observers[self._vehicle.brakes]), status=Status.HELD)
-        self._held = {"speed": 0.0, "brake": float(self._vehicle.brakes)}
+        self._held = {"speed": inf, "brake": float(self._vehicle.brakes)}
         self._state: bool | None = None
         self._waiting: list[tuple[tuple[float, ...], float, float]] = []
         self._motion = RackMotion()
@@ -189,6 +189,8 @@ class CarRowEstimator:
             columns = ("t", *(n for n in CAR_COLUMNS if n in row))
             require_steering(self._table(columns, np.array([[row[n] for n in columns]])), self._vehicle)
             self.columns = columns
+            if "speed" not in columns:
+                self._held["speed"] = 0.0
         recorded = tuple(row.get(name, nan) for name in self.columns)
         self._held |= {n: row[n] for n in ("speed", "brake") if isfinite(row.get(n, nan))}
         stands = abs(self._held["speed"]) <= self._vehicle.standstill

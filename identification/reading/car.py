@@ -118,7 +118,7 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
     if not stands.any():
         raise InvalidInputError(
             f"{table.path}: the car never stands for {MIN_SAMPLES} samples: speed stays above"
-            f" {vehicle.standstill:g} m/s"
+            f" {vehicle.standstill:g} m/s, or is not known"
         )
     s, force = way_and_force(columns, vehicle)
     held = np.append(standstills.brakes, False)[standstills.stretch]
@@ -158,6 +158,11 @@ def require_steering(table: Table, vehicle: Vehicle) -> None:
     if absent := absent_of_steering(columns):
         raise missing_channels(table.path, absent, table.names, signals)
     if "F_rack" in columns:
+        if vehicle.handwheel_inertia:
+            raise InvalidInputError(
+                f"{table.path}: F_rack is measured below the handwheel, whose inertia is not in"
+                " it: leave handwheel_inertia out of [vehicle], or 0"
+            )
         return
     if ("T_motor" in columns) == (vehicle.motor_ratio > 0):
         if "T_motor" not in columns and vehicle.handwheel_inertia is None:
@@ -180,7 +185,8 @@ def require_steering(table: Table, vehicle: Vehicle) -> None:
 def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstills:
     """The standstills of a recording, by its speed and its brakes; shorter ones than that are none."""
     count = columns["t"].size
-    speed = _held(columns.get("speed"), count, 0.0)
+    # A speed that is measured, and not known yet, may be any.
+    speed = _held(columns.get("speed"), count, np.inf if "speed" in columns else 0.0)
     stands = np.abs(speed) <= vehicle.standstill
     brake = _held(columns.get("brake"), count, float(vehicle.brakes)) > 0.5
     state = np.where(stands, brake.astype(int), -1)

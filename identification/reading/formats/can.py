@@ -135,9 +135,9 @@ def _decoded(
             values.append(float(content.get(name, np.nan)))
         require_size(path, message.name, len(times))
     if not times:
-        kinds = ("extended ", "standard") if extended else ("standard ", "extended")
+        kinds = ("extended ", "a standard") if extended else ("standard ", "an extended")
         there = f" on bus {bus}; it is on {', '.join(buses)}" if buses else ""
-        there += f", but a {kinds[1]} one of that identifier" if other_kind else ""
+        there += f", but {kinds[1]} one of that identifier" if other_kind else ""
         raise InvalidInputError(
             f"{path}: holds no {kinds[0] * other_kind}frame {_title(message)}{there}"
         )

@@ -43,11 +43,23 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
         def read(name: str) -> Samples:
             group, channel = places[name]
             _require_records(path, name, file.groups[group])
-            signal = file.get(group=group, index=channel)
+            # Else asammdf leaves out samples that are marked invalid, and their instants with them.
+            signal = file.get(group=group, index=channel, ignore_invalidation_bits=True)
+            values, remark = np.asarray(signal.samples), ""
+            if (
+                signal.invalidation_bits is not None
+                and (invalid := np.asarray(signal.invalidation_bits)).any()
+            ):
+                if values.dtype.kind in "fiub":
+                    values = np.where(invalid, np.nan, values)
+                remark = (
+                    f"{invalid.sum()} of {values.size} values are marked invalid, and count as missing"
+                )
             return Samples(
-                values=np.asarray(signal.samples),
+                values=values,
                 unit=str(signal.unit or ""),
                 times=np.asarray(signal.timestamps, dtype=np.float64),
+                remark=remark,
             )
 
         yield ChannelFile(names=list(places), read=read, own_clocks=True)

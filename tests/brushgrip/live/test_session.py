@@ -96,7 +96,7 @@ def test_a_car_that_stands_rolls_and_brakes(tmp_path: Path) -> None:
     vehicle.write_text(vehicle_text())
     t, rack = steering(seconds=6.0)
     force, speed, brake = SimulatedCar().force(rack), np.zeros(t.size), np.ones(t.size)
-    speed[:15], speed[100:140], speed[145:180] = 2.0, 3.0, 3.0
+    speed[:5], speed[5:15], speed[100:140], speed[145:180] = np.nan, 2.0, 3.0, 3.0
     brake[300:] = 0.0
     rack[150] = rack[200] = force[210] = np.nan
     columns = {"t": t, "rack": rack, "F_rack": force, "speed": speed, "brake": brake}

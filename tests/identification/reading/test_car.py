@@ -98,12 +98,21 @@ def test_rolling_and_brakes_part_the_standstills(tmp_path: Path) -> None:
         ({"handwheel": RACK, "T_bar": FORCE / 1e3, "T_motor": 0.0}, "motor_ratio"),
         ({"handwheel": RACK, "T_bar": FORCE / 1e3}, "declare handwheel_inertia"),
         ({"rack": RACK, "F_rack": FORCE, "speed": 3.0}, "the car never stands"),
+        ({"rack": RACK, "F_rack": FORCE, "speed": np.nan}, "the car never stands"),
     ],
 )
 def test_what_is_refused(tmp_path: Path, columns: dict[str, object], said: str) -> None:
     path = write(tmp_path / "car.csv", t=T, **columns)
 
     assert said in refused(read_recording, path, vehicle=CAR)
+
+
+def test_the_handwheel_is_not_taken_off_a_force_on_the_rack(tmp_path: Path) -> None:
+    path = write(tmp_path / "car.csv", t=T, rack=RACK, F_rack=FORCE)
+    text = vehicle_text(handwheel_inertia=0.035)
+
+    said = refused(read_recording, path, vehicle=vehicle_from_tables(tomllib.loads(text)))
+    assert "F_rack is measured below the handwheel" in said
 
 
 def test_a_bad_vehicle_file_is_named(tmp_path: Path) -> None:

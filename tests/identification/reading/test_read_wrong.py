@@ -122,6 +122,23 @@ def test_two_channels_of_a_name_in_one_group_are_told_apart(tmp_path: Path) -> N
         np.testing.assert_allclose(read(path, signals).psi, factor * COLUMNS["psi"])
 
 
+def test_values_that_mdf_marks_invalid_are_missing(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
+    invalid = (T > 0.1) & (T < 0.3)
+    marks = {"M_z": {"invalidation_bits": invalid}}
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(v, T, name=n, **marks.get(n, {})) for n, v in COLUMNS.items()])
+        file.save(tmp_path / "run.mf4", overwrite=True)
+
+    recording = read(tmp_path / "run.mf4")
+
+    np.testing.assert_allclose(recording.psi, COLUMNS["psi"])
+    np.testing.assert_array_equal(np.isnan(recording.M_z), invalid)
+    assert f"M_z: {invalid.sum()} of 60 values are marked invalid" in warnings_in(caplog)
+
+
 DBC = """VERSION ""
 BU_: rig
 BO_ {id} Motion: 8 rig
