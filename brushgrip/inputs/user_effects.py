@@ -111,7 +111,9 @@ def _own_code(what: str, remedy: str) -> Iterator[None]:
     """
     try:
         yield
-    except (Exception, SystemExit) as error:
+    except (KeyboardInterrupt, GeneratorExit):
+        raise
+    except BaseException as error:
         try:
             reason = one_line(str(error))
         except Exception:  # __str__ is the user's code too.

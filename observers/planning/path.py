@@ -13,6 +13,12 @@ from symbolic import InvalidInputError
 Array = NDArray[np.float64]
 
 
+GREATEST = {
+    "angle": 20.0, "rate": 100.0, "slowest": 100.0, "torque": inf, "time": 600.0, "acceleration": 1e4,
+}  # fmt: skip
+"""Of each limit; a path has so many samples as time and angle allow."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class SteeringLimits:
     """What the wheel may do.
@@ -26,7 +32,7 @@ class SteeringLimits:
         acceleration: greatest yaw acceleration [rad/s^2].
 
     Raises:
-        InvalidInputError: one is not greater than 0, or all but the torque not finite.
+        InvalidInputError: one is not greater than 0 and at most what `GREATEST` allows.
     """
 
     angle: float = 0.4
@@ -39,10 +45,10 @@ class SteeringLimits:
     def __post_init__(self) -> None:
         """Check the numbers."""
         for field in fields(self):
-            value = getattr(self, field.name)
-            if not (0 < value < inf or (field.name == "torque" and value == inf)):
+            value, greatest = getattr(self, field.name), GREATEST[field.name]
+            if not 0 < value <= greatest:
                 raise InvalidInputError(
-                    f"limit {field.name} must be finite and greater than 0, got {value}"
+                    f"limit {field.name} must be greater than 0 and at most {greatest:g}, got {value}"
                 )
         if self.slowest > self.rate:
             raise InvalidInputError(

@@ -41,6 +41,8 @@ LEGS = 4
 """Turning points from the first to the farthest."""
 NEVER = 1e3
 """Cost where the target is not reached, to which the least deviation is added."""
+LEAST_SAMPLES = 10
+"""Of a path."""
 LEAST_TARGET = 1e-3
 """Least target that makes sense [1]."""
 
@@ -110,6 +112,10 @@ def plan(
         InvalidInputError: a target, friction or load is out of range, or the limits leave no rate.
     """
     _check(target, mus, F_N)
+    if limits.time < LEAST_SAMPLES * dt:
+        raise InvalidInputError(
+            f"limit time must be at least {LEAST_SAMPLES * dt:g} s, got {limits.time:g}"
+        )
     search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
     for swing in swings(limits, coarse=coarse):
         search.attempt(swing)

@@ -47,7 +47,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (folder / "own_empty.py").write_text("")
     (folder / "own_broken.py").write_text("raise RuntimeError('out of\\norder')")
     (folder / "own_exit.py").write_text("import sys\nsys.exit(0)")
-    mute = "class Mute(Exception):\n    def __str__(self):\n        raise ValueError\n\nraise Mute\n"
+    mute = "class Mute(BaseException):\n    def __str__(self):\n        raise ValueError\n\nraise Mute\n"
     (folder / "own_mute.py").write_text(mute)
     (folder / "own_again.py").write_text(MODULE.format(kind="Again", name="stop"))
     monkeypatch.chdir(folder)

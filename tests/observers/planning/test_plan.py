@@ -87,6 +87,11 @@ def test_time_and_angle_may_be_least(acquiring: Ekf) -> None:
     assert np.abs(narrow.path.psi).max() < np.abs(quick.path.psi).max()
 
 
+def test_a_path_needs_samples(acquiring: Ekf) -> None:
+    with pytest.raises(InvalidInputError, match=r"limit time must be at least 0\.1 s"):
+        plan(acquiring, 0.05, SteeringLimits(time=0.05), LOAD)
+
+
 @pytest.mark.parametrize(
     ("target", "limits", "words"),
     [
