@@ -42,6 +42,11 @@ def test_limits_are_positive(name: str, value: float) -> None:
         SteeringLimits(**{name: value})
 
 
+def test_limits_are_bounded() -> None:
+    with pytest.raises(InvalidInputError, match="limit angle must be greater than 0 and at most 20"):
+        SteeringLimits(angle=1e9)
+
+
 def test_the_rate_is_at_least_the_slowest_one() -> None:
     with pytest.raises(InvalidInputError, match="at least the slowest one"):
         SteeringLimits(rate=0.01)
