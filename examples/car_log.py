@@ -22,6 +22,8 @@ from pathlib import Path
 import can
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
 from reference_rig import Car, CarBus, CarRecording, handwheel_path, record_car, simulate_car
 
 MU, LOGS = 0.8, {"one": 1, "two": 2, "three": 3}

@@ -16,10 +16,14 @@ no more than nine tenths of what both tyres hold; where friction is not usable, 
 as without.
 """
 
+import sys
 from dataclasses import dataclass, replace
 from math import exp, nan
+from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from identification.reading.rack_motion import RackMotion
 from observers import Ekf, Loop, Sample

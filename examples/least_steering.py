@@ -16,6 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
 from brushgrip.pictures.style import TRACKS, picture
 from observers import AligningTorque, Ekf, Loop, Probe, Sample, SteeringLimits, profile
 from reference_rig import RigTyre, SteeredWheel

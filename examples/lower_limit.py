@@ -23,6 +23,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
 from brushgrip.pictures.style import TRACKS, legend_above, picture
 from observers import Ekf, run
 from reference_rig import Hand, RigRecording, make_recording

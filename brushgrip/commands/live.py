@@ -170,7 +170,7 @@ class LiveRequest:
 
         def opened(address: str) -> None:
             session.start()
-            say(f"page at {address}; Ctrl-C ends")
+            say(f"page at {address} (Ctrl-C ends)")
             if not self.no_browser:
                 webbrowser.open(address)
 

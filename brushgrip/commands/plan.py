@@ -135,11 +135,10 @@ class PlanRequest:
             BrushgripError: the target is missed on one.
         """
         from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.outputs.planned import plan_document, plan_rows
+        from brushgrip.outputs.planned import plan_document, plan_rows, turning
         from symbolic import BrushgripError
 
-        turns = ", ".join(f"{turn:.3f}" for turn in planned.turns)
-        say(f"turn to {turns} rad at {planned.path.rate:.3f} rad/s at most")
+        say(turning(planned, self.vehicle))
         headings = ("mu", "travel [rad]", "time [s]", "angle [rad]", "sigma/mu")
         print_table(f"until sigma/mu is {planned.target:.1%}", headings, plan_rows(planned), right=True)
         for reason in planned.reasons:

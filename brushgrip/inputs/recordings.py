@@ -17,6 +17,11 @@ LOCAL_COPY = "BRUSHGRIP_DATA"
 """Environment variable that names a folder with the published files."""
 ADDED_SUFFIXES = (".mat", ".csv", ".txt")
 """Suffixes that the name of a recording may lack."""
+CAR_LOGS = (".blf", ".asc", ".mf4")
+"""Suffixes of logs of a car."""
+OF_CAR = "; 'python examples/car_log.py logs' writes logs of a car to try"
+PUBLISHED = "; 'brushgrip fetch' downloads the published ones"
+"""Where recordings come from that are not there."""
 _SHARED = 0.5
 """Recordings that share more of their samples are one, cut, thinned or shifted in time."""
 
@@ -53,7 +58,7 @@ def locate(name: str) -> Path:
     raise InvalidInputError(
         f"{name}: no such recording; looked for {', '.join(others)} and {last}"
         f" in {places if given.name == name else given.parent}"
-        + ("" if len(folders) == 1 else "; 'brushgrip fetch' downloads the published ones")
+        + (OF_CAR if given.suffix.lower() in CAR_LOGS else PUBLISHED * (len(folders) > 1))
     )
 
 

@@ -51,7 +51,10 @@ def usability_of(state: State) -> str:
 
 def line_of(state: State) -> str:
     """A state on one line."""
-    friction = f"{state.t:.2f} s: μ {with_95_band(*friction_of(state.estimate))}, {usability_of(state)}"
+    friction = "no sample yet"
+    if state.estimate is not None:
+        value = with_95_band(*friction_of(state.estimate))
+        friction = f"{state.t:.2f} s: μ {value}, {usability_of(state)}"
     return "; ".join(filter(None, [friction, state.status, state.advice, state.recording]))
 
 

@@ -4,10 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from observers import Plan
 from observers.interfaces.factory import read_vehicle_file
 from symbolic.vehicle.steering import mean_angle
+
+Array = NDArray[np.float64]
 
 
 def path_table(plan: Plan, vehicle: Path | None) -> str:
@@ -15,15 +18,31 @@ def path_table(plan: Plan, vehicle: Path | None) -> str:
     path = plan.path
     columns = {"t": path.t, "psi": path.psi, "psi_dot": path.psi_dot, "travel": path.travel}
     if vehicle is not None:
-        car = read_vehicle_file(vehicle)
-        ways = np.linspace(-car.rack_travel, car.rack_travel, 2001)
-        columns["handwheel"] = np.interp(path.psi, mean_angle(car, ways), ways) / car.rack_gain
+        columns["handwheel"] = handwheel(path.psi, vehicle)
     for mu, forecast in zip(plan.mus, plan.forecasts, strict=True):
         columns[f"deviation_{mu:g}"] = np.where(forecast.usable, forecast.deviation, np.nan)
     table = np.column_stack([*columns.values()])
     lines = [",".join(columns)]
     lines += [",".join("" if v != v else f"{v:.6g}" for v in row) for row in table.tolist()]
     return "\n".join(lines) + "\n"
+
+
+def handwheel(psi: Array, vehicle: Path) -> Array:
+    """The angle of the handwheel [rad] at which the wheels of a car have an angle [rad]."""
+    car = read_vehicle_file(vehicle)
+    ways = np.linspace(-car.rack_travel, car.rack_travel, 2001)
+    return np.interp(psi, mean_angle(car, ways), ways) / car.rack_gain
+
+
+def turning(plan: Plan, vehicle: Path | None) -> str:
+    """Where the wheel turns back, and how fast it may turn; of a car the handwheel, too."""
+    turns = ", ".join(f"{turn:.3f}" for turn in plan.turns)
+    rate = f"rad at {plan.path.rate:.3f} rad/s at most"
+    if vehicle is None:
+        return f"turn to {turns} {rate}"
+    degrees = np.degrees(handwheel(plan.turns, vehicle))
+    by_hand = ", ".join(f"{angle:.0f}" for angle in degrees)
+    return f"turn the handwheel to {by_hand} degrees; that turns the wheels, as below, to {turns} {rate}"
 
 
 def plan_rows(plan: Plan) -> list[list[str]]:

@@ -72,8 +72,8 @@ def friction_meaning(friction: FrictionOutcome) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
     groups = friction_groups(friction)
     return ReportTable(
-        caption="Mean over recordings: by the declared model → by the model found; in brackets how many"
-        " recordings have the figure by both, where not all have",
+        caption="Mean over recordings: by the declared model → by the model found. “(3 of 4)”:"
+        " of 4 recordings only 3 have the figure",
         headings=("figure", *groups, "in plain words"),
         rows=[(label, *figures, words) for label, figures, words in friction_figures(friction)],
         words=(len(groups) + 1,),

@@ -82,11 +82,12 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
 def _cause(diagnosis: Diagnosis) -> list[str]:
     """What the model lacks as far as it is sure of, in one sentence."""
     clear = [e for e in diagnosis.effects if e.grade in ("strong", "ambiguous")]
-    causes = [
-        f"{listed([plain(e.name), *map(plain, e.indistinguishable_from)], 'or')}"
-        f" ({e.summary.partition(';')[0]})"
-        for e in clear
-    ]
+    found = {e.name for e in clear}
+    causes = []
+    for e in clear:
+        # What was found beside it needs no second mention.
+        names = [e.name, *(name for name in e.indistinguishable_from if name not in found)]
+        causes.append(f"{listed([*map(plain, names)], 'or')} ({e.summary.partition(';')[0]})")
     return [f"The tyre model as it was declared leaves out {listed(causes)}."] if clear else []
 
 

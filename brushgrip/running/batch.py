@@ -19,6 +19,7 @@ from brushgrip.estimation.estimates import (
     require_plausible,
 )
 from brushgrip.estimation.suspected import suspected_cause
+from brushgrip.estimation.torque_channel import excess_noise, own_rate
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs, staged_files, write_text
 from brushgrip.inputs.tunings import ChosenTuning
@@ -189,7 +190,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
             label = ("declared model" if found is None else "model found") + ", smoothed" * task.smooth
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
     ground = found.ground_taken(recording.ground) if found else ""
-    told = [ground, estimates_summary(estimates)]
+    noise = excess_noise(factory(recording, found), recording)
+    told = [ground, estimates_summary(estimates, noise, own_rate(recording))]
     if last_usable(estimates) is None:
         told.append(suspected_cause(factory, recording, found, estimates))
     lines = (f"{recording.name}: {line}" for line in told if line)

@@ -73,8 +73,14 @@ def meaning(status: Status) -> str:
     return status.remedy.partition(":")[0] or "the patch has not slid far enough to tell friction"
 
 
-def estimates_summary(estimates: Estimates) -> str:
-    """Friction by the last usable sample, rejected ones, and the remedy of the most frequent fault."""
+def estimates_summary(estimates: Estimates, noise: str = "", rates: str = "") -> str:
+    """Friction by the last usable sample, rejected ones, and the remedy of the most frequent fault.
+
+    Args:
+        estimates: of a recording.
+        noise: what to declare where the torque is noisier than stated; it goes before other remedies.
+        rates: of torque and angle where they differ; a sample without a torque is then no fault.
+    """
     counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
     parts = [_last_friction(estimates)]
     if rejected := counts[Status.REJECTED]:
@@ -82,6 +88,8 @@ def estimates_summary(estimates: Estimates) -> str:
     if changes := counts[Status.RESET]:
         parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
     line = ", ".join(parts)
+    if rates:
+        line, counts[Status.MISSING] = f"{line}; {rates}", 0
     if estimates.usable.any():
         # Friction is always acquired first.
         counts[Status.ACQUIRING] = 0
@@ -92,6 +100,8 @@ def estimates_summary(estimates: Estimates) -> str:
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
     most_frequent = max(first or counts, key=lambda flag: counts[flag])
     number = counts[most_frequent]
+    if noise and counts[Status.INCONSISTENT] + counts[Status.REJECTED] > LASTING * estimates.t.size:
+        return f"{line}; {number} {_plural(number, 'sample')}: {meaning(most_frequent)}; {noise}"
     if number:
         return f"{line}; {number} {_plural(number, 'sample')}: {_on_command_line(most_frequent.remedy)}"
     return line if estimates.usable.any() else f"{line}: {meaning(Status.USED)}"
@@ -104,7 +114,11 @@ def _on_command_line(remedy: str) -> str:
 
 def _last_friction(estimates: Estimates) -> str:
     at = last_usable(estimates)
-    share = f"usable in {100 * estimates.usable.mean():.0f} % of {estimates.t.size} samples"
+    measured = int(np.count_nonzero(estimates.status & Status.MISSING == 0))
+    share = (
+        f"usable in {100 * estimates.usable.sum() / max(measured, 1):.0f} % of {measured} samples"
+        + " with a torque" * (measured < estimates.t.size)
+    )
     if at is None:
         changes = estimates.t[estimates.status & Status.RESET != 0]
         since = (

@@ -176,7 +176,8 @@ def map_hint(
     """
     if not names:
         return ""
-    if {*CAR_COLUMNS} & {*absent}:
+    of_steering = {*absent, *signals.signals} | ({*names} if [*absent] == ["t"] else set())
+    if {"rack", "handwheel", "F_rack", "T_bar", "T_motor"} & of_steering:
         guesses = {c: _source(c, guess) for c, guess in guesses_of_steering(absent, names, signals)}
         given = {c: source for c, source in signals.signals.items() if c not in absent}
         return f"; say which is which, such as {mending_map(given, guesses)}"

@@ -74,7 +74,7 @@ OUTPUTS = (
     Variable("mu_std", 5, "Real", "1", "standard deviation of mu"),
     Variable("M_z_predicted", 6, "Real", "N.m", "predicted aligning torque; NaN at first"),
     Variable("informed", 7, "Boolean", None, "false while the estimate rests on the prior"),
-    Variable("usable", 14, "Boolean", None, "true where a controller may act on mu: informed, no flag"),
+    Variable("usable", 14, "Boolean", None, "true where one may act on mu_eff: informed, no flag"),
     Variable("mu_eff", 9, "Real", "1", "friction to act on, full slide over that of mu = 1"),
     Variable("mu_eff_std", 10, "Real", "1", "standard deviation of mu_eff"),
     Variable("M_slide", 11, "Real", "N.m", "torque of steady full slide at the present load"),

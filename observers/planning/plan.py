@@ -258,8 +258,8 @@ class _Search:
         ]
         if wider:
             return f"{known}; twice the limit of {' or '.join(wider)} would do"
-        status = Status(int(forecast.status[-1]))
-        return f"{known}; no limit alone, twice as wide, would do{status and f': {status.remedy}'}"
+        remedy = Status(int(forecast.status[-1])).remedy
+        return f"{known}; no limit alone, twice as wide, would do" + f": {remedy}" * bool(remedy)
 
     def reached_with(self, mu: float, **wider: float) -> bool:
         """Whether the target is reached at a friction alone, with some limits wider."""

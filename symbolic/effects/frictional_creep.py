@@ -22,7 +22,8 @@ class FrictionalCreep(Effect):
 
     name: str = "frictional_creep"
     summary: str = (
-        "friction grows with the log speed at which bristles slide, and they creep; mu is that at 1 mm/s"
+        "friction grows by the same step with every tenfold speed at which bristles slide, so that they"
+        " creep; the model's mu is friction at 1 mm/s"
     )
     family = "friction over speed"
     parameters: tuple[Parameter, ...] = (

@@ -24,7 +24,10 @@ class RateFriction(Effect):
     """
 
     name: str = "rate_friction"
-    summary: str = "friction changes with log sliding speed; mu is that at 1 mm/s"
+    summary: str = (
+        "friction changes by the same step with every tenfold sliding speed; the model's mu is friction"
+        " at 1 mm/s"
+    )
     family = "friction over speed"
     parameters: tuple[Parameter, ...] = (
         Parameter(

@@ -26,7 +26,9 @@ class SpeedLaw(Effect):
     """Limit times a function of ln v, v = |x - e| |psi_dot|, that is 1 at 1 mm/s."""
 
     name: str = "speed_law"
-    summary: str = "friction changes with sliding speed by a law of its own; mu is that at 1 mm/s"
+    summary: str = (
+        "friction changes with sliding speed by a law of its own; the model's mu is friction at 1 mm/s"
+    )
     family = "friction over speed"
     flexible = True
     parameters: tuple[Parameter, ...] = tuple(

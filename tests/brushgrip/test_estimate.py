@@ -163,7 +163,7 @@ def test_what_cannot_be(
 
 
 def test_what_the_steering_torque_needs(estimate: Run, steered: Path, rig: Path, tmp_path: Path) -> None:
-    estimate(steered).refused("steered: ", "lacks J_A and b_t", "kg m^2")
+    estimate(steered).refused("steered: ", "lacks J_A and b_t", "kg m^2", "--map M_z=-M")
     rig.write_text(rig.read_text().replace("e = 0.009\n", "e = 0.009\nJ_A = 0.15\nb_t = 1.0\n"))
     estimate(steered, observer="root").refused("root", "M_z", "mhe")
     estimate(steered, "--by-direction").refused("--by-direction needs M_z")

@@ -15,6 +15,7 @@ from brushgrip.estimation.estimates import (
     observe,
     run_observer,
 )
+from brushgrip.estimation.torque_channel import excess_noise, own_rate
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import Ekf, Estimate, Estimates, Sample, Status
@@ -52,6 +53,25 @@ def samples_of(recording: Recording) -> list[Sample]:
     recorder = SampleRecorder()
     run_observer(recorder, recording)
     return recorder.samples
+
+
+def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
+    t = np.arange(0.0, 8.0, 1e-3)
+    psi = 0.3 * np.sin(1.2 * t)
+    drawn = np.random.default_rng(3).standard_normal(t.size)
+    noisy = replace(
+        recording, t=t, psi=psi, psi_dot=np.gradient(psi, t), F_N=np.full(t.size, 400.0),
+        M_z=-6 * np.tanh(psi / 0.05) + 0.3 * drawn, psi_recorded=None, M=None,
+    )  # fmt: skip
+    slower = replace(noisy, M_z=np.where(np.arange(t.size) % 2, np.nan, noisy.M_z))
+    declared = replace(noisy, rig=replace(noisy.rig, noise=0.3))
+
+    for one in (noisy, slower):
+        told = excess_noise(model_observer(Ekf, one), one)
+        assert told.startswith("torque noise seen 0.3 N m, stated 0.14: declare [sensor] noise = 0.3 ")
+    assert excess_noise(model_observer(Ekf, declared), declared) == ""
+    assert own_rate(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"
+    assert own_rate(noisy) == ""
 
 
 def test_an_observer_of_the_users_own_estimates(recording: Recording) -> None:

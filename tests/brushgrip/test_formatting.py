@@ -160,6 +160,17 @@ def test_friction_at_the_end(options: dict[str, Any], words: str) -> None:
     assert estimates_summary(estimates(*[Status.USED] * 4, **options)) == words
 
 
+def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
+    alien = estimates(*[Status.INCONSISTENT] * 2, *[Status.USED] * 2)
+    slower = estimates(*[Status.USED, Status.MISSING] * 2, last=2)
+
+    assert estimates_summary(alien, "declare it").endswith("does not explain the torque; declare it")
+    assert "; 2 samples: no measurement" in estimates_summary(slower)
+    assert estimates_summary(slower, rates="100 and 200 Hz").endswith(
+        "usable in 50 % of 2 samples with a torque; 100 and 200 Hz"
+    )
+
+
 def test_a_narrow_band_has_a_digit_more() -> None:
     assert with_95_band(0.0512, 0.004) == "0.051 ± 0.008"
     assert with_95_band(1.234, 0.05) == "1.23 ± 0.10"

@@ -36,6 +36,8 @@ def test_the_code_of_a_page_runs(page, capsys):
     names = {}
     blocks = BLOCK.findall(text)
     assert blocks
+    for name, file in re.findall(r"^```toml\n# (\w+\.toml)\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+        Path(name).write_text(file, encoding="utf-8")
     for language, code in blocks:
         if language == "python":
             exec(compile(code, page, "exec"), names)
@@ -45,6 +47,24 @@ def test_the_code_of_a_page_runs(page, capsys):
             assert end.value.code == 0, line
     if printed := PRINTED.search(text):
         assert capsys.readouterr().out == printed[1]
+
+
+@pytest.mark.parametrize(("missing", "kept"), [(slice(1, None, 2), True), (slice(-60, None), False)])
+@pytest.mark.parametrize("page", ["README.md", "docs/start/controller.md"])
+@pytest.mark.usefixtures("folder")
+def test_a_loop_keeps_friction_between_torques_but_not_for_long(page, missing, kept) -> None:
+    def gaps(*columns):
+        *others, torque = map(np.array, columns)
+        torque[: torque.size // 2 * 2][missing] = np.nan
+        last = torque.size // 2 * 2
+        return zip(*(column[:last] for column in (*others, torque)), strict=True)
+
+    names = {"gaps": gaps}
+    for _, code in [b for b in BLOCK.findall((ROOT / page).read_text("utf-8")) if b[0] == "python"][:2]:
+        exec(code.replace(" in zip(", " in gaps("), names)
+
+    assert not names["now"].usable
+    assert (names["friction"] > 2 * names["LEAST"]) == kept
 
 
 def test_figures_of_the_readme_stand_on_the_pages_that_it_names() -> None:

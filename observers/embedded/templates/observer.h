@@ -51,7 +51,7 @@ typedef struct {
     ${real} M_slide;       /* torque of steady full slide at the present load [N m] */
     ${real} nis;           /* square of measured minus predicted over its variance [1]; NAN if not measured */
     int32_t informed;    /* 0 while the estimate rests on the prior, else 1 */
-    int32_t usable;      /* 1 where a controller may act on mu: informed by this sample, and no flag is set */
+    int32_t usable;      /* 1 where a controller may act on mu_eff: informed by this sample, and no flag is set */
     int32_t status;      /* flags as above */
 } ${name}_estimate_t;
 

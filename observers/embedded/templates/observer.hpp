@@ -65,7 +65,7 @@ public:
     /* False while the estimate rests on the prior. */
     [[nodiscard]] bool informed() const noexcept { return estimate().informed != 0; }
 
-    /* True where a controller may act on mu: informed by the last sample, and no flag is set. */
+    /* True where a controller may act on mu_eff: informed by the last sample, and no flag is set. */
     [[nodiscard]] bool usable() const noexcept { return estimate().usable != 0; }
 
     /* Back to the state of a new observer, as when the car has driven since. */

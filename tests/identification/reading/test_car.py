@@ -43,6 +43,9 @@ def test_the_mean_wheel_of_a_recording(tmp_path: Path) -> None:
 
 def test_units_and_names_of_a_log(tmp_path: Path) -> None:
     path = write(tmp_path / "car.csv", t=T, Way=1e3 * RACK, Force=-FORCE / 1e3)
+    timeless = write(tmp_path / "timeless.csv", stamp=T, Way=RACK, Force=FORCE, TorsionBarTorque=FORCE)
+    with pytest.raises(InvalidInputError, match=r"channel t missing.*such as --map (?!.*M_z)"):
+        read_recording(timeless, vehicle=CAR, signals="rack=Way,F_rack=Force")
     mapped = read_recording(path, vehicle=CAR, signals="rack=Way:mm,F_rack=-Force:kN")
     plain = read_recording(write(tmp_path / "b.csv", t=T, rack=RACK, F_rack=FORCE), vehicle=CAR)
 

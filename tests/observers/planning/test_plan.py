@@ -1,9 +1,12 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from observers import Ekf, Plan, SteeringLimits, plan
 from observers.planning.forecast import Forecaster
 from observers.planning.path import steer
+from observers.planning.plan import _Search
 from symbolic import InvalidInputError
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 
@@ -115,6 +118,13 @@ def test_what_cannot_be_reached_is_told(
     assert np.isnan(told.travels).all()
     assert len(told.reasons) == 1
     assert words in told.reasons[0]
+
+
+def test_a_reason_without_a_flag_ends_in_words() -> None:
+    search = SimpleNamespace(limits=SteeringLimits(angle=0.3), reached_with=lambda *_, **__: False)
+    forecast = SimpleNamespace(best=lambda _: None, status=[0])
+
+    assert _Search.unreached(search, 0.8, None, forecast).endswith("twice as wide, would do")
 
 
 @pytest.mark.parametrize(

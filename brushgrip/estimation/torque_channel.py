@@ -1,0 +1,60 @@
+"""What a recording shows of its torque channel: noise beyond that stated, and a rate of its own."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgrip.estimation.estimates import has_aligning_torque, measured_angle
+from identification import Recording
+from identification.residuals.unexplained import white_noise
+from observers import Ekf, Mhe, Observer
+
+BEYOND = 1.2
+"""Noise seen over noise stated from which on it is told [1]."""
+OTHER_RATE, REGULAR = 1.5, 0.9
+"""Ratio of two rates that differ [1]; share of the periods that are alike in a rate [1]."""
+FULL_SLIDE = 3 / 8
+"""Torque of full slide at mu = 1 over F_N a [1]."""
+
+
+def excess_noise(observer: Observer, recording: Recording) -> str:
+    """What to declare where the aligning torque is noisier than stated; empty where it is not.
+
+    The noise seen is that from sample to sample while the wheel turns slower than half of the time.
+    """
+    if recording.standstills is not None or not isinstance(observer, Ekf | Mhe):
+        return ""
+    if not has_aligning_torque(recording):
+        return ""
+    known = np.isfinite(recording.M_z)
+    rate = np.abs(recording.psi_dot[known])
+    seen = white_noise(np.where(rate <= np.median(rate), recording.M_z[known], np.nan))
+    rig = recording.rig
+    slide = FULL_SLIDE * float(np.median(recording.F_N)) * rig.a
+    stated = observer.tuning.noise * slide if rig.noise is None else rig.noise
+    if seen <= BEYOND * stated:
+        return ""
+    return (
+        f"torque noise seen {seen:.2g} N m, stated {stated:.2g}: declare [sensor] noise = {seen:.2g}"
+        " in the rig file"
+    )
+
+
+def own_rate(recording: Recording) -> str:
+    """The rates of torque and angle where both are regular and differ; empty where they do not."""
+    torque = recording.M_z if has_aligning_torque(recording) else recording.M
+    if torque is None:
+        return ""
+    rates = [_rate(recording.t[np.isfinite(values)]) for values in (torque, measured_angle(recording))]
+    if min(rates) <= 0 or max(rates) < OTHER_RATE * min(rates):
+        return ""
+    return f"torque at {rates[0]:.4g} Hz, angle at {rates[1]:.4g} Hz: normal"
+
+
+def _rate(t: NDArray[np.float64]) -> float:
+    """Samples a second [Hz]; 0 where their periods differ."""
+    periods = np.diff(t)
+    if not periods.size:
+        return 0.0
+    period = float(np.median(periods))
+    alike = np.abs(periods - period) < period / 2
+    return 1 / period if alike.mean() >= REGULAR else 0.0
