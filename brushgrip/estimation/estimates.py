@@ -130,8 +130,6 @@ def root_solver(
     return ZoneRootSolver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
 
 
-BETWEEN = "; of a slow wheel --map M_z=-M serves, its torque sensor between steering and wheel"
-"""What else does where the steering torque is recorded, and the rig lacks what that takes."""
 OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
     ObserverName.EKF: partial(model_observer, Ekf),
     ObserverName.MHE: partial(model_observer, Mhe),
@@ -185,8 +183,7 @@ def observe(
     try:
         observer = factory(recording, found)
     except InvalidInputError as error:
-        steered = not has_aligning_torque(recording) and None in (recording.rig.J_A, recording.rig.b_t)
-        raise InvalidInputError(f"{recording.name}: {error}{BETWEEN * steered}") from None
+        raise InvalidInputError(f"{recording.name}: {error}") from None
     if not smoothed:
         return run_observer(observer, recording)
     if not isinstance(observer, Ekf) or isinstance(observer.measurement_model, DirectionalFriction):

@@ -125,7 +125,8 @@ class SteeringTorque:
         if missing:
             raise InvalidInputError(
                 f"the rig lacks {' and '.join(missing)}: where the steering torque is measured, J_A"
-                " [kg m^2] and b_t [N m s/rad] must be known"
+                " [kg m^2] and b_t [N m s/rad] must be known; of a slow wheel, --map M_z=-M serves a"
+                " torque sensor between steering and wheel"
             )
         sensors = [effect.name for effect in model.effects if effect.sensor]
         if sensors:
