@@ -85,14 +85,16 @@ static inline ${real} omega_between(${real} place) {
    Source: Fritsch, Shafer, Crowley, Algorithm 443, Comm. ACM 16 (1973) 123. */
 %% endif
 static inline ${real} wright_omega(${real} place) {
+    /* Bounded as it is used: rounding may lift the last place beyond the table. */
+    const ${real} sparse = ${omega_near}.0 + (place - ${omega_near}.0) * ${1 / omega_sparse};
     ${real} w;
 %% if not single
     const double x = place / ${omega_knots_per_unit} + ${omega_from};
 %% endif
     if (place < ${omega_near}.0) {
         w = omega_between(place);
-    } else if (place < ${omega_near + omega_sparse * omega_far}.0) {
-        w = omega_between(${omega_near}.0 + (place - ${omega_near}.0) * ${1 / omega_sparse});
+    } else if (sparse < ${omega_near + omega_far}.0) {
+        w = omega_between(sparse);
     } else {
 %% if single
         const float x = place / ${omega_knots_per_unit} + ${omega_from};
