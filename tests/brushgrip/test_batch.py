@@ -84,29 +84,6 @@ def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> No
     assert row["inconsistent"] == 0
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (["--summary", "t.csv", "--picture", "p.png"], "--picture is that of one recording"),
-        (["--summary", "a.csv"], "would overwrite what is read"),
-        (["--summary", "t_a.csv", "--out", "t.csv"], "must name different files"),
-        (["--summary", "t.csv", "--tune", "noise=0.1"], "--observer root has no tuning"),
-        (["--summary", "t.csv", "--tune", "stiffness_std=0.3"], "k is no state of the observers"),
-    ],
-)
-def test_what_cannot_be_is_said_before_the_work(
-    estimate: Run, write_csv: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    options: list[str], said: str,
-) -> None:  # fmt: skip
-    paths = [write_csv("a.csv"), write_csv("b.csv", {"F_N": np.full(60, 500.0)})]
-    monkeypatch.chdir(tmp_path)
-    outcome = estimate(*paths, *options)
-
-    assert outcome.status == 2
-    assert said in outcome.err
-    assert sorted(path.name for path in tmp_path.glob("*.csv")) == ["a.csv", "b.csv"]
-
-
 def test_a_scheduler_that_is_not_there(
     run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -33,11 +33,3 @@ def test_the_rig_file_may_hold_the_map(run: Run, tmp_path: Path) -> None:
 
     first, second = (np.genfromtxt(out, delimiter=",", names=True) for out in outs)
     np.testing.assert_allclose(second["M_z"], first["M_z"], atol=1e-9)
-
-
-def test_a_bad_map_is_one_line(run: Run, tmp_path: Path) -> None:
-    outcome = run(
-        "simulate", "--rig", FOLDER / "rig.toml", FOLDER / "holdout_c.csv", "--map", "psi=x:parsec",
-        "--out", tmp_path / "a.csv",
-    )  # fmt: skip
-    outcome.refused("'parsec' is no unit of psi")

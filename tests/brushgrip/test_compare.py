@@ -10,7 +10,7 @@ import pytest
 from brushgrip.comparison import method_scores
 from reference_rig import RigRecording, make_recording, recording_csv
 from symbolic import compiler
-from tests.brushgrip.helpers import Run, Write, contents
+from tests.brushgrip.helpers import Run, contents
 
 MU, BEGINS = 1.3, 150
 """Friction of the rig, and the sample at which the author's file begins."""
@@ -167,41 +167,6 @@ def test_where_the_reference_comes_from(
     compare(on=recording.rename(tmp_path / f"{name}.csv"))
 
     assert (the_one()["declared"], the_one()["declared_from"]) == (mu, origin)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--declared", "1", "2"), ("2 values for 1 recordings",)),
-        (("--declared", "-1"), ("--declared",)),
-        (("--declared", "nan"), ("--declared must be finite", "nan")),
-        (("--declared", "steel"), ("--declared", "number")),
-        (("--author", "nowhere"), ("nowhere: no such folder",)),
-        (("--picture", "boxes.pdf"), ("boxes.pdf", ".png")),
-        (("--table", "c.json"), ("must be different files",)),
-        (("--model", "none.json"), ("none.json",)),
-    ],
-)
-def test_bad_options_get_one_line(
-    compare: Run, options: tuple[str, ...], words: tuple[str, ...]
-) -> None:
-    compare(*options).refused(*words)
-    assert not Path("c.json").exists()
-
-
-def test_bad_recordings_get_one_line(
-    compare: Run, run: Run, rig: Path, recording: Path, write_csv: Write
-) -> None:
-    still = write_csv("still.csv", {"psi": 1e-3 * np.sin(np.arange(60) * 0.01)})
-
-    compare(on="none").refused("none: no such recording")
-    compare(on=write_csv("short.csv")).refused("short: ends less than 1.89 s")
-    compare(on=still).refused("still: the wheel turns by less than 0.02 rad")
-    compare(on=write_csv("bare.csv", {"M_z": None})).refused("bare.csv", "M_z")
-    run("compare", recording, "--out", "c.json").refused("run.csv", "--rig")
-    rig.write_text(rig.read_text().replace("mu = 1.2\n", ""))
-    compare().refused("run: no mu", "--declared MU")
-    assert not Path("c.json").exists()
 
 
 def test_a_file_of_the_author_that_is_none(compare: Run, recording: Path) -> None:

@@ -257,11 +257,6 @@ def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
     assert not (tmp_path / ".out.unfinished").exists()
 
 
-def test_training_and_held_out_must_differ(diagnose: Diagnose, asked: list[Any]) -> None:
-    diagnose("a", "b", "--holdout", "b.csv").refused("is the same recording as")
-    assert asked == []
-
-
 def test_a_failure_leaves_nothing(
     diagnose: Diagnose, search: Callable[..., None], tmp_path: Path
 ) -> None:

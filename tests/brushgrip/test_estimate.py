@@ -139,29 +139,6 @@ def test_root_has_no_standard_deviation(estimate: Run, simulated: Path, tmp_path
     assert (tmp_path / "mu.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ("--observer crystal", ["ekf"]),
-        ("--out mu.png", ["mu.png: the table needs a name such as .csv"]),
-        ("--picture mu.pdf", ["mu.pdf", ".png"]),
-        ("--observer root --model model.json", ["root", "--model", "ekf"]),
-        ("--observer root --tuning clean", ["root has no tuning"]),
-        ("--observer root --by-direction", ["root has", "one friction", "mhe"]),
-        ("--smooth --by-direction", ["--smooth", "not --by-direction"]),
-        ("--observer mhe --smooth", ["--smooth", "--observer ekf"]),
-    ],
-)
-def test_what_cannot_be(
-    estimate: Run, simulated: Path, tmp_path: Path, options: str, words: list[str]
-) -> None:
-    (tmp_path / "model.json").write_text(MODEL)
-    before = contents(tmp_path)
-
-    estimate(simulated, *options.split()).refused(*words)
-    assert contents(tmp_path) == before
-
-
 def test_what_the_steering_torque_needs(estimate: Run, steered: Path, rig: Path, tmp_path: Path) -> None:
     estimate(steered).refused("steered: ", "lacks J_A and b_t", "kg m^2", "--map M_z=-M")
     rig.write_text(rig.read_text().replace("e = 0.009\n", "e = 0.009\nJ_A = 0.15\nb_t = 1.0\n"))

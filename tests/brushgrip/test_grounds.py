@@ -96,19 +96,6 @@ def test_simulate_takes_what_became_of_the_declared_values(
     assert 1.0 < np.abs(torque - 0.3).max() / slide < 1.06
 
 
-@pytest.mark.parametrize("command", ["estimate", "simulate", "diagnose"])
-def test_unknown_recordings_are_one_line(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path, command: str
-) -> None:
-    more = ("--observer", "ekf") if command == "estimate" else ()
-    out = tmp_path / "out.csv"
-    outcome = run(command, "--rig", rig, write_csv(), "--ground", "steel=no", "--out", out, *more)
-
-    assert outcome.status == 2
-    assert "--ground steel=no: no recording 'no'; given are run" in outcome.err
-    assert not out.exists()
-
-
 def test_estimate_says_whose_values_it_takes(
     run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path
 ) -> None:

@@ -109,33 +109,6 @@ def test_a_recording_knows_its_rig(run: Run, struck: list[Path], tmp_path: Path)
     assert json.loads(out.read_text())["k"]["value"] == pytest.approx(TYRE.k, rel=0.005)
 
 
-@pytest.mark.usefixtures("no_work")
-def test_faults_of_rig_and_recordings(
-    identify: Run, rig: Path, struck: list[Path], tmp_path: Path
-) -> None:
-    twin = tmp_path / "twin.csv"
-    twin.write_bytes(struck[0].read_bytes())
-    for other in (struck[0], twin):
-        identify(struck[0], other).refused(f"{other}: is the same recording as {struck[0]}")
-    rig_text, good = rig.read_text(), struck[1].read_text()
-    struck[1].write_text(good.replace("0.001,", "0.001,left", 1))
-    identify(*struck).refused(str(struck[1]), "row 4", "psi", "not a number")
-    struck[1].write_text(good)
-    rig.write_text("\n".join(line for line in rig_text.splitlines() if "J_A" not in line))
-    identify(*struck).refused(f"{struck[0]}: J_A is not known", "[rig]", "# J_A = 0.15")
-    assert not (tmp_path / "id.json").exists()
-
-
-@pytest.mark.usefixtures("no_work")
-def test_names_that_cannot_be(identify: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("x")
-
-    identify(*struck, "--out", tmp_path / "id.png").refused(".png is its picture")
-    identify(*struck, "--out", rig).refused("would overwrite what is read")
-    identify(*struck, "--out", tmp_path / "file" / "id.json").refused("cannot be written")
-    identify().refused("--free-decay")
-
-
 def test_nothing_swings(identify: Run, struck: list[Path], tmp_path: Path) -> None:
     rows = "\n".join(f"{0.001 * i:.3f},0.1" for i in range(200))
     struck[0].write_text(f"t,psi\n{rows}\n")

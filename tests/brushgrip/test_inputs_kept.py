@@ -73,55 +73,9 @@ def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, 
     keep_inputs([Path("sub/other.csv"), Path(beside)], read)
 
 
-def test_the_database_of_a_map_is_read_too(run: Run, folder: Path) -> None:
-    (folder / "car.db").write_text("")
-    command = (*ESTIMATE, "--map", "psi=psi,dbc=car.db")
-    for outputs in (("--out", "nosub/../car.db"), ("--summary", "car.db"), ("--summary", "hard.csv")):
-        outcome = run(*command, *outputs)
-
-        assert outcome.status == 2
-        assert "would overwrite what is read" in outcome.err
-    assert (folder / "car.db").read_text() == ""
-
-
 ESTIMATE = ("estimate", "good.csv", "--rig", "rig.toml", "--observer", "ekf")
 COMPARE = ("compare", "good.csv", "--rig", "rig.toml", "--declared", "1.2")
-IDENTIFY = ("identify", "--free-decay", "good.csv", "--rig", "rig.toml")
 SIMULATE = ("simulate", "good.csv", "--rig", "rig.toml")
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        (*ESTIMATE, "--out", "nosub/../good.csv"),
-        (*ESTIMATE, "--out", "nosub/../rig.toml"),
-        (*ESTIMATE, "--out", "new.csv", "--picture", "nosub/../hard.png"),
-        (*ESTIMATE, "--out", "nosub/../model.json", "--model", "model.json"),
-        (*COMPARE, "--out", "nosub/../good.csv", "--author", "sub"),
-        (*COMPARE, "--out", "new.json", "--table", "nosub/../good.csv", "--author", "sub"),
-        (*COMPARE, "--out", "new.json", "--picture", "nosub/../hard.png", "--author", "sub"),
-        (*COMPARE, "--out", "new.json", "--table", "nosub/../rig.toml", "--author", "sub"),
-        (*COMPARE, "--out", "nosub/../car.dbc", "--map", "dbc=car.dbc", "--author", "sub"),
-        (*ESTIMATE, "--out", "car.dbc", "--map", "dbc=car.dbc"),
-        (*ESTIMATE, "--summary", "car.dbc", "--map", "dbc=car.dbc"),
-        (*ESTIMATE, "--summary", "rig.toml"),
-        (*ESTIMATE, "--summary", "nosub/../hard.csv"),
-        (*SIMULATE, "--out", "car.dbc", "--map", "dbc=car.dbc"),
-        (*SIMULATE, "--out", "nosub/../rig.toml"),
-        (*SIMULATE, "--out", "nosub/../good.csv"),
-        (*SIMULATE, "--out", "nosub/../model.json", "--model", "model.json"),
-        (*IDENTIFY, "--out", "nosub/../good.csv"),
-        (*IDENTIFY, "--out", "car.dbc", "--map", "dbc=car.dbc"),
-        (*IDENTIFY, "--out", "new.json", "--write-rig", "rig.toml"),
-    ],
-    ids=lambda arguments: " ".join(arguments),
-)
-def test_commands_that_write_files(run: Run, folder: Path, arguments: tuple[str, ...]) -> None:
-    before = contents(folder)
-    outcome = run(*arguments)
-
-    outcome.refused("would overwrite what is read")
-    assert contents(folder) == before
 
 
 @pytest.fixture

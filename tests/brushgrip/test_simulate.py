@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.brushgrip.helpers import Run, Write, contents, table_of
+from tests.brushgrip.helpers import Run, Write, table_of
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -62,19 +62,6 @@ def test_several_recordings(simulate: Run, write_csv: Write, tmp_path: Path) -> 
     assert simulate(*(write_csv(f"{name}.csv", {"M_z": None}) for name in "ab")).status == 0
     assert not (tmp_path / "out.csv").exists()
     assert (tmp_path / "out_a.csv").read_text() == (tmp_path / "out_b.csv").read_text()
-
-
-def test_all_or_nothing(simulate: Run, write_csv: Write, rig: Path, tmp_path: Path) -> None:
-    good, bad = write_csv("good.csv"), write_csv("bad.csv", top="# k = 1e12\n")
-    before = contents(tmp_path)
-
-    simulate(good, bad).refused("k must lie between")
-    simulate(good, "--model", rig).refused(str(rig))
-    simulate(good, "--mu", -1).refused("--mu must be finite and greater than 0, got -1")
-    assert contents(tmp_path) == before
-    rig.write_text(rig.read_text().replace("mu = 1.2", ""))
-    simulate(good).refused("brushgrip: good: mu is not known; ")
-    assert contents(tmp_path).keys() == before.keys()
 
 
 def test_a_found_model_knows_its_recordings(

@@ -1,0 +1,215 @@
+"""Command lines that cannot be: one line, status 2, no file changed; and names that can.
+
+Every fault of a file is in the tests of `identification.reading`.
+"""
+
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.brushgrip.helpers import Run, Write, contents
+
+pytestmark = pytest.mark.usefixtures("interpreted", "no_work")
+DEFAULTS = {
+    "simulate": "--rig rig.toml --out new.csv",
+    "estimate": "--rig rig.toml --observer ekf --out new.csv",
+    "diagnose": "--rig rig.toml --out new",
+    "identify": "--rig inertia.toml --out new.json --free-decay run.csv",
+    "compare": "--rig rig.toml --out new.json",
+    "codegen": "--rig rig.toml --observer ekf --name grip --out new",
+    "fetch": "",
+}
+"""Options that go before those of a row, which replace them; a row of `brushgrip` has none."""
+OVER = "would overwrite what is read"
+MODEL = '{"version": 1, "effects": [], "shared": {"k": 2.4e6}, "recordings": {}}'
+
+
+@pytest.fixture(autouse=True)
+def here(
+    tmp_path: Path,
+    rig: Path,
+    write_csv: Write,
+    table: dict[str, np.ndarray],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The working folder: run.csv, rig.toml, found.json and car.dbc are good; links, folders, faults."""
+    t, run, text = table["t"], write_csv(), rig.read_text()
+    write_csv("text.csv", {"psi": [*t[:3], "left", *t[4:]]})
+    write_csv("still.csv", {"t": t * 1e-321})
+    write_csv("few.csv", {"M_z": [1.0] * 9 + [""] * 51})
+    write_csv("slow.csv", {"psi": 1e-3 * np.sin(t)})
+    write_csv("long.csv", {"t": 10 * t})
+    write_csv("bare.csv", {"M_z": None})
+    write_csv("stiff.csv", top="# k = 1e12\n")
+    write_csv("other.csv", {"F_N": np.full(60, 500.0)})
+    shutil.copy(run, tmp_path / "twin.csv")
+    (tmp_path / "no_k.toml").write_text(text.replace("k = 2.4e6", ""))
+    (tmp_path / "no_mu.toml").write_text(text.replace("mu = 1.2", ""))
+    (tmp_path / "inertia.toml").write_text(text.replace("[tyre]", "J_A = 0.15\n[tyre]"))
+    for name, content in {"found.json": MODEL, "car.dbc": "", "file": ""}.items():
+        (tmp_path / name).write_text(content)
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "loop").symlink_to("loop")
+    for name in ("hard.csv", "hard.png"):
+        os.link(run, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+
+
+ROWS: list[tuple[str, ...]] = [
+    ("diagnose text.csv", "text.csv: row 5", "psi", "'left'", "not a number"),
+    ("estimate text.csv", "text.csv: row 5", "'left'"),
+    ("identify --free-decay text.csv", "text.csv: row 5", "psi", "not a number"),
+    ("diagnose still.csv", "still.csv: row 3", "stands nearly still", "at least 1e-06 s"),
+    ("estimate still.csv", "still.csv: row 3"),
+    ("diagnose few.csv", "few.csv: M_z is known in 9 of 60 samples, at least 10 needed"),
+    ("simulate run.csv stiff.csv", "stiff.csv: row 1: k must lie between"),
+    ("compare none", "none: no such recording"),
+    ("compare run.csv", "run: ends less than 1.89 s"),
+    ("compare slow.csv", "slow: the wheel turns by less than 0.02 rad"),
+    ("compare bare.csv", "bare.csv", "M_z"),
+    ("identify --free-decay twin.csv", "twin.csv: is the same recording as run.csv"),
+    ("diagnose run.csv other.csv --holdout run.csv", "is the same recording as"),
+    ("diagnose run.csv --rig no_k.toml", "no_k.toml", "k is missing"),
+    ("simulate run.csv --rig no_mu.toml", "brushgrip: run: mu is not known; "),
+    ("compare long.csv --rig no_mu.toml", "long: no mu", "--declared MU"),
+    ("identify --rig rig.toml", "run.csv: J_A is not known", "[rig]", "# J_A = 0.15"),
+    ("codegen --torque M", "lacks J_A and b_t"),
+    ("brushgrip diagnose run.csv --out new", "--rig"),
+    ("brushgrip compare run.csv --out new.json", "run.csv", "--rig"),
+    ("brushgrip identify --rig rig.toml --out new.json", "--free-decay"),
+    ("simulate run.csv --model rig.toml", "rig.toml"),
+    ("codegen --model none.json", "none.json"),
+    ("compare run.csv --model none.json", "none.json"),
+    ("codegen --model sub", "sub: holds no model.json, so it is not the folder of a diagnosis"),
+    ("simulate run.csv --map psi=x:parsec", "'parsec' is no unit of psi"),
+    *((f"{c} run.csv --ground steel=no", "--ground steel=no: no recording 'no'; given are run")
+      for c in ("estimate", "simulate", "diagnose")),
+    ("codegen --ground ice", "--ground ice: this model knows no grounds"),
+    ("simulate run.csv --mu -1", "--mu must be finite and greater than 0, got -1"),
+    ("compare run.csv --declared 1 2", "2 values for 1 recordings"),
+    ("compare run.csv --declared -1", "--declared"),
+    ("compare run.csv --declared nan", "--declared must be finite", "nan"),
+    ("compare run.csv --declared steel", "--declared", "number"),
+    ("compare run.csv --author nowhere", "nowhere: no such folder"),
+    *((f"diagnose run.csv --jobs {n}",) for n in ("1e20", "9" * 21, "0", "257")),
+    ("estimate run.csv --observer crystal", "ekf"),
+    ("estimate run.csv --observer root --model found.json", "root", "--model", "ekf"),
+    ("estimate run.csv --observer root --tuning clean", "root has no tuning"),
+    ("estimate run.csv --observer root --by-direction", "root has", "one friction", "mhe"),
+    ("estimate run.csv --smooth --by-direction", "--smooth", "not --by-direction"),
+    ("estimate run.csv --observer mhe --smooth", "--smooth", "--observer ekf"),
+    ("estimate run.csv other.csv --summary t.csv --picture p.png", "--picture is that of one recording"),
+    ("estimate run.csv other.csv --summary run.csv", OVER),
+    ("estimate run.csv other.csv --summary t_run.csv --out t.csv", "must name different files"),
+    ("estimate run.csv other.csv --summary t.csv --observer root --tune gate=9", "root has no tuning"),
+    ("estimate run.csv other.csv --summary t.csv --tune stiffness_std=0.3", "k is no state of the obs"),
+    ("codegen --tune mu=9", "mu must lie between least and greatest"),
+    ("codegen --tune mist=1", "expected NAME=NUMBER"),
+    ("codegen --window 30", "--window is that of the MHE"),
+    ("codegen --observer mhe --window 0", "--window must be from 1 to 1000 samples, got 0"),
+    ("codegen --observer mhe --window 100000", "--window must be from 1 to 1000 samples"),
+    ("codegen --tunable all --target ros2", "--tunable is for the targets c, fmu and fmu3"),
+    ("codegen --name 2wheels", "name must be a name in C"),
+    ("codegen --name x__", "name must not have two _ in a row"),
+    *((f"codegen --name {name}", "name must not be that of a file beside the code, or a target of CMake")
+      for name in ("main", "check", "example", "test", "fmi2 --target fmu")),
+    *((f"codegen --name {name}", "name must not be that of a keyword of C or C++")
+      for name in ("while", "class")),
+    *((f"codegen --name {name}", "name must not be that of a header of C")
+      for name in ("stdint", "features")),
+    *((f"codegen --name {name}", "name must not be that of a function of C")
+      for name in ("printf", "cosf")),
+    ("estimate run.csv --out mu.png", "mu.png: the table needs a name such as .csv"),
+    ("estimate run.csv --picture mu.pdf", "mu.pdf", ".png"),
+    ("compare run.csv --picture boxes.pdf", "boxes.pdf", ".png"),
+    ("compare run.csv --table new.json", "must be different files"),
+    ("identify --out id.png", ".png is its picture"),
+    *((f"{c} --out file/out", "file/out", "cannot be written")
+      for c in ("diagnose run.csv", "estimate run.csv", "simulate run.csv")),
+    ("identify --out file/id.json", "cannot be written"),
+    ("diagnose run.csv --out run.csv", "run.csv", "is not a folder"),
+    *((f"{line} --out {out}", OVER) for line, outs in {
+        "estimate run.csv": ("nosub/../run.csv", "nosub/../rig.toml", "car.dbc --map dbc=car.dbc",
+                             "new.csv --picture nosub/../hard.png", "found.json --model found.json"),
+        "compare run.csv --author sub --declared 1": (
+            "nosub/../run.csv", "nosub/../car.dbc --map dbc=car.dbc",
+            *(f"new.json --{what}" for what in
+              ("table nosub/../run.csv", "table nosub/../rig.toml", "picture nosub/../hard.png"))),
+        "simulate run.csv": ("nosub/../run.csv", "nosub/../rig.toml", "car.dbc --map dbc=car.dbc",
+                             "nosub/../found.json --model found.json"),
+        "identify": ("inertia.toml", "nosub/../run.csv",
+                                            "car.dbc --map dbc=car.dbc"),
+        "identify --write-rig inertia.toml": ("new.json",),
+    }.items() for out in outs),
+    *((f"estimate run.csv --summary {out}", OVER)
+      for out in ("rig.toml", "nosub/../hard.csv", "car.dbc --map dbc=car.dbc")),
+]  # fmt: skip
+"""A command line, and words of the message."""
+
+
+@pytest.mark.parametrize("command", [*DEFAULTS, "brushgrip"])
+def test_what_cannot_be(run: Run, tmp_path: Path, command: str) -> None:
+    rows = [row for row in ROWS if row[0].split()[0] == command]
+    for line, *message in rows:
+        refuse(run, tmp_path, line.split(), *message)
+    assert rows or command == "fetch"
+
+
+def refuse(run: Run, folder: Path, words: list[str], *message: str) -> None:
+    before, (command, *given) = contents(folder), words
+    line = given if command == "brushgrip" else [command, *DEFAULTS[command].split(), *given]
+    run(*line).refused(*message)
+    assert contents(folder) == before
+
+
+LONG = "n" * 300
+NO_NAMES = ["", ".", "/", "..", "a/..", LONG, "loop", "loop/x"]
+ODD_NAMES = {
+    "recording": ("diagnose {}", [*NO_NAMES, f"loop/{LONG}", "~nobody_of_this_name/x"]),
+    "rig": ("simulate run.csv --rig {}", NO_NAMES),
+    "model": ("simulate run.csv --model {}", NO_NAMES),
+    "model of code": ("codegen --model {}", NO_NAMES),
+    **{line.split(" --")[0] + line[-8:]: (line, [*NO_NAMES, "run.csv/x"]) for line in (
+        "simulate run.csv --out {}", "estimate run.csv --out {}", "estimate run.csv --picture {}",
+        "identify --out {}", "compare run.csv --out {}", "compare run.csv --table {}",
+    )},
+    **{line: (line, [LONG, "loop", "loop/x", "run.csv", "run.csv/x"]) for line in (
+        "diagnose run.csv --out {}", "codegen --out {}", "fetch --out {}",
+    )},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("place", ODD_NAMES)
+def test_names_of_nothing(run: Run, tmp_path: Path, place: str) -> None:
+    line, names = ODD_NAMES[place]
+    for name in names:
+        refuse(run, tmp_path, [name if word == "{}" else word for word in line.split()])
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["a b", 'it\'s "quoted"', "two\nlines", "مسار", "$\\frac$", "<b>", "[red]", "\udcff\udcfe", "-%s"],
+)
+def test_names_of_all_kinds(run: Run, name: str, tmp_path: Path) -> None:
+    folder = tmp_path / name
+    folder.mkdir()
+    (tmp_path / "run.csv").rename(folder / f"{name}.csv")
+    given = ("--rig", "rig.toml", "--observer", "ekf", "--out", folder / "e.csv")
+    outcome = run("estimate", *given, "--", folder / f"{name}.csv")
+
+    assert (outcome.status, outcome.err) == (0, "")
+    assert outcome.out.count("\n") == 3
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        ["e.csv", "e.png", "e.provenance.json", f"{name}.csv"]
+    )
+
+
+def test_a_full_disk(run: Run, tmp_path: Path) -> None:
+    before = contents(tmp_path)
+    outcome = run("simulate", "run.csv", "--rig", "rig.toml", "--out", "/dev/full")
+
+    assert (outcome.status, outcome.err) == (1, "brushgrip: cannot write: No space left on device\n")
+    assert contents(tmp_path) == before
