@@ -302,18 +302,6 @@ def test_gust_is_slow_and_of_its_level() -> None:
     assert np.max(np.abs(np.diff(gust))) < 0.05
 
 
-def test_effects_act_together() -> None:
-    drive = hand_path(4, 6.0, rate=100.0)
-    planted = {"carcass_torsion": {"k_t": 400.0}, "rate_friction": {"c": 0.04}}
-
-    history = run(drive, TRAILED, planted)
-
-    rated = {"rate_friction": {"c": 0.04}}
-    np.testing.assert_allclose(
-        history.M_z, run(replace(drive, psi=history.psi_patch), TRAILED, rated).M_z, atol=1e-10
-    )
-
-
 def test_one_branch_only() -> None:
     branch = build_effects({"viscoelastic_relaxation": {"gain": 0.2}})
 

@@ -112,15 +112,6 @@ def test_rise_has_to_be_turned_into() -> None:
     assert made.M_z[-1] == pytest.approx(-1.2 * full_slide_moment(TYRE, LOAD), rel=0.01)
 
 
-def test_friction_may_be_given() -> None:
-    made = make_ground_recording(
-        1, friction_between(np.array([0.0, 10.0]), np.array([1.0, 0.6])), noise=0.0
-    )
-
-    np.testing.assert_allclose(made.mu_true, 1.0 - 0.04 * made.t, atol=1e-12)
-    assert made.tyre.mu == 1.0
-
-
 def test_path_may_be_free() -> None:
     t = np.linspace(0.0, 4.0, 81)
     psi = 0.1 + 0.2 * np.sin(2 * t)

@@ -81,12 +81,6 @@ def test_grid_converges() -> None:
     assert errors[1] < errors[0] / 50
 
 
-def test_full_slide() -> None:
-    M_z = simulate_bristles(steady(np.array([0.0, 500.0])), RigTyre(e=0.0)).M_z[-1]
-
-    assert M_z == pytest.approx(-3 / 8 * TYRE.mu * LOAD * TYRE.a, rel=1e-5)
-
-
 def test_masing_and_madelung() -> None:
     back = np.array([0.2, 0.15, 0.05, 0.12, 0.05, -0.1, 0.2, 0.3])
 

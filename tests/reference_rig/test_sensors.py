@@ -1,14 +1,12 @@
 """Sensors: their errors on every kind of recording; faults strike what is stated, and nothing else."""
 
 from collections.abc import Callable
-from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from reference_rig import (
-    FOURTEEN_BIT_STEP,
     Array,
     add_outliers,
     constant_friction,
@@ -18,7 +16,6 @@ from reference_rig import (
     make_ground_recording,
     make_recording,
     make_steering_recording,
-    quantise,
 )
 
 T = np.arange(1001) / 100
@@ -90,15 +87,6 @@ def test_dropped_samples() -> None:
     assert np.count_nonzero(np.isnan(drop_samples(3, SIGNAL, share=1.0))) == 1000
 
 
-def test_encoder() -> None:
-    step = 2 * np.pi / 16384
-
-    shown = quantise(SIGNAL, step)
-
-    assert np.max(np.abs(shown - SIGNAL)) <= 0.5 * step * (1 + 1e-9)
-    np.testing.assert_allclose(shown / step, np.round(shown / step), atol=1e-8)
-
-
 def test_late_samples() -> None:
     np.testing.assert_array_equal(delay_samples(SIGNAL, 3), np.append([np.nan] * 3, SIGNAL[:-3]))
     np.testing.assert_array_equal(delay_samples(SIGNAL, 0), SIGNAL)
@@ -127,23 +115,6 @@ def test_long_jitter_makes_uneven_intervals() -> None:
     assert intervals.min() < 0.002
     assert intervals.max() > 0.025
     assert np.mean(intervals) == pytest.approx(0.01, rel=0.01)
-
-
-def test_nothing_else_changes() -> None:
-    made = make_ground_recording(2, constant_friction(1.1), duration=3.0)
-    before = {field.name: np.copy(getattr(made, field.name)) for field in fields(made)}
-
-    faulty = replace(
-        made,
-        M_z=add_outliers(1, drop_samples(1, made.M_z)),
-        psi=drop_samples(2, quantise(made.psi_true, FOURTEEN_BIT_STEP)),
-    )
-
-    for name, value in before.items():
-        np.testing.assert_array_equal(getattr(made, name), value, err_msg=name)
-        if name not in {"M_z", "psi"}:
-            np.testing.assert_array_equal(getattr(faulty, name), value, err_msg=name)
-    assert not np.array_equal(np.isnan(faulty.M_z), np.isnan(faulty.psi))
 
 
 @pytest.mark.parametrize(

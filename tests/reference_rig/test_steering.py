@@ -177,12 +177,6 @@ def test_recorded_torque_repeats_the_motion() -> None:
     np.testing.assert_allclose(again.M_z_true, made.M_z_true, atol=1e-4)
 
 
-def test_torque_may_be_a_function() -> None:
-    made = clean(torque=lambda t: np.sin(t), duration=3.0)
-
-    np.testing.assert_allclose(made.M_true, np.sin(made.t), atol=1e-12)
-
-
 def test_torque_needs_a_value_a_sample() -> None:
     with pytest.raises(ValueError, match="needs 10001 samples"):
         clean(torque=np.zeros(10))

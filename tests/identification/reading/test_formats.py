@@ -16,7 +16,6 @@ from identification.reading.channels import ChannelFile, Samples
 from identification.reading.formats import blf
 from identification.reading.formats.opening import read_format
 from identification.reading.signal_map import NO_MAP, SignalMap
-from symbolic import InvalidInputError
 from tests.identification.reading.logs import OWN_CLOCK, WRITERS, as_logged
 from tests.refusal import refused
 
@@ -69,23 +68,6 @@ def test_a_bus_without_the_frame_says_so(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace(" 123##", " 124##"))
 
     assert "holds no frame Motion (0x123)" in refusal(path, OWN_CLOCK)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("format_", [name for name in WRITERS if name != "german"])
-@pytest.mark.parametrize("kept", [0.5, 0.05])
-def test_a_file_cut_short_is_no_surprise(format_: str, kept: float, tmp_path: Path) -> None:
-    path, signals = written(format_, tmp_path)
-    content = path.read_bytes()
-    path.write_bytes(content[: int(kept * len(content))])
-
-    try:
-        samples = read(path, signals).t.size
-    except InvalidInputError:
-        assert refusal(path, signals).startswith(str(path))
-    else:
-        # What stands before the cut may still be whole.
-        assert samples < ORIGINAL.t.size
 
 
 @pytest.mark.parametrize("suffix", [".tdms", ".mf4", ".parquet", ".h5", ".blf", ".bag"])

@@ -219,17 +219,7 @@ def test_nothing_but_gaps(tmp_path: Path, column: str) -> None:
     assert message == f"every {column} is missing, a number is needed"
 
 
-GARBAGE = np.random.default_rng(0).integers(0, 256, 500, dtype=np.uint8).tobytes()
 OTHER_LETTERS = "# Messung in Łódź\n# a = 0.04\nt,psi,M_z,F_N\n".encode("cp1250")
-
-
-@pytest.mark.parametrize("name", ["run.csv", "run.mat", "run"])
-@pytest.mark.parametrize("content", [b"", b"\n \n", GARBAGE, b"\0" * 300, b"\x89HDF\r\n\x1a\n"])
-def test_no_recording_at_all(tmp_path: Path, name: str, content: bytes) -> None:
-    path = tmp_path / name
-    path.write_bytes(content)
-
-    assert message_of(path).startswith(("is empty", "row ", "is not", "is a MATLAB 7.3", "is damaged"))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ import pytest
 from identification import (
     Recording,
     SignalMap,
-    SignalSource,
     parse_signals,
     read_decay,
     read_recording,
@@ -19,7 +18,6 @@ from identification import (
 )
 from identification.reading.channels import ChannelFile, Samples
 from identification.reading.clock import tabulate
-from identification.reading.signal_map import signals_text
 from identification.reading.units import factor_of
 from symbolic import InvalidInputError, Rig, Tyre
 from tests.refusal import refused
@@ -66,17 +64,6 @@ def test_a_rig_file_holds_a_map(tmp_path: Path) -> None:
     assert signals.dbc == tmp_path / "car.dbc"
     assert signals.updated(parse_signals("psi=Other:rad")).of("psi").channel == "Other"
     assert signals.updated(parse_signals("psi=Other:rad")).of("F_N").unit == "kN"
-
-
-def test_a_map_survives_its_text(tmp_path: Path) -> None:
-    path = tmp_path / "rig.toml"
-    for signals in (
-        parse_signals("t=Time:ms,psi=-0.06*Steer [deg],F_N=Load:kN,dbc=/car.dbc"),
-        SignalMap(signals={"psi": SignalSource(channel='A\x7f"\\\n\u00b0')}),
-    ):
-        path.write_text(signals_text(signals), encoding="utf-8", newline="\n")
-        assert read_signals(path) == signals
-    assert signals_text(parse_signals("")) == ""
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t"])
