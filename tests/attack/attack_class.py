@@ -1,9 +1,15 @@
-"""What an attack is, and what it says afterwards; a class of attack is one of them under its name."""
+"""What an attack is, how long it goes on, and what it says afterwards."""
 
-from collections.abc import Callable, Mapping
+import traceback
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import count
+from random import Random
 from time import monotonic
+from typing import Any, NamedTuple
+
+BUFFER = 8192
+"""Random bytes that an example of hypothesis is drawn from."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,48 +26,60 @@ class Effort:
     inputs: int
     seed: int = 0
 
-    def rounds(self) -> "Callable[[int], bool]":
-        """A clock that starts now: whether to go on after so many inputs."""
-        end = monotonic() + self.seconds
-        return lambda done: done < self.inputs and monotonic() < end
 
-
-@dataclass(frozen=True, kw_only=True)
-class Outcome:
-    """What a class did.
-
-    Attributes:
-        inputs: files, runs, samples or examples tried.
-        failures: one line each; none where all promises held.
-        note: one line on what was not as usual, empty for nothing.
-    """
+class Tried(NamedTuple):
+    """How many files, runs, samples or examples were tried, a line on what went wrong, and a note."""
 
     inputs: int
-    failures: tuple[str, ...] = ()
+    failure: str | None = None
     note: str = ""
 
 
-Attack = Callable[[Effort], Outcome]
-"""Whatever it raises counts as a failure."""
+Attack = Callable[[Effort], Iterator[Tried]]
+"""Goes on for ever, or ends where there is no more to try; whatever it raises counts as a failure."""
 Classes = Mapping[str, Attack]
 """By the name on the command line."""
 
 
 def one_by_one(attempt: Callable[[int], str | None]) -> Attack:
-    """An attack of numbered attempts.
+    """An attack of numbered attempts, counted from the seed on; each returns a line for a failure."""
+    return lambda effort: (Tried(1, attempt(number)) for number in count(effort.seed))
 
-    Args:
-        attempt: takes the number of the attempt, counted from the seed on; returns a line on what went
-            wrong, None for nothing.
-    """
 
-    def attack(effort: Effort) -> Outcome:
-        goes_on, failures = effort.rounds(), []
-        for done in count():
-            if not goes_on(done):
-                return Outcome(inputs=done, failures=tuple(failures))
-            if failure := attempt(effort.seed + done):
-                failures.append(failure)
-        raise AssertionError
+def examples(*tests: Callable[..., Any]) -> Attack:
+    """An attack that draws examples of each test of hypothesis in turn; none may take a fixture."""
+
+    def attack(effort: Effort) -> Iterator[Tried]:
+        for drawn in count():
+            test: Any = tests[drawn % len(tests)]
+            buffer = Random(effort.seed * 10**9 + drawn).randbytes(BUFFER)
+            try:
+                # None where no example can be drawn from the bytes.
+                yield Tried(test.hypothesis.fuzz_one_input(buffer) is not None)
+            except Exception as error:
+                yield Tried(1, f"{test.__name__}: {type(error).__name__}: {error}")
 
     return attack
+
+
+class Outcome(NamedTuple):
+    """Inputs that a class has tried, its failures, none twice, and its last note."""
+
+    inputs: int
+    failures: tuple[str, ...]
+    note: str
+
+
+def undertake(attack: Attack, effort: Effort) -> Outcome:
+    """The outcome of an attack after so much effort."""
+    end, inputs, failures, note = monotonic() + effort.seconds, 0, dict[str, None](), ""
+    try:
+        for tried in attack(effort):
+            inputs, note = inputs + tried.inputs, tried.note or note
+            failures |= dict.fromkeys(filter(None, [tried.failure]))
+            if inputs >= effort.inputs or monotonic() > end:
+                break
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        failures[f"{type(error).__name__} at {place.filename}:{place.lineno}: {error}"] = None
+    return Outcome(inputs, tuple(failures), note)

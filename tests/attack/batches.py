@@ -15,7 +15,7 @@ from functools import cache, partial
 from pathlib import Path
 
 from identification import read_recording, read_rig
-from tests.attack.attack_class import Effort, Outcome, one_by_one
+from tests.attack.attack_class import Effort, Tried, one_by_one
 from tests.attack.faults import ENDED_BY_FAULT, attempt, ended_well, two_at_once
 from tests.attack.faults import FAULTS as RUNS
 from tests.attack.whole_runs import ROOT, Sandbox
@@ -110,10 +110,10 @@ def over_quota(sandbox: Sandbox, chance: random.Random) -> str | None:
     return wrong and f"{left} bytes: {wrong}"
 
 
-def over_quota_class(kind: type[Sandbox], effort: Effort) -> Outcome:
+def over_quota_class(kind: type[Sandbox], effort: Effort) -> Iterator[Tried]:
     """An attack by quota; without a compiler none."""
     if _quota() is None:
-        return Outcome(inputs=0, note="(not tried: no compiler for the library that counts)")
+        return iter([Tried(0, note="(not tried: no compiler for the library that counts)")])
     return one_by_one(partial(attempt, over_quota, kind=kind))(effort)
 
 

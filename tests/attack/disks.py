@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from tests.attack.attack_class import Effort, Outcome, one_by_one
+from tests.attack.attack_class import Effort, Tried, one_by_one
 from tests.attack.faults import DISK_LINES, attempt, ended_well
 from tests.attack.whole_runs import Sandbox
 
@@ -76,10 +76,10 @@ def may_mount() -> bool:
             return False
 
 
-def attack_disk(read_only: bool, effort: Effort) -> Outcome:
+def attack_disk(read_only: bool, effort: Effort) -> Iterator[Tried]:
     """An attack on one kind of disk; without the right to mount none."""
     if not may_mount():
-        return Outcome(inputs=0, note=NOT_ROOT)
+        return iter([Tried(0, note=NOT_ROOT)])
     return one_by_one(partial(attempt, partial(fault_of_disk, read_only)))(effort)
 
 

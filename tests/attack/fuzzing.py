@@ -2,20 +2,18 @@
 
 import importlib.util
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
-from itertools import count
 from pathlib import Path
 
-from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.attack.attack_class import Effort, Outcome
+from tests.attack.attack_class import Effort, Tried, examples
 from tests.attack.targets import TARGETS, Target, broken, seeds
 from tests.attack.workplace import sweep
 
@@ -27,7 +25,6 @@ LARGEST_MEMORY = 700
 """A process that takes more is a failure [MB]."""
 LARGEST_INPUT = 1 << 14
 """Of the fuzzer [bytes]."""
-_ROUND = 1000
 FUZZER = "tests.attack.fuzz_process"
 NO_ATHERIS = "(as hypothesis draws them: atheris is not installed, pip install atheris)"
 
@@ -57,15 +54,16 @@ def damaged(draw: st.DrawFn, seeds: Sequence[bytes]) -> bytes:
     return bytes(content)
 
 
-def attack_files(name: str, effort: Effort) -> Outcome:
+def attack_files(name: str, effort: Effort) -> Iterator[Tried]:
     """Damage files of one format."""
     if importlib.util.find_spec("atheris") is None:
-        return drawn(name, effort)
+        yield from drawn(name, effort)
+        return
     with tempfile.TemporaryDirectory() as folder:
-        return guided(name, effort, Path(folder))
+        yield from guided(name, effort, Path(folder))
 
 
-def guided(name: str, effort: Effort, folder: Path) -> Outcome:
+def guided(name: str, effort: Effort, folder: Path) -> Iterator[Tried]:
     """Files that reach new code are changed further; in a process of its own, as it may die."""
     corpus, findings = folder / "corpus", folder / "findings"
     corpus.mkdir()
@@ -93,52 +91,23 @@ def guided(name: str, effort: Effort, folder: Path) -> Outcome:
         check=False,
     )
     sweep()
-    found = sorted(findings.iterdir())
-    failures = [f"{path.name}, kept in {_keep(name, path)}" for path in found]
-    if process.returncode and not failures:
-        failures = [f"ended with {process.returncode}: {process.stderr[-200:]}"]
     counted = re.search(r"number_of_executed_units: (\d+)", process.stderr)
-    return Outcome(inputs=int(counted[1]) if counted else 0, failures=tuple(failures))
+    yield Tried(int(counted[1]) if counted else 0)
+    found = sorted(findings.iterdir())
+    yield from (Tried(0, _kept(name, path.name, path.read_bytes())) for path in found)
+    if process.returncode and not found:
+        yield Tried(0, f"ended with {process.returncode}: {process.stderr[-200:]}")
 
 
-def drawn(name: str, effort: Effort) -> Outcome:
+def drawn(name: str, effort: Effort) -> Iterator[Tried]:
     """Files with a few changes, without guidance."""
-    goes_on, done, failures = effort.rounds(), 0, dict[str, bytes]()
-    for number in count(effort.seed):
-        if not goes_on(done):
-            break
-        size = min(_ROUND, effort.inputs - done)
-        for place, content in _round(TARGETS[name], seeds(name), number, size).items():
-            failures.setdefault(place, content)
-        done += size
-    with tempfile.TemporaryDirectory() as folder:
-        kept = []
-        for place, content in failures.items():
-            path = Path(folder) / place
-            path.write_bytes(content)
-            kept.append(f"{place}, kept in {_keep(name, path)}")
-    return Outcome(inputs=done, failures=tuple(kept), note=NO_ATHERIS)
 
-
-def _round(target: Target, whole: list[bytes], number: int, size: int) -> dict[str, bytes]:
-    failures: dict[str, bytes] = {}
-
-    @seed(number)
-    @settings(
-        max_examples=size,
-        database=None,
-        deadline=None,
-        derandomize=False,
-        phases=[Phase.generate],
-        suppress_health_check=list(HealthCheck),
-    )
-    @given(damaged(whole))
+    @given(damaged(seeds(name)))
     def attempt(content: bytes) -> None:
-        if place := broken_by(target, content):
-            failures.setdefault(place, content)
+        if place := broken_by(TARGETS[name], content):
+            raise AssertionError(_kept(name, place, content))
 
-    attempt()
-    return failures
+    yield from (tried._replace(note=NO_ATHERIS) for tried in examples(attempt)(effort))
 
 
 def broken_by(target: Target, content: bytes) -> str | None:
@@ -151,10 +120,13 @@ def broken_by(target: Target, content: bytes) -> str | None:
     return None
 
 
-def _keep(name: str, path: Path) -> Path:
-    folder = FINDINGS / name
-    folder.mkdir(parents=True, exist_ok=True)
-    return Path(shutil.copy(path, folder))
+def _kept(name: str, place: str, content: bytes) -> str:
+    """What broke, and the file in which the first input that broke it is kept."""
+    path = FINDINGS / name / place
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not path.exists():
+        path.write_bytes(content)
+    return f"{place}, kept in {path}"
 
 
 CLASSES = {name: partial(attack_files, name) for name in TARGETS}

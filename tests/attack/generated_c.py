@@ -7,7 +7,9 @@ After a first load of twenty times the size all others count as missing, as docu
 observer is reset, as an application has to.
 """
 
+from collections.abc import Iterator
 from functools import partial
+from itertools import count
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -17,7 +19,7 @@ import numpy as np
 from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque
 from observers.embedded import SINGLE
 from symbolic import compiler, simulate
-from tests.attack.attack_class import Effort, Outcome
+from tests.attack.attack_class import Effort, Tried
 from tests.attack.workplace import workplace
 from tests.observers.conftest import RIG
 from tests.observers.embedded.generated_code import (
@@ -58,36 +60,32 @@ def sane(observer: Any) -> np.ndarray:
     return np.column_stack([psi, rate, torque, load, signals[3]])
 
 
-def endure(kind: type[Ekf] | type[Mhe], model: str, sensing: str, effort: Effort) -> Outcome:
+def endure(kind: type[Ekf] | type[Mhe], model: str, sensing: str, effort: Effort) -> Iterator[Tried]:
     """One observer; inputs are samples."""
     if compiler() is None:
-        return Outcome(inputs=0, note=f"({NO_COMPILER})")
+        yield Tried(0, note=f"({NO_COMPILER})")
+        return
     observer = observer_of(kind, MODELS[model], SENSING[sensing])
     # Of its own: a library that is loaded must not be written over.
     folder = Path(mkdtemp(dir=workplace()))
     running, drive = RunningCode(generate_code(observer, SINGLE, folder)), sane(observer)
-    goes_on, done, rounds, late, longest, failures = effort.rounds(), 0, 0, 0, 0, []
-    while goes_on(done):
-        seed = effort.seed + done + 1
+    seed, late, longest = effort.seed + 1, 0, 0
+    for rounds in count(1):
         invalid = running.fuzz(ROUND // 2, seed, USUAL)[0]
         invalid += running.wander(ROUND // 2, seed, USUAL, TURN)
         if invalid:
-            failures.append(f"seed {seed}: {invalid} invalid estimates")
+            yield Tried(0, f"seed {seed}: {invalid} invalid estimates")
         attempts, is_back = 0, False
         while attempts < PATIENCE and not is_back:
             last = running.run(drive)[-1]
             attempts, is_back = attempts + 1, bool(abs(last[0] / MU - 1) < NEAR and last[3] == 1)
             if int(last[-1]) & Status.HELD:
                 running.reset()
-        if not is_back:
-            failures.append(f"seed {seed}: after {PATIENCE * 10} s mu is {last[0]:.3f}, not {MU}")
-        rounds, late, longest = rounds + 1, late + (attempts > 1), max(longest, attempts)
-        done += ROUND + attempts * SANE
-    return Outcome(
-        inputs=done,
-        failures=tuple(failures),
-        note=f"(late in {late} of {rounds} rounds, {longest * 10} s)",
-    )
+        away = f"seed {seed}: after {PATIENCE * 10} s mu is {last[0]:.3f}, not {MU}"
+        late, longest = late + (attempts > 1), max(longest, attempts)
+        samples, note = ROUND + attempts * SANE, f"(late in {late} of {rounds} rounds, {longest * 10} s)"
+        yield Tried(samples, None if is_back else away, note)
+        seed += samples
 
 
 CLASSES = {

@@ -7,16 +7,17 @@ estimate has to be finite, every covariance positive definite, and the memory in
 import math
 import multiprocessing
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from functools import cache
+from itertools import count
 from pathlib import Path
 
 import numpy as np
 
 from observers import Ekf, Loop, Mhe, Observer, Sample, ZoneRootSolver, covariance_of
 from symbolic import Model, Rig, effects_named
-from tests.attack.attack_class import Effort, Outcome
+from tests.attack.attack_class import Effort, Tried
 
 BLOCK = 500
 """Samples of one stream at a time."""
@@ -97,29 +98,25 @@ def memory() -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
-def attack_observers(effort: Effort) -> Outcome:
+def attack_observers(effort: Effort) -> Iterator[Tried]:
     """All streams go on together, block by block: two of each observer in threads, one in a child."""
     names = list(observers())
     streams = [Stream(name, effort.seed + i) for i in range(2) for name in names]
     _OF_THE_CHILD[:] = [Stream(name, effort.seed + 2) for name in names]
-    goes_on, done, rounds, failures = effort.rounds(), 0, 0, set[str]()
-    sizes: list[tuple[float, float]] = []
+    early, note = (math.inf, math.inf), ""
     forking = multiprocessing.get_context("fork")
     with ProcessPoolExecutor(1, forking) as child, ThreadPoolExecutor(2) as threads:
-        while goes_on(done) and not failures:
+        for round_ in count(1):
             apart = child.submit(_child_goes_on)
             lines = list(threads.map(Stream.go_on, streams))
             lines_of_child, size = apart.result()
-            failures |= {line for line in (*lines, *lines_of_child) if line}
-            done += BLOCK * (len(streams) + len(_OF_THE_CHILD))
-            rounds += 1
-            if rounds == SETTLED or not goes_on(done):
-                sizes.append((memory(), size))
-    growth = [late - early for early, late in zip(sizes[0], sizes[-1], strict=True)]
-    if max(growth) > MOST_GROWTH:
-        failures.add(f"memory grew by {max(growth):.0f} MB in {done:,} samples")
-    note = f"(memory grew by {growth[0]:.1f} MB, in the child by {growth[1]:.1f} MB)"
-    return Outcome(inputs=done, failures=tuple(sorted(failures)), note=note)
+            yield from (Tried(0, line) for line in (*lines, *lines_of_child) if line)
+            early = (memory(), size) if round_ == SETTLED else early
+            growth = memory() - early[0], size - early[1]
+            if round_ > SETTLED:
+                note = f"(memory grew by {growth[0]:.1f} MB, in the child by {growth[1]:.1f} MB)"
+            grown = "memory grew" if max(growth) > MOST_GROWTH else None
+            yield Tried(BLOCK * (len(streams) + len(_OF_THE_CHILD)), grown, note)
 
 
 CLASSES = {"long_runs": attack_observers}

@@ -9,7 +9,6 @@ inputs that broke something are kept in attack_findings/.
 import argparse
 import math
 import sys
-import traceback
 from collections.abc import Sequence
 from time import monotonic
 
@@ -25,18 +24,38 @@ from tests.attack import (
     hosts,
     long_runs,
     names,
-    properties,
     tampered,
     temporary_folders,
     threads,
 )
-from tests.attack.attack_class import Attack, Classes, Effort, Outcome
+from tests.attack import test_properties as properties
+from tests.attack.attack_class import Classes, Effort, examples, undertake
+from tests.symbolic import test_zones as zones
 
+PROPERTIES: Classes = {
+    "masing": examples(zones.test_masing_and_madelung_hold_to_rounding_under_constant_load),
+    "load_histories": examples(zones.test_any_history_of_angle_and_load_follows_the_grid),
+    "gaps": examples(
+        properties.test_estimates_stay_finite_whatever_is_missing,
+        properties.test_nothing_before_a_sample_depends_on_it,
+    ),
+    "serialisation": examples(
+        properties.test_a_loop_goes_on_where_it_was_pickled,
+        properties.test_what_is_written_as_csv_is_read_as_it_was,
+        properties.test_a_model_file_is_read_as_it_was_written,
+        properties.test_a_map_in_a_rig_file_is_read_as_it_was_written,
+    ),
+}
+"""Tests of hypothesis as classes."""
 MODULES = (
-    *(fuzzing, properties, long_runs, generated_c, contents, threads, temporary_folders),
+    *(long_runs, generated_c, contents, threads, temporary_folders),
     *(command_lines, names, hosts, tampered, faults, disks, foreign, batches),
 )
-CLASSES: Classes = {name: attack for module in MODULES for name, attack in module.CLASSES.items()}
+CLASSES: Classes = (
+    fuzzing.CLASSES
+    | PROPERTIES
+    | {name: attack for module in MODULES for name, attack in module.CLASSES.items()}
+)
 """All classes in the order of the table."""
 SECONDS = 60.0
 _LONGEST_LINE = 300
@@ -67,7 +86,7 @@ def attack_all(classes: Classes, effort: Effort) -> int:
     print(_row("class", "inputs", "failures", "seconds"))
     for name, one in classes.items():
         start = monotonic()
-        outcome = attempt(one, effort)
+        outcome = undertake(one, effort)
         seconds = f"{monotonic() - start:.0f}"
         print(_row(name, f"{outcome.inputs:,}", f"{len(outcome.failures)}", seconds), outcome.note)
         total += outcome.inputs
@@ -76,16 +95,6 @@ def attack_all(classes: Classes, effort: Effort) -> int:
     for failure in failures:
         print(failure[:_LONGEST_LINE])
     return len(failures)
-
-
-def attempt(one: Attack, effort: Effort) -> Outcome:
-    """The outcome of a class; an exception of the attack itself is a failure of it."""
-    try:
-        return one(effort)
-    except Exception as error:
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f"{place.filename}:{place.lineno}"
-        return Outcome(inputs=0, failures=(f"{type(error).__name__} at {where}: {error}",))
 
 
 def _row(name: str, inputs: str, failures: str, seconds: str) -> str:

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.attack import fuzzing
-from tests.attack.attack_class import Effort, Outcome, one_by_one
+from tests.attack.attack_class import Attack, Effort, Tried, one_by_one, undertake
 from tests.attack.command_lines import attempt
 from tests.attack.run import CLASSES, attack_all, main
 from tests.attack.targets import BROKE, FORMATS, TARGETS, broken, seeds
@@ -64,7 +65,7 @@ def test_command_lines() -> None:
 def test_the_short_form(name: str) -> None:
     if name not in CLASSES:
         pytest.skip("not on this system")
-    assert CLASSES[name](Effort(seconds=4, inputs=40, seed=7)).failures == ()
+    assert undertake(CLASSES[name], Effort(seconds=4, inputs=40, seed=7)).failures == ()
 
 
 def test_no_file_under_attack_stays() -> None:
@@ -83,10 +84,10 @@ def test_the_table_counts_inputs_and_failures(capsys: pytest.CaptureFixture[str]
     def fails(number: int) -> str | None:
         return f"number\n{number}" if number % 4 == 3 else None
 
-    def raises(_: Effort) -> Outcome:
+    def raises(_: Effort) -> Iterator[Tried]:
         raise ZeroDivisionError("nothing left")
 
-    classes = {"numbers": one_by_one(fails), "raises": raises}
+    classes: dict[str, Attack] = {"numbers": one_by_one(fails), "raises": raises}
     number = attack_all(classes, Effort(seconds=60, inputs=1010, seed=2))
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
 

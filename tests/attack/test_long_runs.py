@@ -5,7 +5,7 @@ import math
 import pytest
 
 from tests.attack import names
-from tests.attack.attack_class import Effort
+from tests.attack.attack_class import Effort, undertake
 from tests.attack.long_runs import Stream, attack_observers, observers
 
 
@@ -28,7 +28,7 @@ def test_an_estimate_that_is_none_is_noticed(monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.long
 def test_threads_and_a_child_go_on_together() -> None:
-    outcome = attack_observers(Effort(seconds=5, inputs=20_000))
+    outcome = undertake(attack_observers, Effort(seconds=5, inputs=20_000))
 
     assert outcome.inputs >= 20_000 or not outcome.failures
     assert outcome.failures == ()

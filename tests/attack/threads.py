@@ -6,10 +6,11 @@ child: threads compile in rounds without forks alone, and observers have taken t
 
 import os
 import signal
-import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from itertools import count, cycle
 from pathlib import Path
 from random import Random
 
@@ -20,7 +21,7 @@ from identification import parse_signals, read_model, read_recording
 from observers import Loop, Sample
 from symbolic import compiled
 from symbolic.compilation.temporary_folder import temporary_folder
-from tests.attack.attack_class import Effort, Outcome
+from tests.attack.attack_class import Effort, Tried
 from tests.attack.long_runs import observers
 from tests.attack.targets import CORPUS, FORMATS, RIG
 from tests.attack.workplace import workplace
@@ -124,41 +125,32 @@ def _in_child(seed: int) -> str | None:
         return f"in a forked process: {said}" if (said := pipe.read()) else None
 
 
-def attack_threads(effort: Effort) -> Outcome:
+def attack_threads(effort: Effort) -> Iterator[Tried]:
     """Rounds of four threads: in turn everything at random, and all but compiling, with forks."""
-    goes_on, failures, done = effort.rounds(), set[str](), [0]
     for path, signals in _whole_files():
         expected(path, signals)
     for i in range(8):
         estimates(Random(i))
 
-    def work(seed: int, end: float, kinds: Sequence[Work]) -> None:
-        chance = Random(seed)
+    def work(seed: int, end: float, kinds: Sequence[Work]) -> list[Tried]:
+        chance, tried = Random(seed), []
         while time.monotonic() < end:
             try:
-                fault = chance.choice(kinds)(chance)
+                tried.append(Tried(1, chance.choice(kinds)(chance)))
             except Exception as error:
-                fault = f"{type(error).__name__}: {error}"
-            done[0] += 1
-            if fault:
-                failures.add(fault)
+                tried.append(Tried(1, f"{type(error).__name__}: {error}"))
+        return tried
 
-    forks = True
-    while goes_on(done[0]) and len(failures) < 5:
-        forks, end = not forks, time.monotonic() + SECONDS
+    for seed, forks in zip(count(effort.seed, 1000), cycle((False, True)), strict=False):
+        end = time.monotonic() + SECONDS
         kinds = [one for one in WORK if not (forks and one is compiles)]
-        threads = [
-            threading.Thread(target=work, args=(effort.seed + done[0] + i, end, kinds)) for i in range(4)
-        ]
-        for thread in threads:
-            thread.start()
-        while forks and time.monotonic() < end and len(failures) < 5:
-            if fault := _in_child(effort.seed + done[0]):
-                failures.add(fault)
-            done[0] += len(IN_CHILD)
-        for thread in threads:
-            thread.join()
-    return Outcome(inputs=done[0], failures=tuple(sorted(failures)))
+        with ThreadPoolExecutor(4) as threads:
+            rounds = [threads.submit(work, seed + i, end, kinds) for i in range(4)]
+            for child in count(seed) if forks else ():
+                yield Tried(len(IN_CHILD), _in_child(child))
+                if time.monotonic() > end:
+                    break
+        yield from (tried for done in rounds for tried in done.result())
 
 
 CLASSES = {"threads_and_fork": attack_threads} if hasattr(os, "fork") else {}
