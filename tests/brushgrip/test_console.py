@@ -1,9 +1,21 @@
+import io
+import json
+import os
 import re
+import sys
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
 
 import pytest
 
 from brushgrip.outputs import console
-from brushgrip.outputs.console import progress
+from brushgrip.outputs.console import progress, say
+from brushgrip.outputs.speech import flags_first
+from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
+from tests.brushgrip.helpers import Run
+
+pytestmark = pytest.mark.usefixtures("interpreted")
 
 
 def test_progress_elsewhere_than_on_a_terminal(
@@ -39,3 +51,87 @@ def test_bar_and_count_stay_at_80_columns(
     assert "━━━" in line
     assert line.startswith("trying [1] on top of")
     assert len(line) <= 80
+
+
+OURS = "μ = 1.20 ± 0.05 → 3·10⁻² N/m², “höhe” – ϑ … 重"
+
+
+@pytest.mark.parametrize(
+    ("encoding", "shown"),
+    [
+        ("ascii", 'mu = 1.20 +/- 0.05 -> 3*10^-2 N/m^2, "hohe" - theta ... \\u91cd'),
+        ("cp1252", "mu = 1.20 ± 0.05 -> 3·10^-² N/m², “höhe” – theta … \\u91cd"),
+        ("utf-8", OURS),
+    ],
+)
+def test_a_sign_that_an_encoding_lacks_is_spelt(
+    encoding: str, shown: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stream = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
+    monkeypatch.setattr(sys, "stdout", stream)
+    spell_what_is_lacking()
+    print(OURS, end="", flush=True)
+
+    assert stream.buffer.getvalue().decode(encoding) == shown  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", ["two\nlines", "\x1b[2J", "\udcff", "\u202eturned"])
+def test_what_is_said_stays_on_its_line(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    say(f"wrote {name}.csv")
+    out = capsys.readouterr().out
+
+    assert out.count("\n") == 1
+    assert out.removesuffix("\n").isprintable()
+
+
+def test_a_full_disk_is_told_from_a_closed_pipe(monkeypatch: pytest.MonkeyPatch) -> None:
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        monkeypatch.setattr(sys, "stdout", full)
+        print("result")
+        assert fault_of_output() == "No space left on device"
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "w", encoding="utf-8") as closed:
+        monkeypatch.setattr(sys, "stdout", closed)
+        print("result")
+        assert fault_of_output() == ""
+    monkeypatch.undo()
+
+    assert fault_of_output() is None
+
+
+def test_flags_come_first() -> None:
+    given = ["estimate", "--quiet", "a", "--", "--json"]
+
+    assert flags_first(given) == ["--quiet", "estimate", "a", "--", "--json"]
+
+
+def test_the_version(run: Run) -> None:
+    outcome = run("--version")
+
+    assert (outcome.status, outcome.out) == (0, f"brushgrip {version('brushgrip')}\n")
+
+
+@pytest.mark.parametrize("behind", [False, True])
+def test_json_is_all_that_is_printed(
+    run: Run, write_csv: Callable[..., Path], rig: Path, tmp_path: Path, behind: bool
+) -> None:
+    command = ["simulate", write_csv(), "--rig", rig, "--out", tmp_path / "torque.csv"]
+    outcome = run(*[*command, "--json"] if behind else ["--json", *command])
+
+    assert outcome.status == 0
+    assert outcome.err == ""
+    assert json.loads(outcome.out) == {"wrote": [str(tmp_path / "torque.csv")]}
+    # Once only: the next command speaks plainly again.
+    assert run(*command).out == f"wrote {tmp_path / 'torque.csv'}\n"
+
+
+def test_quiet_says_what_goes_wrong_alone(
+    run: Run, write_csv: Callable[..., Path], rig: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "torque.csv"
+
+    assert run("simulate", write_csv(), "--rig", rig, "--out", out, "--quiet")[:] == (0, "", "")
+    assert out.is_file()
+    assert "no such recording" in run("simulate", "none", "--out", out, "--quiet").err
+    assert "give one of them" in run("--quiet", "--json", "fetch").err

@@ -5,11 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identification.free_decay import solution as solving
 from identification.free_decay.likelihood import Likelihood, misfit
 from identification.free_decay.onset import find_vibration
+from identification.free_decay.solution import Solution, half_swings, jackknife, solve
+from identification.free_decay.vibration import simulate_vibration
+from reference_rig import FOURTEEN_BIT_STEP, inertia, make_impact, make_impacts
 from reference_rig import FOURTEEN_BIT_STEP as STEP
-from reference_rig import make_impacts
-from tests.identification.factories import as_decay
+from reference_rig import THESIS_DAMPING as B_T
+from reference_rig import THESIS_TYRE as TYRE
+from symbolic import Rig
+from tests.identification.factories import as_decay, decay
 
 
 @pytest.fixture(scope="module")
@@ -95,3 +101,151 @@ def test_derivatives_of_the_misfit(scale: float) -> None:
         at.curvature, (above.slope - below.slope) / (2 * h), rtol=1e-6, atol=1e-6 / scale**2
     )
     assert (at.curvature >= 0).all()
+
+
+RIG = Rig(a=TYRE.a, e=TYRE.e, J_A=inertia(TYRE.e))
+SLIP = 1 / (TYRE.mu * 400.0)
+
+
+@pytest.fixture(scope="module")
+def sticking() -> tuple[Likelihood, Solution]:
+    """One recording, noise enough for a smooth likelihood, k and b_t the only shared unknowns."""
+    made = make_impact(5, noise=FOURTEEN_BIT_STEP, tyre=TYRE, swing=0.02)
+    likelihood = Likelihood([find_vibration(decay(made.t, made.psi, RIG))], sliding=False)
+    return likelihood, solve(likelihood)
+
+
+def test_half_swings_are_all_of_it(sticking: tuple[Likelihood, Solution]) -> None:
+    few = np.array([3.0, 2.0, -1.0, -2.0, -1.5, 0.5, 1.0, 0.9])
+    assert half_swings(few) == [slice(0, 3), slice(3, 6), slice(6, 8)]
+    assert half_swings(few[:3]) == [slice(0, 3)]
+    psi = sticking[1].evaluation.responses[0].psi
+    parts = half_swings(psi)
+
+    np.testing.assert_array_equal(np.concatenate([psi[part] for part in parts]), psi)
+    # Two half swings a period.
+    of = sticking[0].vibrations[0]
+    assert len(parts) == pytest.approx((of.t[-1] - of.t[0]) * of.omega / np.pi, abs=2)
+
+
+def test_is_the_jackknifes(sticking: tuple[Likelihood, Solution]) -> None:
+    likelihood, solution = sticking
+    of, made = likelihood.vibrations[0], solution.evaluation.responses[0]
+    parts = half_swings(made.psi)
+
+    # The step that Newton's method would take without one half swing, one after the other.
+    changes = []
+    for part in parts:
+        kept = np.ones(of.t.size, dtype=bool)
+        kept[part] = False
+        along = made.sensitivities[kept]
+        told = misfit(of.psi[kept], made.psi[kept], of.step, solution.noise)
+        hessian = along.T @ (along * told.curvature[:, None])
+        changes.append(-np.linalg.solve(hessian, along.T @ told.slope)[:2])
+    expected = sum(np.outer(change, change) for change in changes)
+
+    spread = jackknife(likelihood, solution)
+    np.testing.assert_allclose(spread.covariance, expected, rtol=0.05, atol=0.02 * expected.max())
+    assert spread.degrees_of_freedom == len(parts) - 2
+
+
+def test_information_is_that_of_k_and_b_t_alone(sticking: tuple[Likelihood, Solution]) -> None:
+    likelihood, solution = sticking
+    hessian = solution.evaluation.hessian
+    own = np.linalg.solve(hessian[2:, 2:], hessian[2:, :2])
+
+    spread = jackknife(likelihood, solution)
+
+    # The Schur complement: what is left once the recording's own unknowns are eliminated.
+    np.testing.assert_allclose(spread.information, hessian[:2, :2] - hessian[:2, 2:] @ own, rtol=1e-6)
+
+
+def test_a_half_swing_that_carries_everything(sticking: tuple[Likelihood, Solution]) -> None:
+    likelihood, solution = sticking
+    made = solution.evaluation.responses[0]
+    monotone = replace(
+        solution,
+        evaluation=replace(
+            solution.evaluation, responses=(made._replace(psi=np.linspace(0.02, 0.01, made.psi.size)),)
+        ),
+    )
+
+    spread = jackknife(likelihood, monotone)
+
+    assert spread.degrees_of_freedom == 1
+    assert np.isfinite(spread.covariance).all()
+
+
+@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.long), 0.7])
+def test_is_the_scatter_of_the_estimates(noise: float) -> None:
+    t, rng = np.arange(1100) / 1000, np.random.default_rng(3)
+    geometry = np.array([RIG.a, RIG.e, RIG.J_A])
+    errors = []
+    for _ in range(50):
+        reach, zero = rng.uniform(0.006, 0.011), rng.uniform(-0.01, 0.01)
+        psi = simulate_vibration(t, np.array([TYRE.k, B_T, SLIP, zero + reach, 0.0, zero]), geometry).psi
+        seen = psi + noise * FOURTEEN_BIT_STEP * rng.normal(size=t.size)
+        read = FOURTEEN_BIT_STEP * np.round(seen / FOURTEEN_BIT_STEP)
+        likelihood = Likelihood([find_vibration(decay(t, read, RIG))])
+        solution = solve(likelihood)
+        std = np.sqrt(np.diag(jackknife(likelihood, solution).covariance))[:2]
+        errors.append((solution.x[:2] - np.array([TYRE.k, B_T]) / likelihood.scales[:2]) / std)
+
+    # A standard deviation from some ten half swings is uncertain itself, and leans to the large side.
+    size = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert (size > 0.6).all()
+    assert (size < 1.3).all()
+
+
+def rig_likelihood(noise: float = 0.0) -> Likelihood:
+    return Likelihood([find_vibration(as_decay(make_impact(5, noise=noise * FOURTEEN_BIT_STEP)))])
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.5])
+def test_nothing_near_is_likelier(noise: float) -> None:
+    made = rig_likelihood(noise)
+    found = solve(made)
+    std = np.sqrt(np.diag(np.linalg.inv(found.evaluation.hessian)))
+    rng = np.random.default_rng(1)
+
+    assert found.converged
+    assert found.evaluation.cost == made.evaluate(found.x, found.noise).cost
+    assert (
+        min(
+            made.evaluate(found.x + reach * std * rng.normal(size=std.size), found.noise).cost
+            for reach in (0.1, 1.0, 10.0)
+            for _ in range(20)
+        )
+        > found.evaluation.cost - 1e-3
+    )
+
+
+@pytest.mark.parametrize("changes", [(0.6, 1.0), (1.6, 4.0), (0.8, 4.0), (2.5, 1.0)])
+def test_start_does_not_matter(changes: tuple[float, float], monkeypatch: pytest.MonkeyPatch) -> None:
+    made = rig_likelihood()
+    usual, start = solve(made), made.start()
+    start[:2] *= changes
+    monkeypatch.setattr(made, "start", lambda: start)
+
+    found = solve(made)
+
+    std = np.sqrt(np.diag(np.linalg.inv(usual.evaluation.hessian)))
+    assert found.converged
+    assert (np.abs(found.x - usual.x) < 0.1 * std).all()
+
+
+@pytest.mark.parametrize(("limit", "value"), [("_MAX_STAGES", 2), ("_SLOPE", 0.0)])
+def test_says_when_it_does_not_end(limit: str, value: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(solving, limit, value)
+
+    assert not solve(rig_likelihood()).converged
+
+
+def test_a_start_that_does_not_vibrate(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = rig_likelihood()
+    start = made.start()
+    start[1] = 100.0
+    monkeypatch.setattr(made, "start", lambda: start)
+
+    with pytest.raises(np.linalg.LinAlgError, match="do not depend"):
+        solve(made)

@@ -1,20 +1,28 @@
-"""The cost that is told beforehand is that of the counts that are guarded, in instructions.toml."""
+"""Counted instructions are as guarded in instructions.toml, and as told beforehand."""
 
+import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+from benchmarks.embedded import counted
 from observers import AligningTorque, Ekf
 from observers.embedded import DOUBLE, SINGLE
 from observers.embedded.cost import CORNERS, ERROR, MOST_CORNERS, VECTORS, estimated_cost
+from tests.observers.embedded.cortex.target import M4F, TOOLS, tools_installed
 from tests.observers.embedded.generated_code import (
     FOUND,
+    generate_code,
     observer_named,
     observer_of,
     observer_of_budget,
     tunable_of,
 )
-from tests.observers.embedded.test_instructions import BUDGET
+
+BUDGET = tomllib.loads(Path(__file__).with_name("instructions.toml").read_text("utf-8"))
+RESOLUTION = 40
+"""Instructions to which the emulator tells the longest step."""
 
 
 @pytest.mark.parametrize("name", BUDGET)
@@ -58,3 +66,20 @@ def test_what_is_not_known_is_not_told() -> None:
     assert (vectors.vectors, vectors.instructions) == (True, VECTORS)
     assert "a stiffness that is known" in str(vectors)
     assert "one iteration is written as loops" in str(iterated)
+
+
+@pytest.mark.long
+@pytest.mark.skipif(not tools_installed(), reason=TOOLS)
+@pytest.mark.parametrize("name", BUDGET)
+def test_instructions(name: str, tmp_path: Path) -> None:
+    observer, words = observer_of_budget(name)
+    real = DOUBLE if "double" in words else SINGLE
+    code = generate_code(observer, real, tmp_path, tunable=tunable_of(words))
+    cost = counted(M4F, code)
+    print(f"{name}: {cost.mean:.0f} instructions a step, at most {cost.ordinary} and {cost.most}")
+
+    mean, ordinary, most = BUDGET[name]
+    again = "another count: renew instructions.toml"
+    assert cost.mean == pytest.approx(mean, rel=0.05), again
+    assert cost.ordinary == pytest.approx(ordinary, rel=0.05, abs=RESOLUTION), again
+    assert cost.most == pytest.approx(most, rel=0.05, abs=RESOLUTION), again
