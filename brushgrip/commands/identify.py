@@ -74,7 +74,7 @@ class IdentifyRequest:
         from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_text
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.outputs.identified_vehicle import identified_vehicle_text, with_plates
+        from brushgrip.outputs.identified_files import identified_vehicle_text, with_plates
         from brushgrip.outputs.provenance import KEY
         from brushgrip.wording.formatting import json_text, listed, quantity
         from identification import read_vehicle
@@ -110,7 +110,7 @@ class IdentifyRequest:
         from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_text
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import say, show
-        from brushgrip.outputs.identified_rig import declared_rig, identified_rig_text
+        from brushgrip.outputs.identified_files import declared_rig, identified_rig_text
         from brushgrip.outputs.provenance import KEY
         from brushgrip.pictures import draw_free_decay
         from brushgrip.report.printed import print_free_decay

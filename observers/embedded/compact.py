@@ -10,8 +10,7 @@ from typing import Any
 from observers.embedded.constants import Constants, Tunable
 from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.filter import compact_filter
-from observers.embedded.estimators.measurement_traits import follows_correction
-from observers.embedded.estimators.sample_functions import sample_functions
+from observers.embedded.estimators.sample_functions import follows_correction, sample_functions
 from observers.embedded.estimators.supervision import (
     acquisition_and_scale_functions,
     rolled_verdict,

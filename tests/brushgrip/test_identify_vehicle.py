@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.outputs.identified_vehicle import with_plates
+from brushgrip.outputs.identified_files import with_plates
 from identification import ParameterEstimate
 from identification.steering.plates import PlatesResult
 from symbolic import InvalidInputError, vehicle_from_tables

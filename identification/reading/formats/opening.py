@@ -10,12 +10,15 @@ from typing import Any
 from identification.reading.channels import Opener
 from identification.reading.clock import tabulate
 from identification.reading.files import require_readable
-from identification.reading.formats.memory_limit import MOST_MEMORY, bounded_memory
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MOST_SAMPLES, Table
 from symbolic import InvalidInputError
+from symbolic.compilation.operating_system import MemoryLimit
 from symbolic.tables.parsing import excerpt
 
+MOST_MEMORY = 4_000_000_000
+"""That a library may take for a file, beyond what the process has, on Linux alone [bytes]."""
+LIMIT = MemoryLimit(MOST_MEMORY)
 _LIBRARIES = ("asammdf", "can", "cantools", "rosbags")
 """Loggers of libraries; npTDMS has a switch of its own."""
 
@@ -24,7 +27,7 @@ def read_format(opener: Opener, path: Path, needed: Sequence[str], signals: Sign
     """Read the table of a file whose channels a library gives; see `Reader`."""
     require_readable(path)
     try:
-        with bounded_memory(), _silent(), opener(path, signals) as file:
+        with LIMIT.lowered(), _silent(), opener(path, signals) as file:
             return tabulate(path, file, needed, signals)
     except InvalidInputError:
         raise

@@ -8,10 +8,10 @@ import casadi as ca
 
 from observers.embedded.constants import Constants
 from observers.embedded.estimators.estimator_code import EstimatorCode
-from observers.embedded.estimators.measurement_traits import follows_correction
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     effective_friction,
+    follows_correction,
     function_of_symbols,
     retentions,
     stiffness_of,

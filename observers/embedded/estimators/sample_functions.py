@@ -1,15 +1,24 @@
 """Functions of a sample that the filter and the window share."""
 
 from collections.abc import Sequence
+from functools import cache
 
 import casadi as ca
 
 from observers.embedded.constants import Constants
 from observers.embedded.patches.patch_code import PatchCode
+from observers.embedded.scalar_function import inputs_used
+from observers.estimators.mhe_terms import build_forward
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
-from observers.measurement.linearisation import build_clean, build_motion, directions, state_index
-from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
+from observers.measurement.linearisation import (
+    angle_is_state,
+    build_clean,
+    build_motion,
+    directions,
+    state_index,
+)
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.effective_friction import build_effective_friction
 from observers.patch.update import reset_retention, sensitivity_retention, signals_with_states
 from observers.protocol import SAMPLE
@@ -95,3 +104,26 @@ def memory_with(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
     """A memory of the linear torque of which only the slide is known."""
     known = dict(zip(("slide", "beside"), ca.vertsplit(slide), strict=True))
     return {name: known.get(name, ca.MX(0)) for name, _, _ in patch.torque_model.layout.fields}
+
+
+def follows_correction(model: MeasurementModel) -> bool:
+    """True where the patch is advanced at the corrected states, not at the sample."""
+    return angle_is_state(model)
+
+
+@cache
+def torque_moves_states(model: MeasurementModel) -> bool:
+    """True where the motion of the states depends on the torque of the patch."""
+    return not inputs_used(build_motion(model)).isdisjoint(("M_z", "slopes"))
+
+
+@cache
+def rows_used(model: MeasurementModel) -> tuple[str, ...]:
+    """Those of `ROWS` that the terms of a window depend on: what C stores of a sample."""
+    forward = build_forward(model)
+    used = {ROWS.index(name) for name in ("F_N", "dt", "accepted", "jump")}
+    for name in ("row", "row_next"):
+        at = forward.index_in(name)
+        for i in range(forward.n_out()):
+            used.update(forward.jac_sparsity(i, at).get_triplet()[1])
+    return tuple(name for i, name in enumerate(ROWS) if i in used)

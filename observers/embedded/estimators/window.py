@@ -10,13 +10,14 @@ import casadi as ca
 
 from observers.embedded.constants import Constants
 from observers.embedded.estimators.estimator_code import EstimatorCode
-from observers.embedded.estimators.measurement_traits import rows_used, torque_moves_states
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     function_of_symbols,
     memory_with,
     retentions,
+    rows_used,
     stiffness_of,
+    torque_moves_states,
 )
 from observers.embedded.patches.patch_code import PatchCode, window_of
 from observers.estimators.initial_state import build_initial_state

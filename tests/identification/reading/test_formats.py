@@ -186,7 +186,7 @@ def test_memory_is_bounded_whatever_a_library_asks_for(
     import resource
 
     usual = resource.getrlimit(resource.RLIMIT_AS)
-    monkeypatch.setattr("identification.reading.formats.memory_limit.LIMIT.most", 1_000_000_000)
+    monkeypatch.setattr("identification.reading.formats.opening.LIMIT.most", 1_000_000_000)
     message = refusal_where(lambda: np.ones(300_000_000), tmp_path)
 
     assert re.search(r"run\.xyz: takes more than .* GB of memory to read", message)

@@ -1,18 +1,19 @@
-"""A vehicle file with what a workshop identified."""
+"""Rig files and vehicle files with what was identified."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from scipy.optimize import brentq
 
-from identification import read_signals
+from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
 from identification.reading.files import read_bytes
+from identification.reading.rigfile import rig_text
 from identification.reading.signal_map import signals_text
 from identification.steering.plates import PlatesResult
-from symbolic import InvalidInputError
+from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.parameters import EVEN
 from symbolic.tables.parsing import LARGEST_TABLES, toml_of
 from symbolic.tables.vehicle_tables import VEHICLE
@@ -82,3 +83,26 @@ def _toml(value: Any) -> str:
     if isinstance(value, dict):
         return f"{{ {', '.join(f'{name} = {_toml(one)}' for name, one in value.items())} }}"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else f"{value!r}"
+
+
+def declared_rig(decays: Sequence[Decay], rig: Path | None) -> tuple[Rig, Tyre]:
+    """Rig and tyre to write k and b_t into: the rig file's, else those that all recordings declare.
+
+    Raises:
+        InvalidInputError: there is no rig file, and recordings differ.
+    """
+    if rig is not None:
+        return read_rig(rig)
+    first = decays[0]
+    if any((decay.rig, decay.tyre) != (first.rig, first.tyre) for decay in decays):
+        raise InvalidInputError(
+            "--write-rig: the recordings declare different rigs; name the one to complete with --rig"
+        )
+    return first.rig, first.tyre
+
+
+def identified_rig_text(rig: Rig, tyre: Tyre, file: Path | None, result: FreeDecay) -> str:
+    """The rig file with k and b_t as identified, and the [signals] of the one that was given."""
+    completed = rig_text(replace(rig, b_t=result.b_t.value), replace(tyre, k=result.k.value))
+    signals = signals_text(SignalMap() if file is None else read_signals(file))
+    return "\n".join(filter(None, (completed, signals)))
