@@ -1,7 +1,5 @@
 import os
 import shutil
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +7,8 @@ import pytest
 
 from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.inputs.recordings import download_folder, keep_inputs, locate, unique_labels
-from identification.thesis.published_friction import published_file
 from symbolic import InvalidInputError
-from tests.brushgrip.helpers import Run, Write, contents
+from tests.brushgrip.helpers import Write
 from tests.refusal import refused
 
 
@@ -134,16 +131,12 @@ def test_two_runs_may_have_much_in_common(
 
 @pytest.fixture
 def folder(rig: Path, write_csv: Write, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The working folder with good.csv, rig.toml, model.json, a file of the author, and links."""
+    """The working folder with good.csv, rig.toml, and links."""
     good, tmp_path = write_csv("good.csv"), rig.parent
-    (tmp_path / "model.json").write_text("{}")
-    (tmp_path / "car.dbc").write_text("")
     (tmp_path / "sub").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "sub")
     (tmp_path / "link.csv").symlink_to(good)
     os.link(good, tmp_path / "hard.csv")
-    os.link(good, tmp_path / "hard.png")
-    published_file(tmp_path, "good").write_text("")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -189,75 +182,3 @@ def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, 
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
         keep_inputs([Path("nosub/../sub") / beside], read)
     keep_inputs([Path("sub/other.csv"), Path(beside)], read)
-
-
-ESTIMATE = ("estimate", "good.csv", "--rig", "rig.toml", "--observer", "ekf")
-COMPARE = ("compare", "good.csv", "--rig", "rig.toml", "--declared", "1.2")
-SIMULATE = ("simulate", "good.csv", "--rig", "rig.toml")
-
-
-@pytest.fixture
-def own_effects(folder: Path) -> Iterator[None]:
-    """The package `ownkit`, whose module `effects` takes its only effect from `boot`."""
-    package, path, before = folder / "ownkit", list(sys.path), set(sys.modules)
-    package.mkdir()
-    (package / "__init__.py").write_text("")
-    (package / "boot.py").write_text(
-        "from dataclasses import dataclass\nfrom symbolic import Effect\n"
-        "@dataclass(frozen=True, kw_only=True)\nclass Boot(Effect):\n"
-        "    def torque(self, signals, values):\n        return 0\n"
-    )
-    (package / "effects.py").write_text(
-        "from ownkit.boot import Boot\nEFFECTS = [Boot(name='boot', summary='', parameters=())]\n"
-    )
-    yield
-    sys.path[:] = path
-    for name in set(sys.modules) - before:
-        if name.startswith("ownkit"):
-            del sys.modules[name]
-
-
-@pytest.mark.usefixtures("own_effects")
-@pytest.mark.parametrize("source", ["effects", "boot", "__init__"])
-@pytest.mark.parametrize("command", ["estimate", "compare", "simulate", "diagnose", "codegen"])
-def test_the_sources_of_own_effects_are_read_too(
-    run: Run, folder: Path, command: str, source: str
-) -> None:
-    path = Path(f"ownkit/{source}.py")
-    arguments: tuple[object, ...] = {
-        "estimate": (*ESTIMATE, "--out", path),
-        "compare": (*COMPARE, "--out", path),
-        "simulate": (*SIMULATE, "--out", path),
-        "diagnose": ("diagnose", "good.csv", "--rig", "rig.toml", "--out", "sub"),
-        "codegen": ("codegen", "--rig", "rig.toml", "--observer", "ekf", "--out", "sub"),
-    }[command]
-    if command in ("diagnose", "codegen"):
-        name = {"diagnose": "report.html", "codegen": "brushgrip.c"}[command]
-        (folder / "sub" / name).symlink_to(folder / path)
-    before = contents(folder / "ownkit")
-    outcome = run(*arguments, "--effects", "ownkit.effects")
-
-    outcome.refused("would overwrite what is read")
-    assert {n: c for n, c in contents(folder / "ownkit").items() if n in before} == before
-
-
-@pytest.mark.parametrize("author", [(), ("--author", "nosub/..")])
-def test_the_authors_estimates_are_read_too(run: Run, folder: Path, author: tuple[str, ...]) -> None:
-    (folder / "nosub").mkdir()
-    before = contents(folder)
-    outcome = run(*COMPARE, *author, "--out", published_file(Path(), "good"))
-
-    assert outcome.status == 2
-    assert "would overwrite what is read" in outcome.err
-    assert contents(folder) == before
-
-
-@pytest.mark.usefixtures("no_work")
-@pytest.mark.parametrize("name", ["diagnosis.json", "model.json", "report.html", "loops.png"])
-def test_diagnose_looks_before_it_searches(run: Run, folder: Path, name: str) -> None:
-    (folder / "rig.toml").rename(folder / "sub" / name)
-    before = contents(folder)
-
-    outcome = run("diagnose", "good.csv", "--rig", f"sub/{name}", "--out", "nosub/../link")
-    outcome.refused("would overwrite what is read")
-    assert contents(folder) == before

@@ -45,11 +45,6 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     for path, kind in modules.items():
         (folder / f"{path}.py").write_text(MODULE.format(kind=kind, name=kind.lower()))
     (folder / "own_empty.py").write_text("")
-    (folder / "own_broken.py").write_text("raise RuntimeError('out of\\norder')")
-    (folder / "own_exit.py").write_text("import sys\nsys.exit(0)")
-    mute = "class Mute(BaseException):\n    def __str__(self):\n        raise ValueError\n\nraise Mute\n"
-    (folder / "own_mute.py").write_text(mute)
-    (folder / "own_again.py").write_text(MODULE.format(kind="Again", name="stop"))
     monkeypatch.chdir(folder)
     before, path = set(sys.modules), list(sys.path)
     yield folder
@@ -103,32 +98,6 @@ def test_a_module_does_not_import_from_the_current_directory_what_is_installed(h
         sys.modules.pop("fractions", None)
         if kept:
             sys.modules["fractions"] = kept
-
-
-@pytest.mark.parametrize(
-    ("module", "words"),
-    [
-        ("own_absent", "--effects own_absent: cannot be imported: ModuleNotFoundError"),
-        ("own_broken", "--effects own_broken: cannot be imported: RuntimeError: out of order"),
-        ("own_exit", "--effects own_exit: cannot be imported: SystemExit: 0"),
-        ("own_mute", "--effects own_mute: cannot be imported: Mute: its message cannot be shown"),
-        ("../own_stop", "--effects ../own_stop: cannot be imported"),
-        ("own_empty", "EFFECTS"),
-        ("own_stop,own_again", "effect 'stop' is declared by another module as well"),
-    ],
-)
-@pytest.mark.parametrize("command", ["diagnose", "estimate", "simulate", "codegen", "compare"])
-def test_a_bad_module_takes_one_line(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path, command: str, module: str, words: str
-) -> None:
-    observer = ["--observer", "ekf"] if command in ("estimate", "codegen") else []
-    recording = [] if command == "codegen" else [write_csv()]
-    out = tmp_path / "out.any"
-    outcome = run(command, *recording, "--rig", rig, *observer, "--effects", module, "--out", out)
-
-    assert (outcome.status, outcome.out, outcome.err.count("\n")) == (2, "", 1)
-    assert words in outcome.err
-    assert not out.exists()
 
 
 def test_own_effects_are_candidates_beside_all_of_the_library(
