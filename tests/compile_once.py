@@ -22,7 +22,7 @@ def compile_once(command: Sequence[str], folder: Path, out: str) -> None:
 
     Args:
         command: compiler, flags, sources and `-o out`.
-        folder: where it runs; what the sources include stands in it, or in a folder that -I names.
+        folder: where it runs.
         out: the file that it makes, relative to the folder.
     """
     kept = cache_directory() / "tests" / _digest(command, folder, out)
@@ -37,14 +37,14 @@ def compile_once(command: Sequence[str], folder: Path, out: str) -> None:
 
 
 def _digest(command: Sequence[str], folder: Path, out: str) -> str:
-    """Digest of the command and of all text that it can include, not of where the folder stands."""
-    include = [folder, *(folder / part[2:] for part in command if part.startswith("-I"))]
-    sources = [path for place in include for path in sorted(place.glob("*.[ch]"))]
-    sources += [folder / part for part in command[1:] if part.endswith((".c", ".o")) and part != out]
+    """Digest of the command and of all that it compiles or links, not of where the folder stands."""
+    where = command.index("-o")
+    line = [*command[:where], *command[where + 2 :]]
+    preprocessed = subprocess.run(
+        [*line, "-E", "-P"], cwd=folder, check=True, capture_output=True
+    ).stdout
+    objects = [(folder / part).read_bytes() for part in line if part.endswith(".o")]
+    words = [Path(part).name if part.endswith(".c") else part for part in (*line, out)]
     # A flag may ask for the code of this very machine.
-    digest = hashlib.sha256(platform.node().encode())
-    for path in sources:
-        digest.update(f"\0{path.name}\0".encode() + path.read_bytes())
-    for part in command:
-        digest.update(f"\0{Path(part).name if part.endswith('.c') else part}".encode())
-    return digest.hexdigest()[:24]
+    parts = (platform.node().encode(), preprocessed, *objects, *(word.encode() for word in words))
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()[:24]
