@@ -18,7 +18,7 @@ from matplotlib.artist import Artist
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from brushgrip.comparison import Case, make_case
+from brushgrip.comparison.cases import Case, make_case
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from identification import (
     Channel,

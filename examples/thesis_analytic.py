@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
 from observers import Sample, ZoneRootSolver, ZoneRootState
-from observers.thesis import TorqueCurve, ZoneState, advance_zones, branch, curve
+from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
 from symbolic import full_slide_level, full_slide_torque
 from thesis_profile import DT, FACTORS, LOAD, RIG, SETTLED, K, rmse, steered
 

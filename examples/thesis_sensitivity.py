@@ -29,7 +29,8 @@ from numpy.typing import NDArray
 from brushgrip.comparison.networks import all_inputs, corrected_root, neural_network, plain_inputs
 from brushgrip.pictures.style import BEFORE, MEASURED, picture
 from observers import Ekf, Mhe, Sample, Tuning
-from observers.thesis import CLOSE, curve, nearest
+from observers.thesis.zone_root_solver import CLOSE, nearest
+from observers.thesis.zone_state_machine import curve
 from symbolic import Model, full_slide_torque
 from thesis_profile import DT, LOAD, RIG, K, steered
 from thesis_table import CLEAN

@@ -7,17 +7,10 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from brushgrip.comparison import (
-    Case,
-    ObserverMethod,
-    compare,
-    comparison_dict,
-    make_case,
-    markdown_text,
-    summarise,
-)
-from brushgrip.comparison.cases import SETTLED
-from brushgrip.comparison.method_scores import PUBLISHED
+from brushgrip.comparison.cases import SETTLED, Case, make_case
+from brushgrip.comparison.method_scores import PUBLISHED, compare, summarise
+from brushgrip.comparison.methods import ObserverMethod
+from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
 from observers import Estimate, Sample
 from reference_rig import Array
