@@ -27,8 +27,6 @@ DEFAULTS = {
 """Options that go before those of a row, which replace them; a row of `brushgrip` has none."""
 OVER = "would overwrite what is read"
 MODEL = '{"version": 1, "effects": [], "shared": {"k": 2.4e6}, "recordings": {}}'
-
-
 WRITTEN = (
     "CMakeLists.txt", "check.c", "main.c", "grip.c", "grip.h", "grip.hpp", "grip.json",
     "grip_vector.csv", "grip_sfun.c",
@@ -180,8 +178,7 @@ ROWS: list[tuple[str, ...]] = [
               ("table nosub/../run.csv", "table nosub/../rig.toml", "picture nosub/../hard.png"))),
         "simulate run.csv": ("nosub/../run.csv", "nosub/../rig.toml", "car.dbc --map dbc=car.dbc",
                              "nosub/../found.json --model found.json"),
-        "identify": ("inertia.toml", "nosub/../run.csv",
-                                            "car.dbc --map dbc=car.dbc"),
+        "identify": ("inertia.toml", "nosub/../run.csv", "car.dbc --map dbc=car.dbc"),
         "identify --write-rig inertia.toml": ("new.json",),
     }.items() for out in outs),
     *((f"estimate run.csv --summary {out}", OVER)
@@ -227,25 +224,28 @@ def refuse(run: Run, folder: Path, words: list[str], *message: str) -> None:
 
 LONG = "n" * 300
 NO_NAMES = ["", ".", "/", "..", "a/..", LONG, "loop", "loop/x"]
-ODD_NAMES = {
-    "recording": ("diagnose {}", [*NO_NAMES, f"loop/{LONG}", "~nobody_of_this_name/x"]),
-    "rig": ("simulate run.csv --rig {}", NO_NAMES),
-    "model": ("simulate run.csv --model {}", NO_NAMES),
-    "model of code": ("codegen --model {}", NO_NAMES),
-    **{line.split(" --")[0] + line[-8:]: (line, [*NO_NAMES, "run.csv/x"]) for line in (
-        "simulate run.csv --out {}", "estimate run.csv --out {}", "estimate run.csv --picture {}",
-        "identify --out {}", "compare run.csv --out {}", "compare run.csv --table {}",
-    )},
-    **{line: (line, [LONG, "loop", "loop/x", "run.csv", "run.csv/x"]) for line in (
-        "diagnose run.csv --out {}", "codegen --out {}", "fetch --out {}",
-    )},
-}  # fmt: skip
+NO_FILE, NO_FOLDER = [*NO_NAMES, "run.csv/x"], [LONG, "loop", "loop/x", "run.csv", "run.csv/x"]
+PLACES = {
+    "diagnose {}": [*NO_NAMES, f"loop/{LONG}", "~nobody_of_this_name/x"],
+    "simulate run.csv --rig {}": NO_NAMES,
+    "simulate run.csv --model {}": NO_NAMES,
+    "codegen --model {}": NO_NAMES,
+    "simulate run.csv --out {}": NO_FILE,
+    "estimate run.csv --out {}": NO_FILE,
+    "estimate run.csv --picture {}": NO_FILE,
+    "identify --out {}": NO_FILE,
+    "compare run.csv --out {}": NO_FILE,
+    "compare run.csv --table {}": NO_FILE,
+    "diagnose run.csv --out {}": NO_FOLDER,
+    "codegen --out {}": NO_FOLDER,
+    "fetch --out {}": NO_FOLDER,
+}
+"""Command lines, and names of nothing in the place of a file or folder."""
 
 
-@pytest.mark.parametrize("place", ODD_NAMES)
-def test_names_of_nothing(run: Run, tmp_path: Path, place: str) -> None:
-    line, names = ODD_NAMES[place]
-    for name in names:
+@pytest.mark.parametrize("line", PLACES)
+def test_names_of_nothing(run: Run, tmp_path: Path, line: str) -> None:
+    for name in PLACES[line]:
         refuse(run, tmp_path, [name if word == "{}" else word for word in line.split()])
 
 
