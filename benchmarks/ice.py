@@ -51,7 +51,7 @@ EFFECTS = (
     "rate_friction", "carcass_torsion", "patch_width", "pressure_shape", "stribeck",
     "viscoelastic_relaxation", "asymmetric_friction",
 )  # fmt: skip
-SHORTEST = 1e-9
+MIN_TURN = 1e-9
 """Turn that counts as none [rad]."""
 FIRST_SEED = 100_000
 """Seeds below 10,000 were used to choose constants."""
@@ -148,7 +148,7 @@ def _stated(rng: np.random.Generator, M_z: Any, psi: Any, load: float, tuning: T
     slide = 0.375 * load * RIG.a
     white = rng.standard_normal((3, psi.size))
     turned = np.abs(np.diff(psi, prepend=psi[0]))
-    kept = np.exp(-2 * turned / max(tuning.error_travel, SHORTEST))
+    kept = np.exp(-2 * turned / max(tuning.error_travel, MIN_TURN))
     error = white[0]
     for i in range(1, error.size):
         error[i] = kept[i] * error[i - 1] + np.sqrt(1 - kept[i] ** 2) * error[i]

@@ -27,7 +27,7 @@ GROUNDS = {"ice": 0.07, "snow": 0.2, "wet": 0.5, "dry": 0.9}
 A, E, K, LOAD, DT, NOISE = 0.045, 0.009, 2.4e6, 400.0, 0.01, 0.03
 """Lengths [m], k [N/m^2], load [N], time between samples [s], noise of the torque [N m]."""
 KNOWN = Tolerances(a=5e-4, e=5e-4, load=0.01, k=0.1 * K)
-TARGET, LIMITS, LONGEST = 0.05, SteeringLimits(angle=0.4, rate=0.5, time=6.0), 10.0
+TARGET, LIMITS, MAX_TIME = 0.05, SteeringLimits(angle=0.4, rate=0.5, time=6.0), 10.0
 
 
 class Way(NamedTuple):
@@ -43,7 +43,7 @@ def steer(observer: Ekf, mu: float, command: Callable[[Sample, Loop, float], flo
     wheel, loop = SteeredWheel(RigTyre(a=A, e=E, k=K, mu=mu), load=LOAD), Loop(observer)
     rng = np.random.default_rng(1)
     psi, way = 0.0, Way([0.0], [0.0], np.nan)
-    for step in range(int(LONGEST / DT)):
+    for step in range(int(MAX_TIME / DT)):
         torque = wheel.turn(psi, DT) + NOISE * rng.standard_normal()
         rate = (psi - way.psi[-1]) / DT
         sample = Sample(psi=psi, psi_dot=rate, F_N=LOAD, dt=DT, M_z=torque)

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 A, E, K, MU, LOAD = 0.045, 0.0, 2.4e6, 1.2, 400.0
 FARTHEST = 0.3
 """Angle at which the wheel turns back; back it goes as far to the other side [rad]."""
-STEP, DT = 1e-3, 0.01
+TURN_STEP, DT = 1e-3, 0.01
 """Turn between samples [rad], time between them [s]."""
 NOISE = 0.05
 """Standard deviation of the torque noise [N m]."""
@@ -40,8 +40,8 @@ ROWS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)
 
 def turn() -> Array:
     """Angle of every sample [rad]."""
-    count = round(FARTHEST / STEP)
-    return np.concatenate([np.arange(count + 1), count - 1 - np.arange(2 * count)]) * STEP
+    count = round(FARTHEST / TURN_STEP)
+    return np.concatenate([np.arange(count + 1), count - 1 - np.arange(2 * count)]) * TURN_STEP
 
 
 def by_mu(psi: Array) -> tuple[Array, Array]:
@@ -88,7 +88,7 @@ def main() -> None:
     for title, first in (("out, from rest", 0), ("back, since the reversal", back)):
         print(f"\n{title:26}dM_z/dmu / (3/8 F_N a)   std, one sample   std, this leg so far")
         for angle in ROWS:
-            at = first + round(angle / STEP)
+            at = first + round(angle / TURN_STEP)
             leg = information[at] - information[first]
             print(
                 f"{angle:22.3f} rad{slope[at] / slide:24.4f}"

@@ -11,7 +11,7 @@ from observers.protocol import Sample
 from symbolic import compiled
 
 Array = NDArray[np.float64]
-STRETCH = 100
+SAMPLES_PER_CALL = 100
 """Samples in one call; a recording is padded to a multiple of it."""
 
 
@@ -53,7 +53,7 @@ def compiled_step(step: ca.Function) -> ca.Function:
 
 
 @cache
-def compiled_stretch(step: ca.Function, length: int = STRETCH) -> ca.Function:
+def compiled_stretch(step: ca.Function, length: int = SAMPLES_PER_CALL) -> ca.Function:
     """So many samples of a step in machine code, one column each."""
     return compiled(step.mapaccum(f"{step.name()}_stretch", length, 1, {}))
 

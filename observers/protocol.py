@@ -15,7 +15,7 @@ from observers.layout import Layout
 from symbolic import InvalidInputError, Model, Rig
 
 Array = NDArray[np.float64]
-LONGEST_STEP = 3600.0
+MAX_SAMPLE_PERIOD = 3600.0
 """A pause longer than this is the end of a measurement [s]."""
 SAMPLE = ("psi", "psi_dot", "F_N", "dt", "M_z", "M")
 """Order of a sample's numbers."""
@@ -57,9 +57,9 @@ class Sample:
             # Of other types some become a number here; a control loop gives floats.
             if type(value := getattr(self, name)) is not float:
                 object.__setattr__(self, name, _number(name, value))
-        if not 0 < self.dt <= LONGEST_STEP:
+        if not 0 < self.dt <= MAX_SAMPLE_PERIOD:
             raise InvalidInputError(
-                f"a sample needs dt > 0 s and at most {LONGEST_STEP:g} s, got dt = {self.dt}"
+                f"a sample needs dt > 0 s and at most {MAX_SAMPLE_PERIOD:g} s, got dt = {self.dt}"
             )
 
     @property

@@ -24,7 +24,7 @@ INFORMED = 0.5
 
 PLAUSIBLE = ("psi_limit", "psi_rate_limit", "F_N_limit", "torque_limit", "rezero_time")
 """Limits of what a sensor may give, see `observers.quality.screening`."""
-LIMITS = (
+LIMIT_FIELDS = (
     *("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after", "alarm", "explained"),
     *PLAUSIBLE,
 )
@@ -35,7 +35,7 @@ POSITIVE = (
     *PLAUSIBLE,
 )
 """Fields that must be greater than 0."""
-AT_LEAST_ZERO = (
+NON_NEGATIVE_FIELDS = (
     *("stiffness_std", "mu_walk", "mu_floor", "error_travel", "zero_std", "zero_walk", "stiffness_walk"),
 )
 """Fields that may be 0."""
@@ -134,11 +134,11 @@ class Tuning:
         for name in POSITIVE:
             if not getattr(self, name) > 0:
                 raise InvalidInputError(f"{name} must be greater than 0, got {getattr(self, name)}")
-        for name in AT_LEAST_ZERO:
+        for name in NON_NEGATIVE_FIELDS:
             if not getattr(self, name) >= 0:
                 raise InvalidInputError(f"{name} must be at least 0, got {getattr(self, name)}")
         for name in TUNING_FIELDS:
-            if name not in LIMITS and not isfinite(getattr(self, name)):
+            if name not in LIMIT_FIELDS and not isfinite(getattr(self, name)):
                 raise InvalidInputError(f"{name} must be finite, got {getattr(self, name)}")
         if not self.least < self.mu < self.greatest:
             raise InvalidInputError(

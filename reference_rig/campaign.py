@@ -40,7 +40,7 @@ def _another_gust(parameters: Parameters, rng: Random) -> Parameters:
 
 
 USUAL = Hand()
-LATE_SLIDE = Hand(first=0.12, pace=0.11, nesting=0.6)
+LATE_SLIDE_HAND = Hand(first=0.12, pace=0.11, nesting=0.6)
 """A full slide wipes the first twist out; here it comes late."""
 
 
@@ -111,7 +111,7 @@ STRENGTHS: Mapping[str, StrengthRange] = {
         parameters=_either_sign("psi_0"),
         least=2e-3,
         largest=0.3,
-        hand=LATE_SLIDE,
+        hand=LATE_SLIDE_HAND,
         another_day=_another_value,
     ),
     "load_dependent_friction": StrengthRange(parameters=_one("n"), least=0.05, largest=1.0),
@@ -167,7 +167,7 @@ STRENGTHS: Mapping[str, StrengthRange] = {
 }
 
 
-LEAST_SHARE, LARGEST_SHARE = 0.03, 0.10
+MIN_EFFECT_SHARE, MAX_EFFECT_SHARE = 0.03, 0.10
 """An effect moves the torque by this much, rms in shares of the range without it [1]."""
 SEARCH_BRISTLES = 400
 SEARCH_STEPS = 14
@@ -210,7 +210,7 @@ def plant_effect(
     effects: EffectValues = {}
     if name:
         rng = np.random.default_rng([seed, 3, list(STRENGTHS).index(name)])
-        wanted = rng.uniform(LEAST_SHARE, LARGEST_SHARE) if share is None else share
+        wanted = rng.uniform(MIN_EFFECT_SHARE, MAX_EFFECT_SHARE) if share is None else share
         effects = {name: _parameters_for(name, seed, tyre, load, duration, wanted)}
     name = f"{name or 'declared'}_{seed}"
     return make_recording(

@@ -18,7 +18,7 @@ SIDES = (1.0, -1.0)
 """Left and right wheel: sign of y."""
 STEER_STEP = 2e-3
 """Spacing of the table of stands [rad]."""
-LARGEST_STEER = 1.2
+MAX_STEER = 1.2
 """Of that table [rad]."""
 
 
@@ -61,7 +61,7 @@ class Linkage:
 
     def steer(self, side: float, rack: float) -> float:
         """Angle of a wheel about its kingpin that closes the linkage [rad], positive to the left."""
-        reach = LARGEST_STEER
+        reach = MAX_STEER
         while self.gap(side, rack, -reach) * self.gap(side, rack, reach) > 0:
             reach *= 0.8
         return float(brentq(lambda angle: self.gap(side, rack, angle), -reach, reach, xtol=1e-13))
@@ -127,7 +127,7 @@ def _turned(vector: Array, axis: Array, angle: float) -> Array:
 @lru_cache(maxsize=64)
 def stand_table(kingpin: Kingpin, side: float) -> tuple[list[float], list[float], list[complex]]:
     """Rise [m], its slope [m/rad] and the patch's middle [m], from -LARGEST_STEER by STEER_STEP."""
-    count = round(LARGEST_STEER / STEER_STEP)
+    count = round(MAX_STEER / STEER_STEP)
     stands = [kingpin.stand(side, STEER_STEP * i) for i in range(-count, count + 1)]
     rise = np.array([stand[0] for stand in stands])
     return rise.tolist(), np.gradient(rise, STEER_STEP).tolist(), [stand[1] for stand in stands]

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from reference_rig.car import Car
-from reference_rig.car_geometry import LARGEST_STEER, SIDES, STEER_STEP, stand_table
+from reference_rig.car_geometry import MAX_STEER, SIDES, STEER_STEP, stand_table
 from reference_rig.car_patch import COLUMNS, ROWS, CarPatches
 from reference_rig.hooks import Array
 
@@ -178,7 +178,7 @@ def _stand(car: Car, x: SimpleNamespace) -> tuple[list[float], list[float], list
     """
     rises, slopes, middles = [], [], []
     for wheel in (0, 1):
-        place = (x.steer[wheel] + LARGEST_STEER) / STEER_STEP
+        place = (x.steer[wheel] + MAX_STEER) / STEER_STEP
         index = int(place)
         share = place - index
         rise, slope, middle = x.stands[wheel]

@@ -12,7 +12,7 @@ import numpy as np
 from reference_rig.hooks import Array, BristleStep, MaxwellBranch, PlantedEffect, RigHistory
 from reference_rig.patch import REFERENCE_SPEED, REST_SPEED
 
-LEAST_RATE_FACTOR = 0.05
+MIN_RATE_FACTOR = 0.05
 REFERENCE_LOAD = 400.0
 BEARING_RATE = 0.01
 
@@ -22,7 +22,7 @@ def rate_friction(c: float = 0.0) -> PlantedEffect:
 
     def friction(step: BristleStep) -> Array:
         regular = np.sqrt(step.speed**2 + REST_SPEED**2)
-        return np.maximum(LEAST_RATE_FACTOR, 1 + c * np.log(regular / REFERENCE_SPEED))
+        return np.maximum(MIN_RATE_FACTOR, 1 + c * np.log(regular / REFERENCE_SPEED))
 
     return PlantedEffect(friction=friction)
 
@@ -37,7 +37,7 @@ def speed_law(slow: float = 0.0, middle: float = 0.0, fast: float = 0.0) -> Plan
 
     def friction(step: BristleStep) -> Array:
         growth = level(step.speed) - level(np.array(REFERENCE_SPEED))
-        return np.maximum(LEAST_RATE_FACTOR, 1 + growth)
+        return np.maximum(MIN_RATE_FACTOR, 1 + growth)
 
     return PlantedEffect(friction=friction)
 

@@ -14,7 +14,7 @@ STEP_RATE = float(SAMPLE_RATE * SUBSTEPS)
 """Steps of the patch a second [Hz]."""
 
 
-SLOWEST, FASTEST = 0.03, 0.35
+MIN_HAND_RATE, MAX_HAND_RATE = 0.03, 0.35
 """Turning speed of a hand away from its reversals [rad/s]."""
 
 
@@ -89,12 +89,12 @@ def _targets(rng: np.random.Generator, hand: Hand) -> Iterator[float]:
 
 def _turn(rng: np.random.Generator, angle: float, pace: float, rate: float) -> Array:
     """Turning speed of one turn through an angle [rad/s]; now and then it begins with a rest."""
-    speed = np.clip(pace * rng.lognormal(0.0, 0.3), 1.5 * SLOWEST, 0.7 * FASTEST)
+    speed = np.clip(pace * rng.lognormal(0.0, 0.3), 1.5 * MIN_HAND_RATE, 0.7 * MAX_HAND_RATE)
     ramp = min(rng.uniform(0.25, 0.6), 0.8 * abs(angle) / speed)
     count = max(round((abs(angle) / speed + ramp) * rate), 8)
     time = np.arange(count) / rate
     unevenness = np.exp(0.22 * _slow_noise(rng, time, 0.35) + 0.12 * _slow_noise(rng, time, 0.12))
-    even = np.clip(speed * unevenness, SLOWEST, FASTEST)
+    even = np.clip(speed * unevenness, MIN_HAND_RATE, MAX_HAND_RATE)
     edge = np.minimum(time + 0.5 / rate, time[-1] + 0.5 / rate - time) / ramp
     shape = even * np.sin(0.5 * np.pi * np.clip(edge, 0, 1)) ** 2
     rest = round(rng.uniform(0.1, 0.5) * rate) if rng.random() < 0.3 else 0

@@ -4,7 +4,7 @@ from reference_rig.car import Car
 from reference_rig.car_motion import CAR_STEP, CHANNELS, advance_car, start_car
 from reference_rig.car_patch import COLUMNS, ROWS
 
-WINDOW = 5e-3
+AVERAGING_TIME = 5e-3
 """Time over which the force that is shown is averaged [s]."""
 
 
@@ -31,5 +31,5 @@ class SteeredCar:
             )
             forces.append(row[place])
         self.rack = self._state.rack
-        last = forces[-round(WINDOW / CAR_STEP) :]
+        last = forces[-round(AVERAGING_TIME / CAR_STEP) :]
         return sum(last) / len(last)

@@ -1,6 +1,6 @@
 """The one tree of errors."""
 
-_LONGEST, _END = 1000, 300
+_MAX_LENGTH, _END_LENGTH = 1000, 300
 """Length of a message, and of its end that stays where it is longer."""
 
 
@@ -31,9 +31,9 @@ def printable(text: str) -> str:
 
 
 def _clipped(text: str) -> str:
-    if len(text) <= _LONGEST:
+    if len(text) <= _MAX_LENGTH:
         return text
-    return f"{text[: _LONGEST - _END - 3]} … {text[-_END:]}"
+    return f"{text[: _MAX_LENGTH - _END_LENGTH - 3]} … {text[-_END_LENGTH:]}"
 
 
 def _visible(character: str) -> str:

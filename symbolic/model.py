@@ -22,7 +22,7 @@ from symbolic.zones import ZonePatch
 
 SIGNALS = ("psi", "psi_dot", "F_N", "dt")
 """Order of one sample's inputs: [rad], [rad/s], [N], [s]."""
-SHORTEST_PERIOD = 1e-9
+MIN_PERIOD = 1e-9
 """Shorter sample periods are clamped to this [s]: patch and effects divide by the period."""
 GEOMETRY = ("a", "e")
 """Order of the geometry: contact patch half-length [m], caster length [m]."""
@@ -132,7 +132,7 @@ class Model:
         """The first half of `step`: (memory, signals, theta, geometry) -> (memory_next, patch_signals).
 
         patch_signals are those that reach the patch: another angle, rate or load where an effect sits in
-        a sensor, and dt at least `SHORTEST_PERIOD`.
+        a sensor, and dt at least `MIN_PERIOD`.
         """
         return _build_advance(self)
 
@@ -209,7 +209,7 @@ def _build_initial(model: Model) -> ca.Function:
 @cache
 def _build_step(model: Model) -> ca.Function:
     inputs = _symbols(model)
-    after, patch_signals, coefficients = _advance(model, **inputs)
+    after, patch_signals, coefficients = _advance_memory(model, **inputs)
     M_z = _torque(model, after, patch_signals, coefficients, inputs["theta"])
     return named_function("step", inputs, {"memory_next": after, "M_z": M_z}, cse=True)
 
@@ -217,7 +217,7 @@ def _build_step(model: Model) -> ca.Function:
 @cache
 def _build_advance(model: Model) -> ca.Function:
     inputs = _symbols(model)
-    after, patch_signals, _ = _advance(model, **inputs)
+    after, patch_signals, _ = _advance_memory(model, **inputs)
     column = ca.vertcat(*(getattr(patch_signals, name) for name in SIGNALS))
     return named_function("advance", inputs, {"memory_next": after, "patch_signals": column}, cse=True)
 
@@ -242,10 +242,10 @@ def _build_torque(model: Model) -> ca.Function:
 
 def _signals(vector: Expression) -> Signals:
     signals = Signals(**dict(zip(SIGNALS, ca.vertsplit(vector), strict=True)))
-    return replace(signals, dt=ca.fmax(signals.dt, SHORTEST_PERIOD))
+    return replace(signals, dt=ca.fmax(signals.dt, MIN_PERIOD))
 
 
-def _advance(
+def _advance_memory(
     model: Model, memory: ca.MX, signals: ca.MX, theta: ca.MX, geometry: ca.MX
 ) -> tuple[ca.MX, Signals, Expression]:
     """The memory after a sample, the sample as the patch saw it, and what drove the patch."""

@@ -11,7 +11,7 @@ HALF_LENGTH = (1e-3, 1.0)
 """Half-length of a contact patch that the models take [m]."""
 INERTIA = (1e-6, 1e4)
 """Moment of inertia that the models take [kg m^2]."""
-MOST_DAMPING = 1e4
+MAX_DAMPING = 1e4
 """Largest torsional damping that the models take [N m s/rad]."""
 STIFFNESS = (1e3, 1e9)
 """Distributed lateral stiffness that the models take [N/m^2]."""
@@ -21,7 +21,7 @@ RIG_RANGES = {
     "a": HALF_LENGTH,
     "e": (-HALF_LENGTH[1], HALF_LENGTH[1]),
     "J_A": INERTIA,
-    "b_t": (0.0, MOST_DAMPING),
+    "b_t": (0.0, MAX_DAMPING),
     "slide_rate": (0.0, math.inf),
     "noise": (0.0, math.inf),
     "dry_friction": (0.0, math.inf),
@@ -89,7 +89,7 @@ class Rig:
         a: half-length of the contact patch [m], within `HALF_LENGTH`.
         e: caster length (trail) [m], `|e| < a`; the kingpin A stands at x = e.
         J_A: moment of inertia about the kingpin A [kg m^2], within `INERTIA`; None where unknown.
-        b_t: torsional damping [N m s/rad], from 0 to `MOST_DAMPING`; None where unknown.
+        b_t: torsional damping [N m s/rad], from 0 to `MAX_DAMPING`; None where unknown.
         slide_rate: turning rate at which the torque of full slide, and so the effective friction, is
             stated [rad/s], greater than 0; see `symbolic.full_slide`.
         tolerances: how far off a, e, k, the recorded load and the torque's zero may be.
@@ -130,9 +130,9 @@ class Rig:
             )
         if self.J_A is not None:
             _require_within("J_A", self.J_A, INERTIA, "kg m^2")
-        if self.b_t is not None and not 0 <= self.b_t <= MOST_DAMPING:
+        if self.b_t is not None and not 0 <= self.b_t <= MAX_DAMPING:
             raise InvalidInputError(
-                f"b_t must be a number from 0 to {MOST_DAMPING:g} N m s/rad, got {self.b_t:g}"
+                f"b_t must be a number from 0 to {MAX_DAMPING:g} N m s/rad, got {self.b_t:g}"
             )
         require_positive("slide_rate", self.slide_rate, "rad/s")
         if self.noise is not None:

@@ -24,7 +24,7 @@ REFERENCE_SPEED = 1e-3
 """Sliding speed at which the factor on the limit is one [m/s]."""
 REST_SPEED = 1e-4
 """Sliding speed below which the limit is constant, so that creep ends [m/s]."""
-_LEAST, _REFERENCE = float(np.log(REST_SPEED)), float(np.log(REFERENCE_SPEED))
+_MIN_LOG_SPEED, _REFERENCE_LOG_SPEED = float(np.log(REST_SPEED)), float(np.log(REFERENCE_SPEED))
 _STEPS = 3
 """Halley's steps: with the one of Newton that is differentiated, the slip is right to rounding."""
 _TINY = 1e-30
@@ -61,13 +61,13 @@ def slip(
     # The search is not differentiated. `beyond` is zero there; its derivative is the correction of the
     # implicit function theorem.
     log_speed = level - moving * ca.log(reach)
-    beyond = (1 + branch_gain) * slipped + limit * (1 + c * (log_speed - _REFERENCE)) - size
+    beyond = (1 + branch_gain) * slipped + limit * (1 + c * (log_speed - _REFERENCE_LOG_SPEED)) - size
     return ca.sign(stress) * (slipped - yielding * beyond)
 
 
 def creep_factor(speed: Expression, c: Expression) -> Expression:
     """Factor on the limit of a bristle that slides at a steady speed [m/s], >= 0."""
-    return 1 + c * (ca.log(ca.fmax(speed, REST_SPEED)) - _REFERENCE)
+    return 1 + c * (ca.log(ca.fmax(speed, REST_SPEED)) - _REFERENCE_LOG_SPEED)
 
 
 def clipped(value: Expression, limit: Expression) -> Expression:
@@ -85,20 +85,22 @@ def slip_search(n: int) -> ca.Function:
     size, limit = ca.MX.sym("size", n), ca.MX.sym("limit", n)
     branch_gain, reach, c = (ca.MX.sym(name) for name in ("branch_gain", "reach", "c"))
     growth = limit * c
-    at_rest = ca.fmax(0, size - limit * (1 + c * (_LEAST - _REFERENCE))) / (1 + branch_gain)
-    excess = size - limit + growth * _REFERENCE
+    at_rest = ca.fmax(0, size - limit * (1 + c * (_MIN_LOG_SPEED - _REFERENCE_LOG_SPEED))) / (
+        1 + branch_gain
+    )
+    excess = size - limit + growth * _REFERENCE_LOG_SPEED
     w = ca.fmin(ca.log(ca.fmax(at_rest / reach, REST_SPEED)), excess / ca.fmax(growth, _TINY))
     for _ in range(_STEPS):
-        w = ca.fmax(w, _LEAST)
+        w = ca.fmax(w, _MIN_LOG_SPEED)
         relieved = (1 + branch_gain) * reach * ca.exp(w)
         beyond, slope = relieved + growth * w - excess, relieved + growth
         # Above the root beyond is at most what slip relieves; below, where it does not matter, no pole.
         w = w - 2 * beyond * slope / (2 * slope**2 - ca.fmin(beyond, relieved) * relieved)
     moving = at_rest > reach * REST_SPEED
-    slipped = reach * ca.exp(ca.fmax(w, _LEAST))
+    slipped = reach * ca.exp(ca.fmax(w, _MIN_LOG_SPEED))
     outputs = {
         "slip": ca.if_else(moving, slipped, at_rest),
-        "level": ca.if_else(moving, w + ca.log(reach), _LEAST),
+        "level": ca.if_else(moving, w + ca.log(reach), _MIN_LOG_SPEED),
         "moving": moving,
         "yielding": ca.if_else(
             moving, slipped / ((1 + branch_gain) * slipped + growth), (at_rest > 0) / (1 + branch_gain)

@@ -23,7 +23,7 @@ from symbolic.model import GEOMETRY, SIGNALS, Model
 Array = NDArray[np.float64]
 RIG_DIRECTIONS = (*GEOMETRY, "load")
 """Directions beside the parameter vector: half-length and caster [m], factor on the load [1]."""
-STRETCH = 100
+SAMPLES_PER_CALL = 100
 """Samples in one call; a recording is padded to a multiple of it."""
 
 
@@ -72,18 +72,18 @@ def simulate(
         M_z, sensitivities = kernel.run(signals, theta, geometry, all_seeds, *initial)
         return TorqueTrajectory(M_z=M_z, sensitivities=sensitivities)
     stretch = BufferedCall(_compiled_stretch(model, d, rig=rig))
-    padded = np.pad(signals, ((0, 0), (0, -count % STRETCH)), mode="edge")
-    given = [*initial, padded[:, :STRETCH], theta, seeds, geometry]
+    padded = np.pad(signals, ((0, 0), (0, -count % SAMPLES_PER_CALL)), mode="edge")
+    given = [*initial, padded[:, :SAMPLES_PER_CALL], theta, seeds, geometry]
     for buffer, part in zip(stretch.inputs, given, strict=True):
         buffer[:] = part.ravel(order="F")
     torques, derivatives = [], []
-    for first in range(0, count, STRETCH):
-        stretch.inputs[2][:] = padded[:, first : first + STRETCH].ravel(order="F")
+    for first in range(0, count, SAMPLES_PER_CALL):
+        stretch.inputs[2][:] = padded[:, first : first + SAMPLES_PER_CALL].ravel(order="F")
         stretch.call()
         for memory, memory_next in zip(stretch.inputs[:2], stretch.outputs[:2], strict=True):
             memory[:] = memory_next
         torques.append(stretch.outputs[2].copy())
-        derivatives.append(stretch.outputs[3].reshape(STRETCH, d).copy())
+        derivatives.append(stretch.outputs[3].reshape(SAMPLES_PER_CALL, d).copy())
     return TorqueTrajectory(
         M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count]
     )
@@ -143,17 +143,17 @@ def _moving(
 
 
 def _stretch(model: Model, d: int, *, rig: bool) -> ca.Function:
-    """`STRETCH` calls of `sensitivity_step`: signals, M_z and derivative have a column for each sample.
+    """`SAMPLES_PER_CALL` calls of `sensitivity_step`: a column of signals, M_z and derivative each.
 
     Memory and its sensitivity are those before the first sample, then those after the last one.
     """
     step = sensitivity_step(model, d, rig=rig)
-    accumulated = step.mapaccum(f"{step.name()}_{STRETCH}", STRETCH, 2, {})
+    accumulated = step.mapaccum(f"{step.name()}_{SAMPLES_PER_CALL}", SAMPLES_PER_CALL, 2, {})
     given = step.mx_in()
-    given[2] = ca.MX.sym("signals", len(SIGNALS), STRETCH)
-    constant = [ca.repmat(part, 1, STRETCH) for part in given[3:]]
+    given[2] = ca.MX.sym("signals", len(SIGNALS), SAMPLES_PER_CALL)
+    constant = [ca.repmat(part, 1, SAMPLES_PER_CALL) for part in given[3:]]
     memory, memory_sensitivity, M_z, derivatives = accumulated(*given[:3], *constant)
-    memory_sensitivity = memory_sensitivity[:, (STRETCH - 1) * d :]
+    memory_sensitivity = memory_sensitivity[:, (SAMPLES_PER_CALL - 1) * d :]
     return ca.Function(f"stretch_{d}", given, [memory[:, -1], memory_sensitivity, M_z, derivatives])
 
 

@@ -21,14 +21,14 @@ from symbolic.compilation.compiled import compiled
 from symbolic.deformation import full_slide_torque, unit_moment
 from symbolic.functions import named_function
 from symbolic.masing import TurningPoints, branch_torque
-from symbolic.zones import LEAST_TURN
+from symbolic.zones import MIN_ZONE_TURN
 
 Array = NDArray[np.float64]
-LONGEST = 0.5
+MAX_STEP_PERIODS = 0.5
 """Longest step in periods of the sticking wheel [1]; no full swing passes within one step."""
 ROUNDING = 1e-12
 """Resolution of the times of events, in shares of the longest step [1]."""
-STRETCH = 128
+ANGLES_PER_CALL = 128
 """Angles in one call of the torque."""
 CONSTANTS = ("F_N", "mu", "k", "a", "e", "J_A", "b_t")
 """Order of the constants of a motion."""
@@ -59,7 +59,7 @@ class WheelStepper:
         stiffness = constants["k"] * float(unit_moment(0.0, a, e))
         slide = constants["mu"] * float(full_slide_torque(constants["F_N"], a)) / stiffness
         omega = sqrt(stiffness / J_A)
-        self.longest = LONGEST * 2 * pi / omega
+        self.longest = MAX_STEP_PERIODS * 2 * pi / omega
         scales = [tolerance * slide, tolerance * slide * omega]
         self.patch = np.array(list(constants.values())[:5])
         self._step = BufferedCall(_step_function())
@@ -158,7 +158,7 @@ def _until_event(
 ) -> tuple[float, WheelState]:
     """The step up to h [s], or up to the first turn back or closing loop before; its length and end."""
     direction, memory = state.direction, state.memory
-    turns = _turning_time(stepper, state, end, h) if state.sure else None
+    turns = _reversal_time(stepper, state, end, h) if state.sure else None
     if turns == 0:
         # The last turn back came to nothing: the wheel goes on as before it.
         return 0.0, state._replace(memory=memory.without_last_turn(), direction=-direction, sure=False)
@@ -166,19 +166,19 @@ def _until_event(
         h, end = turns, stepper.take(turns)
     closes = direction * (end[0] - memory.closing_angle) > 0
     if closes:
-        h = _closing_time(stepper, state, h)
+        h = _loop_closure_time(stepper, state, h)
         end = stepper.take(h)
     psi, psi_dot, acceleration, M_z, _ = end
     if closes:
         memory = memory.without_closed_loop()
     elif turns:
-        has_turned = abs(psi - memory.psi[-1]) > LEAST_TURN
+        has_turned = abs(psi - memory.psi[-1]) > MIN_ZONE_TURN
         psi_dot, direction = 0.0, -direction
         memory = memory.with_turn_back(psi, M_z) if has_turned else memory.without_last_turn()
     return h, WheelState(state.t, psi, psi_dot, acceleration, memory, direction)
 
 
-def _turning_time(stepper: WheelStepper, state: WheelState, end: list[float], h: float) -> float | None:
+def _reversal_time(stepper: WheelStepper, state: WheelState, end: list[float], h: float) -> float | None:
     """Time of a turn back within a step [s]; None for none, 0 where the wheel has not moved off."""
     from scipy.optimize import brentq
 
@@ -197,18 +197,18 @@ def _turning_time(stepper: WheelStepper, state: WheelState, end: list[float], h:
             early *= 0.5
             if early < ROUNDING * stepper.longest:
                 return 0.0
-    return _when(stepper, 1, 0.0, early, late)
+    return _crossing_time(stepper, 1, 0.0, early, late)
 
 
-def _closing_time(stepper: WheelStepper, state: WheelState, h: float) -> float:
+def _loop_closure_time(stepper: WheelStepper, state: WheelState, h: float) -> float:
     """Time within a step at which the present loop closes [s]."""
     goal = state.memory.closing_angle
     if state.direction * (goal - state.psi) <= 0:
         return 0.0
-    return _when(stepper, 0, goal, 0.0, h)
+    return _crossing_time(stepper, 0, goal, 0.0, h)
 
 
-def _when(stepper: WheelStepper, i: int, goal: float, low: float, high: float) -> float:
+def _crossing_time(stepper: WheelStepper, i: int, goal: float, low: float, high: float) -> float:
     """Time at which psi (i = 0) or psi_dot (i = 1) passes a goal, by bracketed Newton steps [s].
 
     The slope is the next entry of what a step makes, so this takes a third of Brent's calls.
@@ -225,14 +225,14 @@ def _when(stepper: WheelStepper, i: int, goal: float, low: float, high: float) -
 
 
 def torques(psi: Array, branches: Array, patch: Array) -> Array:
-    """M_z at angles (n,) on their branches (n, 3), `STRETCH` of them in a call."""
+    """M_z at angles (n,) on their branches (n, 3), `ANGLES_PER_CALL` of them in a call."""
     count = len(psi)
-    padded = np.ones((-(-count // STRETCH) * STRETCH, 4))
+    padded = np.ones((-(-count // ANGLES_PER_CALL) * ANGLES_PER_CALL, 4))
     padded[:count, 0], padded[:count, 1:] = psi, branches
     torque = BufferedCall(_torque_function())
     torque.inputs[1][:] = patch
     outputs = []
-    for rows in padded.reshape(-1, 4 * STRETCH):
+    for rows in padded.reshape(-1, 4 * ANGLES_PER_CALL):
         torque.inputs[0][:] = rows
         torque.call()
         outputs.append(torque.outputs[0].copy())
@@ -241,12 +241,12 @@ def torques(psi: Array, branches: Array, patch: Array) -> Array:
 
 @cache
 def _torque_function() -> ca.Function:
-    """M_z at `STRETCH` angles, each with its branch."""
+    """M_z at `ANGLES_PER_CALL` angles, each with its branch."""
     angle, patch = ca.SX.sym("angle", 4), ca.SX.sym("patch", 5)
     M_z = branch_torque(angle[0], angle[1:], *ca.vertsplit(patch))
     single = ca.Function("branch_torque", [angle, patch], [M_z])
-    inputs = ca.MX.sym("inputs", 4, STRETCH)
+    inputs = ca.MX.sym("inputs", 4, ANGLES_PER_CALL)
     constants = ca.MX.sym("patch", 5)
-    every = single.map(STRETCH)(inputs, ca.repmat(constants, 1, STRETCH))
+    every = single.map(ANGLES_PER_CALL)(inputs, ca.repmat(constants, 1, ANGLES_PER_CALL))
     given = {"inputs": inputs, "patch": constants}
     return compiled(named_function("branch_torques", given, {"M_z": every}))

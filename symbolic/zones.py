@@ -21,7 +21,7 @@ NEAR = 1e-7
 """Segments narrower than this share of their distance carry no torque [1]."""
 FAR = 1e15
 """Zones beyond are too narrow to carry torque, and single precision could not square them [1/m]."""
-LEAST_TURN = 1e-12
+MIN_ZONE_TURN = 1e-12
 """Smallest turn that opens a zone; smaller ones are rounding [rad]."""
 
 
@@ -122,7 +122,7 @@ def _clip_tail() -> ca.Function:
     symbols = {name: ca.SX.sym(name) for name in ("xi", "r", "turn", "level")}
     xi, r, turn, level = symbols.values()
     heading = ca.if_else(turn >= 0, -1, 1)
-    moves = ca.fabs(turn) > LEAST_TURN
+    moves = ca.fabs(turn) > MIN_ZONE_TURN
     beyond = ca.logic_and(moves, -heading * r > level)
     reaches = ca.logic_and(moves, heading * r < level)
     slope = ca.if_else(moves, ca.fabs(turn), 1)

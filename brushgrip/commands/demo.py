@@ -33,13 +33,13 @@ class DemoRequest:
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress
         from brushgrip.outputs.provenance import require_own_folder
-        from brushgrip.published.embedded_files import RIG, copy_examples, embedded_inputs
+        from brushgrip.published.embedded_files import RIG, copy_examples, demo_inputs
         from brushgrip.report.diagnosis_folder import DIAGNOSIS, finish_diagnosis, write_diagnosis
 
         if self.examples is not None:
             copy_examples(self.examples)
             return
-        inputs, training = embedded_inputs()
+        inputs, training = demo_inputs()
         read = inputs.recordings()
         recordings, holdout = read[:training], read[training:]
         made = inputs.provenance()

@@ -12,7 +12,7 @@ from brushgrip.inputs.choices import TorqueChannel, TuningName
 if TYPE_CHECKING:
     from brushgrip.inputs.command_inputs import Inputs
 
-MOST_JOBS = 256
+MAX_JOBS = 256
 
 
 def option(*flags: str, help: str, metavar: str | None = None, **settings: Any) -> Any:
@@ -183,7 +183,7 @@ Jobs = Annotated[
         "--jobs",
         metavar="N",
         min=1,
-        max=MOST_JOBS,
+        max=MAX_JOBS,
         help="Processes to use; one per core if left out.",
     ),
 ]

@@ -15,7 +15,7 @@ from observers import ZoneHistory, ZoneRootSolver, run, zone_history
 Array = NDArray[np.float64]
 ANALYTIC = 9
 """Column of `all_inputs` that holds the analytic estimate of mu."""
-LEAST_TURN = 5e-4
+MIN_REVERSAL = 5e-4
 """Least turn back that is taken for a reversal [rad], as in `observers.ZoneRootSolver`."""
 
 
@@ -85,4 +85,4 @@ def trained_methods(training: Sequence[Case]) -> list[Method]:
 
 def _zones(recording: Recording) -> ZoneHistory:
     """Angles of the last reversals and zones, counted from the first sample."""
-    return zone_history(recording.psi - recording.psi[0], LEAST_TURN)
+    return zone_history(recording.psi - recording.psi[0], MIN_REVERSAL)

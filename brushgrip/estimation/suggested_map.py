@@ -18,7 +18,7 @@ from identification.reading.signal_map import (
 
 SURELY_DEGREES = 4 * math.pi
 """No steering wheel turns further [rad]; what is beyond is in degrees."""
-RIGHT_ANGLE = 90.0
+MAX_ANGLE_DEGREES = 90.0
 """No wheel is steered beyond it [deg]."""
 UNITS = {
     "time looks like milliseconds": ("t", "ms"),
@@ -27,7 +27,7 @@ UNITS = {
 }
 """Column and unit by the beginning of a suspected cause; the torque has no column of its own."""
 SCALE = re.compile(r"the torque grows with the angle (\S+) times as k, a and F_N say")
-GEARED, LEAST_SCALE = 0.25, 0.03
+MISSING_RATIO_SCALE, MIN_SCALE = 0.25, 0.03
 """Below the first a steering ratio may be missing, at the second the torque may be in kN m. The slope of
 the stick phase tells no more: where the patch slides soon, a ratio of 15 shows as 0.14."""
 OF_CAR = {
@@ -64,12 +64,12 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
             changed[torque] = replace(source, factor=-source.factor)
         if cause.startswith(ANGLE):
             angle = "psi"
-        if (scale := SCALE.match(cause)) and float(scale[1]) < GEARED:
+        if (scale := SCALE.match(cause)) and float(scale[1]) < MISSING_RATIO_SCALE:
             ratio = f"; if psi is the steering wheel's: --steering-ratio {USUAL_RATIO}{FOR_RATIO}"
-            if float(scale[1]) < LEAST_SCALE:
+            if float(scale[1]) < MIN_SCALE:
                 kilo = replace(_source(recording, torque), unit="kNm").as_map(torque)
                 ratio += f"; if the torque is in kN m: --map {kilo}"
-    why = "; ".join(causes if recording.standstills is None else map(_of_car, causes))
+    why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))
     if recording.standstills is not None and not set(changed) <= {"t"}:
         return why
     if not angle:
@@ -80,7 +80,7 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
     return f"{why}: {as_option(maps.values())}{ratio}"
 
 
-def _of_car(cause: str) -> str:
+def _cause_in_vehicle_keys(cause: str) -> str:
     """The suspected cause, worded with the keys of the vehicle file.
 
     Units and signs of single columns have already been checked.
@@ -100,7 +100,7 @@ def _angle(recording: Recording) -> tuple[str, str]:
     degrees = replace(source, unit="deg")
     if source.unit is not None:
         return source.as_geared("psi"), FOR_RATIO
-    if largest > RIGHT_ANGLE:
+    if largest > MAX_ANGLE_DEGREES:
         return degrees.as_geared("psi"), FOR_RATIO
     if largest > SURELY_DEGREES:
         return degrees.as_map("psi"), ""

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from brushgrip.live.columns import Columns, Row
-from brushgrip.live.sources import MOST_AT_ONCE, WAIT
+from brushgrip.live.sources import MAX_MESSAGES_AT_ONCE, WAIT
 from identification.reading.formats.can import is_extended, read_database, within_range
 from identification.reading.formats.opening import library
 
-LONGEST_SKEW = 0.1
+MAX_SKEW = 0.1
 """An angle and a torque of a bus that are further apart are no one sample [s]."""
 
 
@@ -18,7 +18,7 @@ class CanSource:
     """Signals of a bus. A sample is complete when its angle and its torque have both come anew.
 
     The others have their newest values. The time is that of the frame that completes the sample; where
-    one of the two stays away for `LONGEST_SKEW` the sample lacks it.
+    one of the two stays away for `MAX_SKEW` the sample lacks it.
     """
 
     waits = False
@@ -57,7 +57,7 @@ class CanSource:
         rows: list[Row] = []
         try:
             frame = self._bus.recv(WAIT)
-            for _ in range(MOST_AT_ONCE):
+            for _ in range(MAX_MESSAGES_AT_ONCE):
                 if frame is None:
                     break
                 self._take(frame, rows)
@@ -74,7 +74,7 @@ class CanSource:
         if wanted is None or frame.is_error_frame or frame.is_remote_frame:
             return
         now, (message, signals) = frame.timestamp, wanted
-        if self._new and now - min(self._new.values()) > LONGEST_SKEW:
+        if self._new and now - min(self._new.values()) > MAX_SKEW:
             self._add(min(self._new.values()), rows)
         padded = frame.is_fd and len(frame.data) > message.length
         try:

@@ -10,9 +10,9 @@ GAP = 2.0
 """After a longer pause the patch may have been turned unseen, and the observer begins anew [s]."""
 LATE = 1.0
 """Samples of so much before are late ones; earlier times are those of a clock that was set anew [s]."""
-FURTHEST = 1e12
+MAX_TIME = 1e12
 """Size of a time [s]."""
-LARGEST_START = 1e6
+MAX_START_TIME = 1e6
 """Times that begin beyond it, as those since 1970, are counted from the first sample [s]."""
 
 
@@ -44,7 +44,7 @@ class Clock:
         A row beyond a gap waits for a second one that follows it: one alone has a wrong time.
         """
         t = row.get("t", float("nan"))
-        if not (isfinite(t) and abs(t) < FURTHEST):
+        if not (isfinite(t) and abs(t) < MAX_TIME):
             self.wrong += 1
             return []
         if self._last is None:
@@ -64,7 +64,7 @@ class Clock:
         return []
 
     def _begin(self, row: Row) -> Timed:
-        self._origin = row["t"] if abs(row["t"]) > LARGEST_START else 0.0
+        self._origin = row["t"] if abs(row["t"]) > MAX_START_TIME else 0.0
         return Timed(self._next(row).row, True)
 
     def _next(self, row: Row) -> Timed:

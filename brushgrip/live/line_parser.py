@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from identification.reading.formats.csvdialect import Numbers, delimiter_of
 
-LONGEST_LINE = 10_000
+MAX_LINE_LENGTH = 10_000
 """Of a line that is read [letters]."""
-MOST_NAMES = 200
+MAX_NAMES = 200
 """Values of a line."""
 
 
@@ -27,8 +27,8 @@ class LineParser:
             ValueError: the line is none such.
         """
         line = line.strip().lstrip("\ufeff")
-        if len(line) > LONGEST_LINE:
-            raise ValueError(f"a line of {len(line)} letters; allowed: up to {LONGEST_LINE}")
+        if len(line) > MAX_LINE_LENGTH:
+            raise ValueError(f"a line of {len(line)} letters; allowed: up to {MAX_LINE_LENGTH}")
         if not line or line.startswith("#"):
             return None
         return _object_of(line) if line.startswith("{") else self._row(line)
@@ -38,7 +38,7 @@ class LineParser:
         fields = [field.strip() for field in next(csv.reader([line], delimiter=delimiter))]
         values = [self._number_of(field) for field in fields]
         if all(value is None for value in values):
-            if len(set(fields)) != len(fields) or not 2 <= len(fields) <= MOST_NAMES:
+            if len(set(fields)) != len(fields) or not 2 <= len(fields) <= MAX_NAMES:
                 raise ValueError(f"no header: it names a column twice, or {len(fields)} columns")
             self._names = fields
             self._delimiter, self._number_of = delimiter_of(line), Numbers(delimiter_of(line))
@@ -58,7 +58,7 @@ def _object_of(line: str) -> dict[str, float]:
         values = json.loads(line)
         return {
             name: float("nan") if value is None else float(value)
-            for name, value in list(values.items())[:MOST_NAMES]
+            for name, value in list(values.items())[:MAX_NAMES]
             if value is None or isinstance(value, int | float)
         }
     except (ValueError, RecursionError, OverflowError) as error:

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 FIELDS = ("stretch", "done", "psi", "torque", *ESTIMATE)
 """Fields of a point beside what is recorded: number of the stretch, instant of the estimate on the clock
 of `time.monotonic` [s], angle, torque, estimate."""
-MOST_RECORDED = 8
+MAX_RECORDED_COLUMNS = 8
 """Columns of a recording, the time first."""
 PLACES = {name: place for place, name in enumerate(FIELDS)}
 
@@ -24,7 +24,7 @@ class Points(NamedTuple):
     Attributes:
         end: number of the next one.
         fields: shape (n, fields).
-        recorded: shape (n, `MOST_RECORDED`), NaN behind the columns of the recording.
+        recorded: shape (n, `MAX_RECORDED_COLUMNS`), NaN behind the columns of the recording.
     """
 
     end: int
@@ -47,7 +47,7 @@ class Ring:
     def __init__(self, capacity: int) -> None:
         """Take the memory for so many points."""
         self._fields = np.full((capacity, len(FIELDS)), np.nan)
-        self._recorded = np.full((capacity, MOST_RECORDED), np.nan)
+        self._recorded = np.full((capacity, MAX_RECORDED_COLUMNS), np.nan)
         self.end = 0
 
     def append(self, points: Sequence[Point], stretch: int, done: float) -> None:

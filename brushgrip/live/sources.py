@@ -11,12 +11,12 @@ from typing import Protocol
 import numpy as np
 
 from brushgrip.live.columns import Columns, Row
-from brushgrip.live.line_parser import LONGEST_LINE, LineParser
+from brushgrip.live.line_parser import MAX_LINE_LENGTH, LineParser
 from identification.reading.table import Table
 
 WAIT = 0.02
 """A source without samples returns after so long [s]."""
-MOST_AT_ONCE = 200
+MAX_MESSAGES_AT_ONCE = 200
 """Messages that are read before they are handed on."""
 BUFFER = 8_000_000
 """Of datagrams in the system's hands [bytes]."""
@@ -64,7 +64,7 @@ class FileSource:
         if self._at == self._t.size:
             raise EOFError
         now = self._t[0] + (time.monotonic() - self._begin) * self._speed
-        due = min(int(np.searchsorted(self._t, now, side="right")), self._at + MOST_AT_ONCE)
+        due = min(int(np.searchsorted(self._t, now, side="right")), self._at + MAX_MESSAGES_AT_ONCE)
         if due == self._at:
             time.sleep(min(WAIT, max((self._t[self._at] - now) / self._speed, 1e-4)))
             return []
@@ -114,7 +114,7 @@ class UdpSource(_TextSource):
             return []
         lines: list[bytes] = []
         try:
-            while len(lines) < MOST_AT_ONCE:
+            while len(lines) < MAX_MESSAGES_AT_ONCE:
                 lines += self._socket.recv(65536, socket.MSG_DONTWAIT).splitlines()
         except BlockingIOError:
             pass
@@ -144,7 +144,7 @@ class LineSource(_TextSource):
                 raise EOFError
             content = b"\n"
         *lines, self._rest = (self._rest + content).split(b"\n")
-        if len(self._rest) > 10 * LONGEST_LINE:
+        if len(self._rest) > 10 * MAX_LINE_LENGTH:
             self.refused, self.fault, self._rest = self.refused + 1, "a line without an end", b""
         return self._rows(lines)
 

@@ -38,7 +38,7 @@ KINDS: Mapping[str, type[Ekf] | type[Mhe]] = {"ekf": Ekf, "mhe": Mhe}
 TYPES: Mapping[str, Real] = {"float": SINGLE, "double": DOUBLE}
 MEASUREMENT_MODELS: Mapping[str, MeasurementModel] = {"M_z": AligningTorque(), "M": SteeringTorque()}
 TUNABLE: Mapping[str, Tunable] = {"": "", "tuning": "tuning", "all": "all"}
-LONGEST_WINDOW = 1000
+MAX_WINDOW = 1000
 """Samples; ten seconds at 100 Hz."""
 
 
@@ -79,8 +79,8 @@ def window_setting(observer: str, window: int | None) -> dict[str, int]:
         raise InvalidInputError(
             f"--window is that of the MHE; allowed with --observer mhe, got {window}"
         )
-    if not 1 <= window <= LONGEST_WINDOW:
-        raise InvalidInputError(f"--window must be from 1 to {LONGEST_WINDOW} samples, got {window}")
+    if not 1 <= window <= MAX_WINDOW:
+        raise InvalidInputError(f"--window must be from 1 to {MAX_WINDOW} samples, got {window}")
     return {"window": window}
 
 
@@ -119,13 +119,13 @@ def chosen_observer(
     Raises:
         InvalidInputError: neither is named, or a setting is not of theirs.
     """
-    make = from_files if vehicle is None else of_vehicle
+    make = from_files if vehicle is None else build_car_observer
     described, measured = described_by(rig, vehicle), MEASUREMENT_MODELS[torque]
     made: ModelObserver = make(KINDS[kind], described, measurement_model=measured, **settings)
     return made
 
 
-def of_vehicle(
+def build_car_observer(
     kind: Callable[..., Ekf | Mhe], vehicle: Path, model: Path | None, **settings: Any
 ) -> Ekf | Mhe:
     """The observer of a car, with the settings of `observers.from_files`.

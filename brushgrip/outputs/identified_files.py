@@ -22,7 +22,7 @@ from symbolic.vehicle.vehicle import RANGES, Vehicle
 
 Changes = Mapping[str, float | tuple[float, float]]
 """Values by key, with their tolerances where they have one."""
-LASTING = 0.05
+GEAR_FRICTION_VARIATION = 0.05
 """Share of its value by which a gear's friction changes from day to day [1]."""
 USUAL_SPEED = 0.015
 """Of a rack that is steered at standstill [m/s]."""
@@ -42,7 +42,7 @@ def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
     friction, zero = result.gear_friction, result.zero
     damped = max(0.0, result.damping.value) * USUAL_SPEED
     level = friction.value + damped / 2
-    tolerance = max(damped, (friction.std or 0.0) / EVEN, LASTING * level)
+    tolerance = max(damped, (friction.std or 0.0) / EVEN, GEAR_FRICTION_VARIATION * level)
     changes: dict[str, float | tuple[float, float]] = {
         "gear_friction": (level, min(tolerance, 0.9 * level)),
         "inclination": _inclination(vehicle, result.return_torque.value),

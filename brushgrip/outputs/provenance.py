@@ -23,7 +23,7 @@ _SAME = ("inputs", "rig", "signals", "settings")
 """What two runs have in common of which one may replace the other."""
 _WRITTEN = (".json", ".html", ".png")
 """Suffixes of what `diagnose` and `demo` write."""
-_LARGEST = 100_000_000
+_MAX_FILE_SIZE = 100_000_000
 
 Provenance = Mapping[str, Any]
 
@@ -95,7 +95,7 @@ def require_own_folder(document: Path, made: Provenance, *, force: bool) -> tupl
         InvalidInputError: there is another run.
     """
     try:
-        if not document.is_file() or document.stat().st_size > _LARGEST:
+        if not document.is_file() or document.stat().st_size > _MAX_FILE_SIZE:
             return ()
         there = json.loads(document.read_text("utf-8"))[KEY]
     except (OSError, ValueError, LookupError, TypeError, RecursionError):

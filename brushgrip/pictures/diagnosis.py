@@ -26,9 +26,9 @@ from identification.loops import literal
 
 Stage = tuple[Signatures, str, str]
 """Signatures of one stage of the model, their colour and their label."""
-MOST_RECORDINGS = 6
+MAX_RECORDINGS = 6
 """Most recordings in the picture of residuals; the representative and held-out ones come first."""
-_MOST_COLUMNS = 4
+_MAX_COLUMNS = 4
 """Most small loops in a row."""
 _INDISTINGUISHABLE = "#9cc3e0"
 """Colour of effects that are indistinguishable from an added one."""
@@ -39,7 +39,7 @@ _TITLE_WIDTH = 130
 def draw_loops(path: Path, diagnosis: Diagnosis) -> None:
     """Draw torque over yaw angle: one recording large, all others small below it."""
     first, *others = ordered(diagnosis)
-    rows = ceil(len(others) / _MOST_COLUMNS)
+    rows = ceil(len(others) / _MAX_COLUMNS)
     columns = max(2, ceil(len(others) / rows)) if rows else 1
     with picture(path, 4.8 + 2.2 * rows) as figure:
         grid = figure.add_gridspec(rows + 1, columns, height_ratios=[4.4] + [2.2] * rows)
@@ -75,8 +75,8 @@ def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) 
 
 
 def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
-    """Draw simulated minus measured torque of `MOST_RECORDINGS` at most, before and after."""
-    shown = ordered(diagnosis)[:MOST_RECORDINGS]
+    """Draw simulated minus measured torque of `MAX_RECORDINGS` at most, before and after."""
+    shown = ordered(diagnosis)[:MAX_RECORDINGS]
     with picture(path, 0.9 + 1.9 * len(shown)) as figure:
         grid = figure.add_gridspec(len(shown), 2, width_ratios=[2, 1])
         for row, series in enumerate(shown):

@@ -14,7 +14,7 @@ from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, picture
 from identification.loops import literal
 
-BAND = 2.0
+BAND_STDS = 2.0
 """Standard deviations to either side of the estimate."""
 CHANGE = (0, (1, 1.5))
 """Stroke of a change of the ground."""
@@ -22,7 +22,7 @@ DOUBTED = "////"
 """Hatch of a band that is too narrow."""
 RECORDINGS = ("#0063a8", "#e07b00", "#008f6b", "#a0559c", "#6b4a2b", "#c0392b", "#4d5966", "#8aa01f")
 """Colours of recordings on one ground; where there are more, they begin again and have no names."""
-MOST_GROUNDS = 4
+MAX_GROUNDS = 4
 """Grounds in the overview; all stand in the table beside it."""
 OVERVIEW_WIDTH = 5.6
 """Of the overview, so that its letters can be read on a telephone [in]."""
@@ -72,7 +72,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
 
 def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
     colour, stroke, width, filled = line_style
-    low, high = track.mu - BAND * track.mu_std, track.mu + BAND * track.mu_std
+    low, high = track.mu - BAND_STDS * track.mu_std, track.mu + BAND_STDS * track.mu_std
     if filled:
         for where, alpha in ((track.usable, 0.18), (~track.usable, 0.06)):
             axes.fill_between(track.t, low, high, where=where.tolist(), color=colour, alpha=alpha, lw=0)
@@ -95,7 +95,7 @@ def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
 
 def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTrack]]) -> None:
     """Draw one panel per ground with a line for each recording, bold where the estimate is usable."""
-    grounds = list(tracks_by_ground.items())[:MOST_GROUNDS]
+    grounds = list(tracks_by_ground.items())[:MAX_GROUNDS]
     with picture(path, 0.7 + 2.2 * len(grounds), OVERVIEW_WIDTH) as figure:
         panels = figure.subplots(len(grounds), 1, squeeze=False, sharex=True)[:, 0]
         for axes, (ground, tracks) in zip(panels, grounds, strict=True):
@@ -115,7 +115,7 @@ def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTr
 
 def _overview_line(axes: Axes, track: FrictionTrack, colour: str) -> None:
     t, low, high = (
-        track.t - track.t[0], track.mu - BAND * track.mu_std, track.mu + BAND * track.mu_std,
+        track.t - track.t[0], track.mu - BAND_STDS * track.mu_std, track.mu + BAND_STDS * track.mu_std,
     )  # fmt: skip
     axes.fill_between(t, low, high, where=track.usable.tolist(), color=colour, alpha=0.13, lw=0)
     # Before the first usable sample a line tells nothing.
@@ -132,7 +132,7 @@ def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
         chosen = track.usable if track.usable.any() else np.ones(track.t.size, dtype=bool)
         chosen = chosen & np.isfinite(track.mu)
         if chosen.any():
-            mu, reach = track.mu[chosen], BAND * np.nan_to_num(track.mu_std[chosen])
+            mu, reach = track.mu[chosen], BAND_STDS * np.nan_to_num(track.mu_std[chosen])
             low.append(float(np.quantile(mu - reach, 0.05)))
             high.append(float(np.quantile(mu + reach, 0.95)))
         if track.reference is not None:
@@ -150,7 +150,7 @@ def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> 
         for label, style in line_styles.items()
     ]
     if any(np.isfinite(track.mu_std).any() for track in tracks):
-        label = f"± {BAND:.0f} standard deviations"
+        label = f"± {BAND_STDS:.0f} standard deviations"
         key.append(Patch(color="#777777", alpha=0.25, lw=0, label=label))
     key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: not usable"))
     if any(track.inconsistent is not None and track.inconsistent.any() for track in tracks):

@@ -12,7 +12,7 @@ from identification import FittedVibration, FreeDecay
 from identification.loops import literal
 from identification.thesis import DecrementEstimate
 
-MOST_VIBRATIONS = 3
+MAX_VIBRATIONS = 3
 """Most recordings in the picture, from the shortest contact to the longest."""
 
 
@@ -35,9 +35,9 @@ def draw_free_decay(path: Path, result: FreeDecay, decrement: DecrementEstimate)
 
 
 def spread_out(vibrations: Sequence[FittedVibration]) -> list[FittedVibration]:
-    """Up to `MOST_VIBRATIONS` recordings, evenly spaced in the order of contact length."""
+    """Up to `MAX_VIBRATIONS` recordings, evenly spaced in the order of contact length."""
     ordered = sorted(vibrations, key=lambda v: v.a)
-    places = np.linspace(0, len(ordered) - 1, min(MOST_VIBRATIONS, len(ordered)))
+    places = np.linspace(0, len(ordered) - 1, min(MAX_VIBRATIONS, len(ordered)))
     return [ordered[round(place)] for place in places]
 
 

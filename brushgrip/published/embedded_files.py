@@ -15,15 +15,15 @@ GROUND = "plate"
 SIMULATED, FIRST = "reference_rig", "estimate_in_a_loop.py"
 
 
-def embedded_inputs() -> tuple[Inputs, int]:
+def demo_inputs() -> tuple[Inputs, int]:
     """The demo's recordings with their rig, and how many of them are for training; these come first."""
-    folder = embedded_folder()
+    folder = demo_folder()
     training = sorted(folder.glob("train*.csv"))
     names = [str(path) for path in (*training, *sorted(folder.glob("holdout*.csv")))]
     return locate_inputs(names, rig=folder / RIG, ground=[GROUND]), len(training)
 
 
-def embedded_folder() -> Path:
+def demo_folder() -> Path:
     """The folder of the demo's recordings.
 
     Raises:
@@ -50,7 +50,7 @@ def copy_examples(out: Path) -> None:
     """
     if out.is_dir() and any(out.iterdir()):
         raise InvalidInputError(f"{out}: is not empty; name a new folder for the examples")
-    source = embedded_folder().parent
+    source = demo_folder().parent
     rig = next(place for place in (source, source.parent) if (place / SIMULATED).is_dir()) / SIMULATED
     leave = ignore_patterns("__pycache__", "*_output")
     with staged_directory(out) as stage:

@@ -20,14 +20,14 @@ REGISTRY = files("brushgrip.published").joinpath("published.txt")
 
 _SIMULATIONS_BESIDE = "thesis_simulation"
 RETRIES = 2
-LARGEST = 20_000_000
+MAX_FILE_SIZE = 20_000_000
 """Bytes that no published file has; a host that delivers more is not heard out."""
 TIMEOUT = 30.0
 
 
 class _Bounded(io.FileIO):
     def write(self, content: Any) -> int:
-        if self.tell() + len(content) > LARGEST:
+        if self.tell() + len(content) > MAX_FILE_SIZE:
             raise OSError(errno.EFBIG, os.strerror(errno.EFBIG))
         return super().write(content)
 
@@ -108,7 +108,7 @@ def _download(published: pooch.Pooch, names: list[str], say: Callable[[str], Non
         say(f"{number}/{len(names)} {name}")
         url = published.get_url(name)
         try:
-            published.fetch(name, downloader=deliver)
+            published.fetch(name, downloader=download_bounded)
         except ValueError:
             raise FetchError(
                 f"{name}: what {url} delivers has not the published digest "
@@ -121,8 +121,8 @@ def _download(published: pooch.Pooch, names: list[str], say: Callable[[str], Non
             ) from None
 
 
-def deliver(url: str, place: str, published: pooch.Pooch) -> None:
-    """What pooch downloads with: like its own, but no more than `LARGEST`."""
+def download_bounded(url: str, place: str, published: pooch.Pooch) -> None:
+    """What pooch downloads with: like its own, but no more than `MAX_FILE_SIZE`."""
     with _Bounded(place, "w") as file:
         pooch.HTTPDownloader(timeout=TIMEOUT)(url, file, published)
 

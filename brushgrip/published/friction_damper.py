@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
 from brushgrip.outputs.atomic import staged_directory
-from brushgrip.published.fetch import RETRIES, FetchError, deliver
+from brushgrip.published.fetch import RETRIES, FetchError, download_bounded
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -157,7 +157,7 @@ def fetched_array(url: str, columns: int, load: Callable[[str], Any] = np.load) 
                 registry={"part.npy": None},
                 urls={"part.npy": quote(url, safe=":/")},
                 retry_if_failed=RETRIES,
-            ).fetch("part.npy", downloader=deliver)
+            ).fetch("part.npy", downloader=download_bounded)
             array = np.asarray(load(path), dtype=float)
             return array.reshape(-1, columns)
     except Exception as error:  # neither a host nor a damaged array keeps to some kinds of error

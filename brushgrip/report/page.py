@@ -23,7 +23,7 @@ from brushgrip.pictures import (
     draw_signatures,
     has_curves,
 )
-from brushgrip.pictures.diagnosis import MOST_RECORDINGS
+from brushgrip.pictures.diagnosis import MAX_RECORDINGS
 from brushgrip.pictures.style import is_drawn_by_us, vectors
 from brushgrip.report import friction_words, tables, to_send
 from brushgrip.wording import diagnosis_in_words, formatting
@@ -37,11 +37,11 @@ DRAWN = ("loops", "residuals", "signatures", "candidates", "friction", "overview
 STEMS = (*DRAWN, EXPERIMENT.format(r"\w+"))
 """Pictures of a report, by their names without suffix."""
 _PICTURES = re.compile(rf"({'|'.join(STEMS)})\.png")
-_LARGEST_DRAWING = 3_000_000
+_MAX_DRAWING_SIZE = 3_000_000
 """Bytes of a drawing that the page takes."""
-_MOST_SAMPLES = 100_000
+_MAX_LINE_SAMPLES = 100_000
 """Samples of all recordings that are drawn as lines; of more the page takes points."""
-_WORDS = (formatting, diagnosis_in_words, friction_wording, friction_words, to_send)
+_WORDING_MODULES = (formatting, diagnosis_in_words, friction_wording, friction_words, to_send)
 """Modules whose public functions the template uses, as functions and as filters."""
 
 
@@ -65,7 +65,7 @@ def write_report(
         The page.
     """
     samples = sum(series.t.size for series in diagnosis.series)
-    with vectors(wanted=samples <= _MOST_SAMPLES) as drawings:
+    with vectors(wanted=samples <= _MAX_LINE_SAMPLES) as drawings:
         _draw_pictures(folder, diagnosis, friction, outcome)
     template = _environment(folder, drawings).get_template(TEMPLATE)
     contents = _contents(diagnosis, friction, outcome, made)
@@ -75,7 +75,7 @@ def write_report(
         friction=friction,
         friction_outcome=outcome,
         made=made,
-        residuals_shown=min(MOST_RECORDINGS, len(diagnosis.series)),
+        residuals_shown=min(MAX_RECORDINGS, len(diagnosis.series)),
         compared=len({track.name for track in friction}),
         model=found_model(diagnosis),
         tables=tables,
@@ -153,7 +153,7 @@ def _draw_pictures(
 
 
 def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
-    """The templates, with pictures of a folder and the words of `_WORDS`."""
+    """The templates, with pictures of a folder and the words of `_WORDING_MODULES`."""
     environment = Environment(
         loader=PackageLoader("brushgrip.report"),
         autoescape=True,
@@ -165,7 +165,7 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
     )
     words: dict[str, Callable[..., object]] = {
         name: word
-        for module in _WORDS
+        for module in _WORDING_MODULES
         for name, word in getmembers(module, isfunction)
         if word.__module__ == module.__name__  # Others came by import.
     }
@@ -188,6 +188,6 @@ def _keep_units(value: Any) -> Any:
 def _data_address(png: Path, drawing: bytes | None) -> str:
     """A picture as an address that holds its content: a drawing, or where that is too large, points."""
     kind, content = "png", png.read_bytes()
-    if drawing is not None and len(drawing) <= _LARGEST_DRAWING:
+    if drawing is not None and len(drawing) <= _MAX_DRAWING_SIZE:
         kind, content = "svg+xml", drawing
     return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"

@@ -11,7 +11,7 @@ from identification.diagnosis.result import Diagnosis
 from identification.reading.files import read_bytes
 from symbolic import Effect, FoundModel, model_from_tables, units_of
 from symbolic.tables.found_model_tables import MODEL_VERSION
-from symbolic.tables.parsing import LARGEST_MODEL, json_of, naming
+from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, naming
 
 __all__ = ["FoundModel", "model_text", "read_model"]
 
@@ -53,6 +53,6 @@ def read_model(path: Path, effects: Iterable[Effect] = ()) -> FoundModel:
     Raises:
         InvalidInputError: the file is missing, no JSON, or lacks something; one line says what.
     """
-    content = read_bytes(path, LARGEST_MODEL)
+    content = read_bytes(path, MAX_MODEL_SIZE)
     with naming(path):
         return model_from_tables(json_of(content), effects)

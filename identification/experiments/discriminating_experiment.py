@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 
 from identification.experiments.manoeuvres import manoeuvres
 from identification.experiments.proposals import Proposal, proposal_from_torques, sample_period
-from identification.experiments.turns_and_rests import STEP, Manoeuvre, reach_of
+from identification.experiments.turns_and_rests import SAMPLE_PERIOD, Manoeuvre, reach_of
 from identification.fits.fitting import Fit
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
@@ -118,7 +118,7 @@ class _Rival(_Simulated):
             bounds.append(sorted((lower, upper)))
         self.bounds = np.array(bounds).T / self.scales
         self.information_root = _information_root(fitted, columns)
-        self.weight = np.sqrt(STEP / sample_period(fitted, typical)) / span
+        self.weight = np.sqrt(SAMPLE_PERIOD / sample_period(fitted, typical)) / span
 
     def refine(self, rough: _Outcome) -> _Outcome:
         """Continue a rough refit until it converges."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.experiments.turns_and_rests import STEP, Manoeuvre
+from identification.experiments.turns_and_rests import SAMPLE_PERIOD, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import Fit
 from identification.fits.loss import rmse_of
@@ -155,7 +155,7 @@ def _standard_errors(difference: Array, present: _RecordedData, times: int, bloc
     With the residual e of the true model and e + d of the other, the squares differ by 2 e d + d^2. The
     mean of d^2 varies from block to block; e adds its own variance.
     """
-    size = round(block / STEP)
+    size = round(block / SAMPLE_PERIOD)
     whole = difference[: difference.size // size * size].reshape(-1, size)
     squares = (whole**2).mean(axis=1)
     new, old = times * squares.size, present.seconds / block

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]
-STEP = 0.02
+SAMPLE_PERIOD = 0.02
 """Time between samples of a manoeuvre [s]."""
 LENGTH = 40.0
 """A manoeuvre is repeated until it lasts about this long [s]."""
-SLOWEST = 0.02
+MIN_TURN_RATE = 0.02
 """Slowest turning, where the rig has been turned clearly faster [rad/s]."""
-FASTEST = 0.99
+MAX_RATE_QUANTILE = 0.99
 """The fastest turning is this quantile of the recorded speeds: differentiated angles have spikes."""
 _EDGE, _STOP = 0.3, 0.45
 """Time in which a turn begins or ends, and duration of the stop at a reversal [s]."""
@@ -49,7 +49,7 @@ class Reach:
     @property
     def slow(self) -> float:
         """Slowest turning of a manoeuvre [rad/s]."""
-        return min(SLOWEST, self.speed / 4)
+        return min(MIN_TURN_RATE, self.speed / 4)
 
     @property
     def centre(self) -> float:
@@ -83,7 +83,7 @@ class Manoeuvre:
     @property
     def signals(self) -> Array:
         """psi, psi_dot, F_N, dt as rows, as `symbolic.simulate` takes them, shape (4, n)."""
-        return np.vstack([self.psi, self.psi_dot, self.F_N, np.full(self.t.size, STEP)])
+        return np.vstack([self.psi, self.psi_dot, self.F_N, np.full(self.t.size, SAMPLE_PERIOD)])
 
     @property
     def seconds(self) -> float:
@@ -99,7 +99,7 @@ def reach_of(recordings: Sequence[Recording]) -> Reach:
     return Reach(
         low=min(float(r.psi.min()) for r in recordings),
         high=max(float(r.psi.max()) for r in recordings),
-        speed=float(np.quantile(speeds, FASTEST)),
+        speed=float(np.quantile(speeds, MAX_RATE_QUANTILE)),
         loads=(float(least), float(usual), float(greatest)),
     )
 
@@ -151,7 +151,7 @@ def manoeuvre_of(
     ]
     legs = _with_stops(legs)
     corners = np.cumsum([0.0, *(leg.seconds for leg in legs)])
-    t: Array = np.arange(int(corners[-1] / STEP) + 1, dtype=np.float64) * STEP
+    t: Array = np.arange(int(corners[-1] / SAMPLE_PERIOD) + 1, dtype=np.float64) * SAMPLE_PERIOD
     angles = reach.centre + reach.amplitude * np.array([0.0, *(leg.share for leg in legs)])
     psi = _softened(np.interp(t, corners, angles))
     light, usual, heavy = reach.loads
@@ -163,7 +163,7 @@ def manoeuvre_of(
         instruction=f"{instruction}{constant}, {t[-1]:.0f} s",
         t=t,
         psi=psi,
-        psi_dot=np.gradient(psi, STEP),
+        psi_dot=np.gradient(psi, SAMPLE_PERIOD),
         F_N=F_N,
     )
 
@@ -186,7 +186,7 @@ def _with_stops(legs: Sequence[Leg]) -> list[Leg]:
 
 def _softened(steps: Array) -> Array:
     """The series without corners: a moving average over `_EDGE`, which stays within its range."""
-    half = round(_EDGE / STEP / 2)
+    half = round(_EDGE / SAMPLE_PERIOD / 2)
     window = np.hanning(2 * half + 3)[1:-1]
     padded = np.pad(steps, half, mode="edge")
     return np.convolve(padded, window / window.sum(), mode="valid")

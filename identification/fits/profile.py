@@ -27,7 +27,7 @@ LIMIT = 3.841458820694124
 """95 % quantile of chi2(1)."""
 REFINEMENTS = 4
 """Most values inserted to find the least cost."""
-LEAST_GAIN = 1e-6
+MIN_COST_REDUCTION = 1e-6
 """A refinement has to promise a cost lower by this share [1]."""
 
 
@@ -154,7 +154,7 @@ def _minimum(costs: Mapping[float, float]) -> float | None:
     relative = heights[least - 1 : least + 2] / heights[least] - 1
     unit = high - low
     bend, slope, _ = np.polyfit((np.array([low, middle, high]) - middle) / unit, relative, 2)
-    if not slope**2 > 4 * bend * LEAST_GAIN:
+    if not slope**2 > 4 * bend * MIN_COST_REDUCTION:
         return None
     return float(np.clip(middle - unit * slope / (2 * bend), low, high))
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import f as fishers_f
 
 from identification.free_decay.likelihood import Contact, Likelihood, contact_of
-from identification.free_decay.onset import LEAST_STEPS, FreeVibration, without_spikes
+from identification.free_decay.onset import MIN_DEFLECTION_STEPS, FreeVibration, without_spikes
 from identification.free_decay.results import ContactResult, IdentifiedParameter
 from identification.free_decay.solution import jackknife, solve
 from identification.free_decay.vibration import stiffness
@@ -165,7 +165,7 @@ def _later_impacts(vibrations: Sequence[FreeVibration]) -> list[str]:
     sentences = []
     for r in vibrations:
         rest = np.abs(without_spikes(r.decay.psi)[r.last :] - r.centre)
-        if rest.size and rest.max() > max(_RIVAL * abs(r.deflection), LEAST_STEPS * r.step):
+        if rest.size and rest.max() > max(_RIVAL * abs(r.deflection), MIN_DEFLECTION_STEPS * r.step):
             at = float(r.decay.t[r.last + int(np.argmax(rest))])
             sentences.append(
                 f"{r.decay.name} goes on with another deflection at t = {at:.3g} s; only the vibration"

@@ -38,11 +38,11 @@ COMMON = 2
 """k and b_t lead the shared unknowns."""
 _OWN = 3
 """Angle, rate and centre belong to a recording."""
-_LONGEST_STEP = 0.06
+_MAX_PHASE_STEP = 0.06
 """Longest step of the integration [rad of the vibration]."""
 _FIRST_SLIDING = 0.05
 """First guess of the share of the half-length that slides at either end in the first swing [1]."""
-_LEAST_NOISE = 0.01
+_MIN_NOISE = 0.01
 """Least scale of the noise, in steps of the encoder."""
 
 
@@ -122,7 +122,7 @@ class Likelihood:
                 for r, response in zip(self.vibrations, responses, strict=True)
             )
 
-        least = np.log(_LEAST_NOISE * max(r.step for r in self.vibrations))
+        least = np.log(_MIN_NOISE * max(r.step for r in self.vibrations))
         most = np.log(max(abs(r.deflection) for r in self.vibrations))
         return float(np.exp(minimize_scalar(cost, bounds=(least, most), method="bounded").x))
 
@@ -165,7 +165,7 @@ def guess_k_and_b_t(vibrations: Sequence[FreeVibration]) -> tuple[float, float]:
 
 def integration_grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]:
     """Times short enough for the integration [s], and the places of the samples among them."""
-    parts = np.maximum(np.ceil(np.diff(vibration.t) * vibration.omega / _LONGEST_STEP), 1).astype(
+    parts = np.maximum(np.ceil(np.diff(vibration.t) * vibration.omega / _MAX_PHASE_STEP), 1).astype(
         np.intp
     )
     samples = np.concatenate([[0], np.cumsum(parts)])

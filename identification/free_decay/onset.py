@@ -11,18 +11,18 @@ from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 
-LEAST_STEPS = 3.0
+MIN_DEFLECTION_STEPS = 3.0
 """Least first deflection, in steps of the encoder."""
-MOST_SWING = 0.2
+MAX_DEFLECTION = 0.2
 """Largest first deflection [rad], as all formulas take angles for small."""
-LEAST_PERIODS = 1.5
+MIN_PERIODS = 1.5
 """Least length of the recording after the first turning point, in periods."""
-_QUIET, _LONGEST = 0.25, 6.0
+_MIN_AMPLITUDE, _MAX_LENGTH = 0.25, 6.0
 """Amplitude at which the vibration ends, in steps, and its greatest length, in time constants."""
 _LOUD = 0.05
 """Deflections below this share of the first one are no vibration."""
 _PADDING, _FILTER = 8, 5
-_SLOWEST, _FASTEST = 0.005, 0.5
+_MIN_DAMPING, _MAX_DAMPING = 0.005, 0.5
 """Bounds of the guessed relative damping [1]."""
 
 _WHOLE = 0.05
@@ -88,27 +88,27 @@ def find_vibration(decay: Decay) -> FreeVibration:
     first = _middle_of_top(psi, int(np.argmax(np.abs(psi - centre))), step)
     t, swing = decay.t[first:], psi[first:] - centre
     deflection = abs(float(swing[0]))
-    if deflection < LEAST_STEPS * step:
+    if deflection < MIN_DEFLECTION_STEPS * step:
         raise InvalidInputError(
             f"{decay.name}: the wheel swings by {1000 * deflection:.2g} mrad,"
-            f" {deflection / step:.2g} steps of the encoder; at least {LEAST_STEPS:g} steps are needed:"
-            " strike it harder"
+            f" {deflection / step:.2g} steps of the encoder; at least"
+            f" {MIN_DEFLECTION_STEPS:g} steps are needed: strike it harder"
         )
-    if deflection > MOST_SWING:
+    if deflection > MAX_DEFLECTION:
         raise InvalidInputError(
-            f"{decay.name}: the wheel swings by {deflection:.3g} rad; allowed: up to {MOST_SWING:g} rad,"
-            " as all angles are taken for small; is psi in rad?"
+            f"{decay.name}: the wheel swings by {deflection:.3g} rad; allowed: up to"
+            f" {MAX_DEFLECTION:g} rad, as all angles are taken for small; is psi in rad?"
         )
     if t.size < 4:
         raise _too_short(decay, t)
     omega = _frequency(t, swing)
-    if not (t[-1] - t[0]) * omega > LEAST_PERIODS * 2 * np.pi:
+    if not (t[-1] - t[0]) * omega > MIN_PERIODS * 2 * np.pi:
         raise _too_short(decay, t)
     loud = max(1.5 * step, _LOUD * deflection)
     calm, end = _calm(t, np.abs(swing), loud, 2 * np.pi / omega)
     damping = _damping(t[:calm], swing[:calm], loud, omega)
-    length = min(np.log(deflection / (_QUIET * step)), _LONGEST) / damping
-    length = max(length, LEAST_PERIODS * 2 * np.pi / omega)
+    length = min(np.log(deflection / (_MIN_AMPLITUDE * step)), _MAX_LENGTH) / damping
+    length = max(length, MIN_PERIODS * 2 * np.pi / omega)
     return FreeVibration(
         decay=decay,
         first=first,
@@ -153,7 +153,7 @@ def without_spikes(psi: Array) -> Array:
 def _too_short(decay: Decay, t: Array) -> InvalidInputError:
     return InvalidInputError(
         f"{decay.name}: holds {t[-1] - t[0]:.3g} s after its largest deflection, in which psi does not"
-        f" swing {LEAST_PERIODS:g} times; record the vibration until it has died away"
+        f" swing {MIN_PERIODS:g} times; record the vibration until it has died away"
     )
 
 
@@ -191,4 +191,4 @@ def _damping(t: Array, swing: Array, least: float, omega: float) -> float:
     """Decay rate from the centroid of the energy, which lies at half a time constant [1/s]."""
     energy = np.where(np.abs(swing) > least, swing**2, 0) * np.gradient(t)
     delay = float(((t - t[0]) * energy).sum() / energy.sum())
-    return float(np.clip(1 / (2 * delay), _SLOWEST * omega, _FASTEST * omega))
+    return float(np.clip(1 / (2 * delay), _MIN_DAMPING * omega, _MAX_DAMPING * omega))

@@ -25,14 +25,14 @@ from identification.free_decay.likelihood import Evaluation, Likelihood, misfit
 
 Array = NDArray[np.float64]
 
-_LARGEST_FACTOR, _SAME = 3.0, 0.02
+_MAX_FACTOR, _SAME = 3.0, 0.02
 """Largest factor of the scale between stages, and the relative change at which it has converged."""
 _MAX_STAGES, _MAX_STEPS = 20, 40
 _SLOPE = 0.01
 """Length of the gradient at which a stage ends, in the units of `_units`."""
-_RADIUS, _LARGEST_RADIUS = 1e3, 1e9
+_RADIUS, _MAX_RADIUS = 1e3, 1e9
 """Radius of the trust region at the start and at most, in these units."""
-_LARGEST_LEVERAGE = 0.99
+_MAX_LEVERAGE = 0.99
 """Leverage of a half swing in one direction is cut to this, so that something determines it without."""
 
 
@@ -81,7 +81,7 @@ def solve(likelihood: Likelihood) -> Solution:
         stage = _stage(likelihood, x, noise)
         x, steps = stage.x, steps + stage.steps
         likeliest = likelihood.likeliest_noise(stage.evaluation.responses)
-        following = max(likeliest, noise / _LARGEST_FACTOR)
+        following = max(likeliest, noise / _MAX_FACTOR)
         same = abs(following - noise) < _SAME * noise
         if same:
             break
@@ -107,7 +107,7 @@ def _stage(likelihood: Likelihood, x: Array, noise: float) -> Solution:
             "gtol": _SLOPE,
             "maxiter": _MAX_STEPS,
             "initial_trust_radius": _RADIUS,
-            "max_trust_radius": _LARGEST_RADIUS,
+            "max_trust_radius": _MAX_RADIUS,
         },
     )
     return Solution(
@@ -165,6 +165,6 @@ def _amplified(inverse: Array, curvature: Array, score: Array) -> Array:
     """
     root = np.linalg.cholesky(inverse)
     leverages, axes = np.linalg.eigh(root.T @ curvature @ root)
-    remainder = 1 - np.minimum(leverages, _LARGEST_LEVERAGE)
+    remainder = 1 - np.minimum(leverages, _MAX_LEVERAGE)
     amplified: Array = np.linalg.solve(root.T, axes @ ((axes.T @ (root.T @ score)) / remainder))
     return amplified

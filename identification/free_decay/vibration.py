@@ -37,9 +37,9 @@ rate [rad/s] at the first sample and the angle about which the wheel swings [rad
 GEOMETRY = ("a", "e", "J_A")
 _STATES = ("psi", "psi_dot", "psi_r", "S_r", "S", "heading")
 PARAMETERS = ("k", "b_t", "slip", "centre")
-_LEAST = 1e-9
+_MIN_REACH = 1e-9
 """Below this reach the slip torque is its own limit for small turns [m]."""
-_STRETCH = 100
+_SAMPLES_PER_CALL = 100
 """Samples in one call."""
 
 
@@ -68,7 +68,7 @@ def slip_torque(
         e: caster length [m].
     """
     per_turn = k * slip / full_slide_level(1, a)
-    reach = ca.fmax(ca.fabs(per_turn * turn), _LEAST)
+    reach = ca.fmax(ca.fabs(per_turn * turn), _MIN_REACH)
     return k * turn * ca.fabs(turn) * per_turn * unit_moment(1 / reach, a, e) / reach
 
 
@@ -88,16 +88,21 @@ def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> Response:
     theta = unknowns[[UNKNOWNS.index(name) for name in PARAMETERS]]
     # Matrices of casadi lie column by column: the transposes of these arrays, sample after sample.
     buffered = BufferedCall(stretch)
-    given = (state, sensitivity.T, np.tile(theta, _STRETCH), np.tile(geometry, _STRETCH))
+    given = (
+        state,
+        sensitivity.T,
+        np.tile(theta, _SAMPLES_PER_CALL),
+        np.tile(geometry, _SAMPLES_PER_CALL),
+    )
     for array, values in zip(buffered.inputs, given, strict=False):
         array[:] = values.ravel()
     dt = buffered.inputs[-1]
-    states = buffered.outputs[0].reshape(_STRETCH, len(_STATES))
-    along = buffered.outputs[1].reshape(_STRETCH, len(UNKNOWNS), len(_STATES))
+    states = buffered.outputs[0].reshape(_SAMPLES_PER_CALL, len(_STATES))
+    along = buffered.outputs[1].reshape(_SAMPLES_PER_CALL, len(UNKNOWNS), len(_STATES))
     psi, sensitivities = np.empty(t.size), np.empty((t.size, len(UNKNOWNS)))
     psi[0], sensitivities[0] = state[0, 0], sensitivity[0]
-    for at in range(1, t.size, _STRETCH):
-        count = min(_STRETCH, t.size - at)
+    for at in range(1, t.size, _SAMPLES_PER_CALL):
+        count = min(_SAMPLES_PER_CALL, t.size - at)
         dt[:count], dt[count:] = np.diff(t[at - 1 : at + count]), 0
         buffered.call()
         psi[at : at + count], sensitivities[at : at + count] = states[:count, 0], along[:count, :, 0]
@@ -121,7 +126,7 @@ def _functions() -> tuple[ca.Function, ca.Function]:
         ["unknowns", "geometry"],
         ["state", "sensitivity"],
     )
-    return first, compiled(_step_with_sensitivities().mapaccum("swing_along", _STRETCH, 2, {}))
+    return first, compiled(_step_with_sensitivities().mapaccum("swing_along", _SAMPLES_PER_CALL, 2, {}))
 
 
 def initial_state(unknowns: Expression, geometry: Expression) -> Expression:

@@ -14,12 +14,12 @@ from symbolic.vehicle.steering import jacking, lever, mean_angle, rack_force, ra
 from symbolic.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
-LEAST_SPAN = 0.03
+MIN_RACK_SPAN = 0.03
 """Way of the rack from end to end from which on force and signs are judged [m]: tyres that stand twisted
 unwind within half of it, and give work."""
 GIVEN_BACK = 0.25
 """Share of the work, without regard to its sign, that no ground and no gear give back [1]."""
-LARGEST_FORCE = 6e4
+MAX_RACK_FORCE = 6e4
 """Of the gear on a rack [N]."""
 OPPOSED = -0.87
 """Correlation of torsion bar and motor by which one has the other sign [1]: an assistance follows the
@@ -63,12 +63,12 @@ def _units(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
     sizes = dict(columns)
     if "T_motor" in columns and vehicle.motor_ratio > 0:
         # What a motor gives depends on its gear.
-        share = rack_force(vehicle, 0.0, columns["T_motor"]) / LARGEST_FORCE
+        share = rack_force(vehicle, 0.0, columns["T_motor"]) / MAX_RACK_FORCE
         sizes["T_motor"] = share * OF_SIZE["T_motor"][0]
     units = {column: unit_by_size(column, values) for column, values in sizes.items()}
     way = "rack" if "rack" in columns else "handwheel"
     gain = UNITS[way].get(units[way], 1.0) * (1.0 if way == "rack" else vehicle.rack_gain)
-    if "F_rack" in columns and not gain * _span(columns[way]) > LEAST_SPAN:
+    if "F_rack" in columns and not gain * _span(columns[way]) > MIN_RACK_SPAN:
         units["F_rack"] = ""
     return {column: unit for column, unit in units.items() if unit}
 
@@ -82,7 +82,7 @@ def _signs(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
     """Columns that count the other way, and why."""
     s, force = way_and_force(columns, vehicle)
     ds = np.diff(s, prepend=s[:1])
-    if not _span(s) > LEAST_SPAN:
+    if not _span(s) > MIN_RACK_SPAN:
         return {}
     bar, motor = columns.get("T_bar"), columns.get("T_motor")
     if "F_rack" not in columns and bar is not None and motor is not None:

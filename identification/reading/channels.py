@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from identification.reading.guessed_car_channels import EITHER, guesses_of_steering
-from identification.reading.guessed_units import judged
+from identification.reading.guessed_units import infer_units
 from identification.reading.signal_map import (
     FOR_RATIO,
     NO_MAP,
@@ -29,11 +29,11 @@ from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt
 
 COLUMNS = (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)
-MOST_NAMES = 20
+MAX_NAMES = 20
 """Names of channels that a message lists."""
 _STEERING_WHEEL = re.compile(r"steering.?wheel|hand.?wheel|lenkrad|volant|^(swa|swt|sas)", re.IGNORECASE)
 """Names of a channel that belongs to the steering wheel, not to the wheel about its kingpin."""
-_GEARED = ("psi", "psi_dot", "M_z", "M")
+_NEEDS_STEERING_RATIO = ("psi", "psi_dot", "M_z", "M")
 _USUAL_NAMES = {
     "t": ("time", "zeit", "timestamp", "sec"),
     "psi": ("psi", "angle", "winkel", "steer", "yaw", "lenk"),
@@ -178,15 +178,17 @@ def map_hint(
         return ""
     of_steering = {*absent, *signals.signals} | ({*names} if [*absent] == ["t"] else set())
     if {"rack", "handwheel", "F_rack", "T_bar", "T_motor"} & of_steering:
-        guesses = {c: _source(c, guess) for c, guess in guesses_of_steering(absent, names, signals)}
+        guesses = {
+            c: _proposed_source(c, guess) for c, guess in guesses_of_steering(absent, names, signals)
+        }
         given = {c: source for c, source in signals.signals.items() if c not in absent}
         return f"; say which is which, such as {mending_map(given, guesses)}"
     channels = dict(_guesses(absent, names, signals))
-    guessed = {column: _source(column, guess) for column, guess in channels.items()}
+    guessed = {column: _proposed_source(column, guess) for column, guess in channels.items()}
     of_hand = {
         c
         for c, s in guessed.items()
-        if c in _GEARED and channels[c] and _STEERING_WHEEL.search(s.channel)
+        if c in _NEEDS_STEERING_RATIO and channels[c] and _STEERING_WHEEL.search(s.channel)
     }
     # The hand turns the wheel, M_z is the moment of the ground on it.
     guessed |= {c: replace(guessed[c], factor=-1.0) for c in of_hand & {"M_z"}}
@@ -203,7 +205,7 @@ def map_hint(
                 certain.add(column)
             factor = source.factor if column in others else 1.0
             values[column] = samples.values * factor * (factor_of(column, unit) or 1.0)
-    sources, of_hand = judged(sources, values, of_hand, certain)
+    sources, of_hand = infer_units(sources, values, of_hand, certain)
     parts = [
         sources[c].as_geared(c) if c in of_hand else sources[c].as_map(c)
         for c in sorted(sources, key=[*COLUMNS, *sources].index)
@@ -212,7 +214,7 @@ def map_hint(
     return f"; say which is which, such as {as_option(parts)}{FOR_RATIO if of_hand else ''}"
 
 
-def _source(column: str, name: str | None) -> SignalSource:
+def _proposed_source(column: str, name: str | None) -> SignalSource:
     """A channel with the unit that its name ends in; a word in its place for none."""
     bare = bare_name(name or "CHANNEL")
     unit = "" if is_unit(column, unit_of_name(name or "")) else unit_at_end(column, bare)
@@ -240,5 +242,5 @@ def _likely(column: str, names: Sequence[str]) -> str | None:
 
 
 def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    return (", ".join(excerpt(name)[1:-1] for name in names[:MOST_NAMES]) or "none") + more
+    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
+    return (", ".join(excerpt(name)[1:-1] for name in names[:MAX_NAMES]) or "none") + more

@@ -25,7 +25,7 @@ from symbolic.tables.parsing import naming
 Array = NDArray[np.float64]
 CHANNELS = ("psi", "M_z", "F_N")
 """What a recording needs: yaw angle [rad], aligning torque [N m], vertical load [N]."""
-_LEAST_QUIET = 10
+_MIN_QUIET_SAMPLES = 10
 """Samples that the mean of an offset needs."""
 _FINEST_RATIO = 1000
 """Largest denominator of a ratio of rates."""
@@ -115,10 +115,10 @@ class OffsetRemoved:
         """The channel without its offset."""
         first, last = round(self.start * channel.rate), round(self.stop * channel.rate)
         quiet = channel.values[first:last]
-        if last > channel.values.size or quiet.size < _LEAST_QUIET:
+        if last > channel.values.size or quiet.size < _MIN_QUIET_SAMPLES:
             raise InvalidInputError(
                 f"the quiet stretch from {self.start} s to {self.stop} s must hold at least"
-                f" {_LEAST_QUIET} samples and end within {channel.values.size / channel.rate:g} s"
+                f" {_MIN_QUIET_SAMPLES} samples and end within {channel.values.size / channel.rate:g} s"
             )
         return Channel(values=channel.values - quiet.mean() + self.level, rate=channel.rate)
 

@@ -9,19 +9,19 @@ from numpy.typing import NDArray
 from identification.reading.signal_map import SignalSource
 
 Array = NDArray[np.float64]
-LONGEST_PERIOD = 0.5
+MAX_PLAUSIBLE_PERIOD = 0.5
 """Samples so far apart are in milliseconds [s]."""
-RIGHT_ANGLE, TURN = 1.6, 4 * np.pi
+MAX_STEERING_ANGLE, MAX_HANDWHEEL_ANGLE = 1.6, 4 * np.pi
 """No wheel is steered beyond the first, no steering wheel beyond the second [rad]."""
-LEAST_LOAD = 20.0
+MIN_WHEEL_LOAD = 20.0
 """No wheel stands on less [N]."""
-LONGEST_ARM = 0.8
+MAX_LEVER_ARM = 0.8
 """No ground holds a torque of so much for each newton of load [m]."""
-LEAST_TRAVEL, GIVEN_BACK = 0.2, 0.25
+MIN_SIGN_TRAVEL, MAX_RETURNED_WORK = 0.2, 0.25
 """Turn after which the torque's sign is judged [rad]; share of the work that no ground gives back."""
 
 
-def judged(
+def infer_units(
     sources: Mapping[str, SignalSource], values: Mapping[str, Array], geared: set[str], certain: set[str]
 ) -> tuple[dict[str, SignalSource], set[str]]:
     """The sources with the units and the torque's sign that their numbers show, and which have a gear.
@@ -45,22 +45,26 @@ def judged(
 
     largest = {c: float(np.nanmax(np.abs(v))) for c, v in known.items()}
     periods = np.nan_to_num(np.diff(known.get("t", np.zeros(2))))
-    if periods.size and np.median(periods) >= LONGEST_PERIOD:
+    if periods.size and np.median(periods) >= MAX_PLAUSIBLE_PERIOD:
         convert("t", "ms", 1e-3)
-    if largest.get("psi", 0.0) > (TURN if "psi" in geared else RIGHT_ANGLE):
+    if largest.get("psi", 0.0) > (MAX_HANDWHEEL_ANGLE if "psi" in geared else MAX_STEERING_ANGLE):
         convert("psi", "deg", np.pi / 180)
-    if "psi" in known and found["psi"].factor == 1 and np.nanmax(np.abs(known["psi"])) > RIGHT_ANGLE:
+    if (
+        "psi" in known
+        and found["psi"].factor == 1
+        and np.nanmax(np.abs(known["psi"])) > MAX_STEERING_ANGLE
+    ):
         geared.add("psi")
-    if 0 < largest.get("F_N", 0.0) < LEAST_LOAD:
+    if 0 < largest.get("F_N", 0.0) < MIN_WHEEL_LOAD:
         convert("F_N", "kN", 1e3)
     torque = "M_z" if "M_z" in known else "M"
-    if {torque, "F_N"} <= {*known} and largest[torque] > LONGEST_ARM * np.nanmedian(known["F_N"]):
+    if {torque, "F_N"} <= {*known} and largest[torque] > MAX_LEVER_ARM * np.nanmedian(known["F_N"]):
         convert(torque, "mNm", 1e-3)
     if torque not in certain and {torque, "psi"} <= {*known} and known[torque].size == known["psi"].size:
         turn, middle = np.diff(known["psi"]), (known[torque][1:] + known[torque][:-1]) / 2
         work = middle * turn * (1 if torque == "M_z" else -1)
-        if np.nansum(np.abs(turn)) >= LEAST_TRAVEL:
+        if np.nansum(np.abs(turn)) >= MIN_SIGN_TRAVEL:
             against = np.nansum(work) / max(float(np.nansum(np.abs(work))), 1e-300)
-            if abs(against) > GIVEN_BACK:
+            if abs(against) > MAX_RETURNED_WORK:
                 found[torque] = replace(found[torque], factor=-1.0 if against > 0 else 1.0)
     return found, geared

@@ -9,15 +9,15 @@ from identification.reading.adjusting import at_samples
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]
-MOST_SAMPLES = 500_000
+MAX_SEARCH_SAMPLES = 500_000
 """Samples of all recordings of a search together; a fit of 20 parameters then takes 80 MB for each copy
 of its Jacobian."""
-REVERSAL = 1e-3
+MIN_REVERSAL = 1e-3
 """Turning back by this much is a reversal, not the encoder's noise [rad]."""
 
 
 def bounded(
-    recordings: Sequence[Recording], most: int = MOST_SAMPLES
+    recordings: Sequence[Recording], most: int = MAX_SEARCH_SAMPLES
 ) -> tuple[list[Recording], str | None]:
     """The recordings, thinned alike where together they have too many samples.
 
@@ -38,7 +38,7 @@ def bounded(
     stride = -(-total // max(most - sum(t.size + 3 for t in turns), 1))
     shorter = [_thinned(r, stride, t) for r, t in zip(recordings, turns, strict=True)]
     seconds = float(np.median(np.diff(recordings[0].t)))
-    size = "" if least == REVERSAL else f" of {least:.3g} rad or more"
+    size = "" if least == MIN_REVERSAL else f" of {least:.3g} rad or more"
     line = (
         f"the recordings have {total:,} samples, more than the {most:,} that a diagnosis takes: of every"
         f" {stride} in a row one is used, and every reversal{size}, so {1000 * stride * seconds:.3g} ms"
@@ -51,7 +51,7 @@ def _reversals_within(
     recordings: Sequence[Recording], most: int
 ) -> tuple[float, list[NDArray[np.int64]]]:
     """The least angle of reversals of which there are at most so many [rad], and their samples."""
-    least = REVERSAL
+    least = MIN_REVERSAL
     while True:
         turns = [_reversals(recording.psi, least) for recording in recordings]
         if sum(t.size for t in turns) <= most:

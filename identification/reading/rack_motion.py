@@ -1,8 +1,8 @@
 """Way, force, speed and acceleration of a car's rack at one instant, sample by sample.
 
 A derivative that is late against its force makes drag and inertia look like friction. So all are taken
-at the middle of the last `WINDOW`: the samples there as they are, derivatives by the parabola through
-all of them. Nothing is taken from later samples; the whole is late by half the window.
+at the middle of the last `SMOOTHING_TIME`: the samples there as they are, derivatives by the parabola
+through all of them. Nothing is taken from later samples; the whole is late by half the window.
 """
 
 from collections import deque
@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-WINDOW = 0.06
+SMOOTHING_TIME = 0.06
 """Time over which the parabola is laid [s]."""
-LEAST_SAMPLES = 5
+MIN_SAMPLES = 5
 """Samples of a window; before there are as many, speed and acceleration are 0."""
 
 
@@ -45,14 +45,14 @@ class RackMotion:
         """
         samples = self._samples
         samples.append((t, s, force))
-        while len(samples) > LEAST_SAMPLES and samples[0][0] < t - 1.05 * WINDOW:
+        while len(samples) > MIN_SAMPLES and samples[0][0] < t - 1.05 * SMOOTHING_TIME:
             samples.popleft()
         at, way, held = samples[len(samples) // 2]
-        near = [((then - at) / WINDOW, s - way) for then, s, _ in samples if isfinite(s)]
-        if len(near) < LEAST_SAMPLES or not isfinite(way):
+        near = [((then - at) / SMOOTHING_TIME, s - way) for then, s, _ in samples if isfinite(s)]
+        if len(near) < MIN_SAMPLES or not isfinite(way):
             return RackInstant(way, held, 0.0, 0.0)
         slope, bend = _parabola(near)
-        return RackInstant(way, held, slope / WINDOW, 2 * bend / WINDOW**2)
+        return RackInstant(way, held, slope / SMOOTHING_TIME, 2 * bend / SMOOTHING_TIME**2)
 
 
 def _parabola(points: list[tuple[float, float]]) -> tuple[float, float]:

@@ -212,7 +212,7 @@ def read_recording(
     path = Path(path)
     signals = parse_signals(signals) if isinstance(signals, str) else signals
     if vehicle is not None:
-        return _of_car(read_table(path, ("t",), readers, signals), vehicle, path.stem, causal=causal)
+        return _from_table(read_table(path, ("t",), readers, signals), vehicle, path.stem, causal=causal)
     table = read_table(path, required_columns(torque_required=torque_required), readers, signals)
     return recording_of(table, rig, path.stem, causal=causal)
 
@@ -245,7 +245,7 @@ def recording_of(
     )
 
 
-def _of_car(table: Table, vehicle: Vehicle, name: str, *, causal: bool) -> Recording:
+def _from_table(table: Table, vehicle: Vehicle, name: str, *, causal: bool) -> Recording:
     """The recording of the mean wheel of a car."""
     wheel, standstills = wheel_table(table, vehicle)
     require_valid_samples(wheel, required_columns(torque_required=True))

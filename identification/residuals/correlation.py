@@ -29,7 +29,7 @@ CONFIDENCE = 0.99
 """Share of independent residuals whose correlation stays within its band [1]."""
 NEIGHBOURS = 3
 """Frequencies of each recording that stand in for frequency zero."""
-LEAST_REMAINING = 1e-3
+MIN_REMAINING_SHARE = 1e-3
 """A signal of which the projection leaves less than this share is not tested [1]."""
 
 
@@ -115,7 +115,7 @@ def projected_off(columns: Array, directions: Array) -> Array:
 def new_directions(columns: Array, directions: Array) -> Array:
     """Orthonormal directions of these columns beyond those; none of columns that lie in their span."""
     remaining = projected_off(columns, directions)
-    new = np.linalg.norm(remaining, axis=0) > LEAST_REMAINING * np.linalg.norm(columns, axis=0)
+    new = np.linalg.norm(remaining, axis=0) > MIN_REMAINING_SHARE * np.linalg.norm(columns, axis=0)
     return directions_of(remaining[:, new])
 
 
@@ -202,10 +202,10 @@ def correlation(
     """
     remaining, residual = (projected_off(c, absorbed) for c in (columns, noise.rows.residual))
     length = float(np.linalg.norm(residual))
-    if not length > 0 or np.linalg.norm(remaining) <= LEAST_REMAINING * np.linalg.norm(columns):
+    if not length > 0 or np.linalg.norm(remaining) <= MIN_REMAINING_SHARE * np.linalg.norm(columns):
         return 0.0, 1.0, np.zeros(columns.shape[1])
     directions, strength, axes = np.linalg.svd(remaining, full_matrices=False)
-    used = strength > LEAST_REMAINING * strength[0]
+    used = strength > MIN_REMAINING_SHARE * strength[0]
     directions, axes = directions[:, used], axes[used] / strength[used, None]
     projection = directions.T @ residual
     by_chance = directions.T @ noise.covariance_times(directions)

@@ -14,7 +14,7 @@ from symbolic import ModelError, full_slide_torque
 Array = NDArray[np.float64]
 LIFTED = 0.05
 """Share of the median load below which a wheel is lifted [1]."""
-SLIDES, SLID, LEAST_SLIDES = 0.9, 0.5, 4
+SLIDES, SLID, MIN_SLIDES = 0.9, 0.5, 4
 """Share of the largest torque between two changes of sign at which the patch slides, least such torque
 over the largest of all for it to have slid [1], and fewest changes of level that make a walk."""
 
@@ -62,7 +62,7 @@ def _friction_walk(residuals: Mapping[str, Array], recordings: Sequence[Recordin
     """Change of ln of the friction level from slide to slide over the root of the time between.
 
     A slide is where the model's torque is near its largest before it changes sign; the level of friction
-    there is the measured torque over the model's. None for fewer than `LEAST_SLIDES` changes.
+    there is the measured torque over the model's. None for fewer than `MIN_SLIDES` changes.
     """
     steps: list[float] = []
     for recording in recordings:
@@ -80,4 +80,4 @@ def _friction_walk(residuals: Mapping[str, Array], recordings: Sequence[Recordin
                 now = float(t[place].mean()), float(np.log(level / np.sum(size[place])))
                 steps += [(now[1] - last[1]) / np.sqrt(now[0] - last[0])] if last else []
                 last = now
-    return float(np.sqrt(np.mean(np.square(steps)))) if len(steps) >= LEAST_SLIDES else None
+    return float(np.sqrt(np.mean(np.square(steps)))) if len(steps) >= MIN_SLIDES else None

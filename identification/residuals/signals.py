@@ -10,9 +10,9 @@ from identification.reading.recordings import Recording
 from symbolic import Effect, InvalidInputError
 
 Array = NDArray[np.float64]
-REVERSAL = 1e-3
+MIN_REVERSAL = 1e-3
 """Turning back by this much is a reversal, not the encoder's noise [rad]."""
-SLOW = 0.05
+MIN_MOVING_SHARE = 0.05
 """Below this share of its rms yaw rate the wheel counts as resting [1]."""
 
 SMALL = 0.4
@@ -52,7 +52,7 @@ class MotionSignals:
     def log_speed(self) -> Array:
         """Logarithm of the speed over its geometric mean while turning [1]."""
         speed = self._speed
-        moving = np.abs(self.psi_dot) > SLOW * _rms(self.psi_dot)
+        moving = np.abs(self.psi_dot) > MIN_MOVING_SHARE * _rms(self.psi_dot)
         usual = np.mean(np.log(speed[moving])) if moving.any() else 0.0
         return np.asarray(np.log(speed) - usual)
 
@@ -64,7 +64,7 @@ class MotionSignals:
 
     @property
     def _speed(self) -> Array:
-        slow = max(SLOW * _rms(self.psi_dot), 1e-9)
+        slow = max(MIN_MOVING_SHARE * _rms(self.psi_dot), 1e-9)
         return np.hypot(self.psi_dot, slow)
 
 
@@ -256,16 +256,16 @@ def motion_of(recording: Recording, residual: Array) -> MotionSignals:
 def _since_reversal(t: Array, psi: Array) -> tuple[Array, Array, Array]:
     """Heading [1], angle [rad] and time [s] since the last reversal.
 
-    A reversal is known once the wheel has turned back by `REVERSAL`, and counts from where it turned.
+    A reversal is known once the wheel has turned back by `MIN_REVERSAL`; it counts from where it turned.
     """
     heading = np.zeros(psi.size)
     start = np.zeros(psi.size, dtype=int)
     now, turn, low, high = 0.0, 0, 0, 0
     for i, angle in enumerate(psi):
         low, high = (i if angle < psi[low] else low), (i if angle > psi[high] else high)
-        if now <= 0 and angle > psi[low] + REVERSAL:
+        if now <= 0 and angle > psi[low] + MIN_REVERSAL:
             now, turn, high = 1.0, low, i
-        elif now >= 0 and angle < psi[high] - REVERSAL:
+        elif now >= 0 and angle < psi[high] - MIN_REVERSAL:
             now, turn, low = -1.0, high, i
         if now > 0 and high == i:
             low = i

@@ -31,13 +31,13 @@ from identification.residuals.signals import (
 from symbolic import EFFECTS, Effect
 
 Array = NDArray[np.float64]
-LONGEST = 2.0
+MAX_LAG = 2.0
 """Longest lag of the autocorrelation that is kept [s]."""
-LEAST_SIZE = 1.5e-3
+MIN_STRUCTURE_SHARE = 1.5e-3
 """Structure below this share of the torque range is not reported; the model resolves no finer."""
-LEAST_CORRELATION = 0.1
+MIN_CORRELATION = 0.1
 """Nor is a signature that explains less than one per cent of the residual."""
-MOST_FOLLOWED = 3
+MAX_EXTRACTED = 3
 """Most signals that are extracted one after the other."""
 
 
@@ -92,7 +92,7 @@ class Signature:
     @property
     def stands_out(self) -> bool:
         """Whether it also is large enough to matter."""
-        matters = self.size > LEAST_SIZE and abs(self.correlation) > LEAST_CORRELATION
+        matters = self.size > MIN_STRUCTURE_SHARE and abs(self.correlation) > MIN_CORRELATION
         return self.leaves_band and matters
 
     @property
@@ -139,7 +139,7 @@ class Signatures:
     def _without_signal(self) -> str:
         known = self.autocorrelation
         correlated = self.rms * float(np.sqrt(max(0.0, known.values[0]))) if known.memory > 0 else 0.0
-        if correlated > LEAST_SIZE:
+        if correlated > MIN_STRUCTURE_SHARE:
             closest = max(self.signatures, key=lambda s: abs(s.correlation))
             return (
                 f"The residual is correlated over {known.memory:.2g} s, so it is not white noise, but it"
@@ -259,8 +259,8 @@ def _followed(
     by_name = {signal.name: signal for signal in columns}
     followed: list[Signature] = []
     every = marginal
-    least = LEAST_CORRELATION * rows.rms
-    while len(followed) < MOST_FOLLOWED:
+    least = MIN_CORRELATION * rows.rms
+    while len(followed) < MAX_EXTRACTED:
         candidates = [s for s in every if s.stands_out and s.size > least]
         if not candidates:
             break
@@ -273,7 +273,7 @@ def _followed(
 
 def _autocorrelation(noise: Noise) -> Autocorrelation:
     """The pooled autocorrelation, over at most a quarter of the longest recording."""
-    last = min(LONGEST, float(noise.lags[-1]) / 4)
+    last = min(MAX_LAG, float(noise.lags[-1]) / 4)
     lags_used = slice(1, max(2, int(np.searchsorted(noise.lags, last, side="right"))))
     values = noise.correlation[lags_used]
     # Each recording's autocorrelation has the variance 1/n and counts by its energy.

@@ -10,10 +10,10 @@ from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
-from identification.residuals.signatures import LEAST_SIZE, Signatures
+from identification.residuals.signatures import MIN_STRUCTURE_SHARE, Signatures
 
 Array = NDArray[np.float64]
-LEAST_RATIO = 1.15
+MAX_NOISE_RATIO = 1.15
 """Residuals count as noise up to this multiple of the noise of the torque channel."""
 
 
@@ -68,7 +68,7 @@ def unexplained(
     rms, floor = float(np.mean(errors)), float(np.mean(noise))
     structured = float(np.sqrt(max(0.0, rms**2 - floor**2)))
     correlated = float(np.median(samples))
-    present = structured > LEAST_SIZE and rms > LEAST_RATIO * floor and correlated > 2
+    present = structured > MIN_STRUCTURE_SHARE and rms > MAX_NOISE_RATIO * floor and correlated > 2
     opening = (
         f"residual {rms:.2%} of range, white noise of the torque channel {floor:.2%},"
         f" structured part {structured:.2%}, correlated over {correlated:.0f} samples"

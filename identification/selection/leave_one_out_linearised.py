@@ -48,10 +48,10 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         alone = _of_a_ground_alone(recording, recordings, owners)
         step = np.zeros(owners.size)
         others = ~(own | alone)
-        step[others] = _step(fitted, jacobian[~rows], -(weight * stacked)[~rows], others)
+        step[others] = _newton_step(fitted, jacobian[~rows], -(weight * stacked)[~rows], others)
         _move_to_mean(step, alone, fitted)
         left = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
-        refit = _step(unbounded, jacobian[rows], -weight[rows] * left, own)
+        refit = _newton_step(unbounded, jacobian[rows], -weight[rows] * left, own)
         residuals[name] = np.full(present[name].size, np.nan)
         residuals[name][present[name]] = left + fitted.jacobian[rows][:, own] @ refit
         residuals[name] *= torque_range(recording)
@@ -80,7 +80,7 @@ def _move_to_mean(step: Array, alone: Mask, fitted: Fit) -> None:
         step[i] = np.mean([coordinate(j) + step[j] for j in others]) - coordinate(i)
 
 
-def _step(fitted: Fit, matrix: Array, target: Array, columns: Mask) -> Array:
+def _newton_step(fitted: Fit, matrix: Array, target: Array, columns: Mask) -> Array:
     """Least squares in some columns; what was declared with a tolerance counts as in the fit."""
     weights = fitted.prior_weights[columns]
     known = weights > 0

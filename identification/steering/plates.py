@@ -29,17 +29,17 @@ from symbolic.vehicle.vehicle import Vehicle
 Array = NDArray[np.float64]
 PLATE_FRICTION = 0.005
 """Friction of plates goes up to it [1]; its mean is taken off the gear's."""
-AT_REST, SLOW, EVENLY = 2e-3, 0.5, 0.6
+AT_REST, MIN_SPEED_SHARE, STEADY_SHARE = 2e-3, 0.5, 0.6
 """Speed of a rack at rest [m/s]; share of the median speed below which a sample is left out, and share
 of the samples with the least acceleration that stay [1]."""
-BLOCKS, LEAST_SAMPLES = 20, 200
+BLOCKS, MIN_SAMPLES = 20, 200
 REACH = 0.6
 """Share of the way to either lock that is needed [1]."""
 APART = 0.2
 """Share of friction's regressor that those of the others leave, at least [1]."""
 POOR = 0.1
 """Standard deviation of the gear's friction over it, beyond which it is not known [1]."""
-MOST = 2.0
+MAX_FRICTION_RATIO = 2.0
 """Times its declared value that a gear's friction may be [1]."""
 DRIVE = "turn from lock to lock slowly and back quickly, then quickly and back slowly"
 """What tells friction from damping."""
@@ -81,9 +81,9 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
     rows, forces = zip(*(_rows(one, vehicle) for one in recordings), strict=True)
     A, force = np.concatenate(rows), np.concatenate(forces)
     names = ", ".join(one.name for one in recordings)
-    if force.size < LEAST_SAMPLES:
+    if force.size < MIN_SAMPLES:
         raise InvalidInputError(
-            f"{names}: the rack moves evenly in {force.size} samples; allowed: from {LEAST_SAMPLES} on"
+            f"{names}: the rack moves evenly in {force.size} samples; allowed: from {MIN_SAMPLES} on"
         )
     alone = A[:, 0] - A[:, 1:] @ _solved(A[:, 1:], A[:, 0])
     if not np.linalg.norm(alone) > APART * np.linalg.norm(A[:, 0]):
@@ -109,10 +109,10 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
             f" hard to tell apart; allowed: up to {100 * POOR:.0f} %; {DRIVE}, the"
             " front wheels on turntables"
         )
-    if value[0] > MOST * vehicle.gear_friction:
+    if value[0] > MAX_FRICTION_RATIO * vehicle.gear_friction:
         raise InvalidInputError(
-            f"{names}: gear friction is {value[0]:.0f} N, more than {MOST:g} times what the vehicle file"
-            " declares: the plates hold the tyres, or declare gear_friction"
+            f"{names}: gear friction is {value[0]:.0f} N, more than {MAX_FRICTION_RATIO:g} times what"
+            " the vehicle file declares: the plates hold the tyres, or declare gear_friction"
         )
     friction, damping, factor, zero = (
         ParameterEstimate(value=float(x), std=float(v**0.5), unit=unit)
@@ -136,9 +136,9 @@ def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
     acceleration = smoothed_rate(t, rate)
     side: Array = np.sign(rate)
     moving = np.abs(rate) > AT_REST
-    moving &= np.abs(rate) > SLOW * np.median(np.abs(rate[moving]))
+    moving &= np.abs(rate) > MIN_SPEED_SHARE * np.median(np.abs(rate[moving]))
     size = np.abs(acceleration)
-    even = moving & (size < np.quantile(size[moving], EVENLY))
+    even = moving & (size < np.quantile(size[moving], STEADY_SHARE))
     lift = 2 * jacking(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
     by_load = lift + vehicle.gear_load_share * np.abs(lift) * side
     regressors: Array = np.column_stack([side, rate, by_load, np.ones_like(s)])

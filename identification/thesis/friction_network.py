@@ -23,7 +23,7 @@ from symbolic import InvalidInputError
 Array = NDArray[np.float64]
 Inputs = Callable[[Recording], Array]
 """Inputs of a network over a recording, a row for each sample: shape (n, inputs), finite."""
-LEAST_SAMPLES = 100
+MIN_LABELLED_SAMPLES = 100
 """Least number of labelled samples of a training."""
 
 
@@ -148,8 +148,10 @@ def train(
     design = design or Design()
     rows = np.vstack([inputs(one) for one in recordings])
     target = np.concatenate([_labels(one) for one in recordings])
-    if len(target) < LEAST_SAMPLES:
-        raise InvalidInputError(f"a network needs at least {LEAST_SAMPLES} samples, got {len(target)}")
+    if len(target) < MIN_LABELLED_SAMPLES:
+        raise InvalidInputError(
+            f"a network needs at least {MIN_LABELLED_SAMPLES} samples, got {len(target)}"
+        )
     if base is not None:
         target = target - rows[:, base]
     regressor = _regressor(design)

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 _FINE = 0.01
 """Distance of two frequencies of the padded transform [Hz]; [Györök 2022] has one over the duration."""
-_LONGEST = 4_000_000
+_MAX_PADDED_LENGTH = 4_000_000
 """Padded length, which a rate above 40 kHz would exceed: frequencies then lie further apart."""
 _FAINT, _WEAK = 3.0, 0.1
 """The last amplitude of a decrement is at least so many steps, and so large a share of the first."""
@@ -122,7 +122,7 @@ def _frequency(t: Array, swing: Array) -> float:
     """Place of the highest peak of the transform [Hz], (5.2)."""
     even = np.linspace(t[0], t[-1], t.size)
     rate = (t.size - 1) / float(t[-1] - t[0])
-    count = max(t.size, min(int(rate / _FINE), _LONGEST))
+    count = max(t.size, min(int(rate / _FINE), _MAX_PADDED_LENGTH))
     spectrum = np.abs(np.fft.rfft(np.interp(even, t, swing), count))
     slowest = int(np.ceil(count / t.size))
     return float(slowest + np.argmax(spectrum[slowest:])) * rate / count

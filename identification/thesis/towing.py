@@ -17,9 +17,9 @@ from identification.fits.values import ParameterEstimate
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
-LEAST_TOWS = 4
+MIN_TOWS = 4
 """Two parameters, and two more tows for their deviation."""
-LEAST_SPREAD = 0.05
+MIN_LOAD_VARIATION = 0.05
 """Standard deviation of the loads over their mean below which the offset is not determined [1]."""
 
 
@@ -77,10 +77,10 @@ def friction_by_towing(tows: Sequence[Tow]) -> TowedFriction:
     Raises:
         InvalidInputError: too few tows or loads, or a tow is unusable.
     """
-    if len(tows) < LEAST_TOWS:
-        raise InvalidInputError(f"towing needs at least {LEAST_TOWS} tows, got {len(tows)}")
+    if len(tows) < MIN_TOWS:
+        raise InvalidInputError(f"towing needs at least {MIN_TOWS} tows, got {len(tows)}")
     N, F = np.array([_means(tow, place) for place, tow in enumerate(tows, start=1)]).T
-    if np.std(N) < LEAST_SPREAD * np.mean(N):
+    if np.std(N) < MIN_LOAD_VARIATION * np.mean(N):
         raise InvalidInputError(
             f"the tows' loads must differ, got {np.min(N):.4g} N to {np.max(N):.4g} N"
         )

@@ -22,18 +22,18 @@ from observers.embedded.constants import Tunable
 from observers.embedded.generated_files import mark, release, require_usable, write_texts
 from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_table
-from observers.embedded.run_time_parameters import parameter_terms, run_time_parameters
+from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
 from observers.embedded.scalar_function import with_meanings
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.status import STATUS_FLAGS
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import RIG_UNITS
-from observers.measurement.angle_derivative import MEMORY
+from observers.measurement.angle_derivative import FILTER_TIME_CONSTANT
 from observers.measurement.measurement_model import LEAST_FIRST_LOAD, RIG
 from observers.measurement.torque_error import SENSIBLE
 from observers.protocol import (
     ESTIMATE,
-    LONGEST_STEP,
+    MAX_SAMPLE_PERIOD,
     OUTPUT,
     SAMPLE,
     UNINFORMED,
@@ -94,7 +94,7 @@ def source_texts(
             "observer must be an Ekf, an Mhe or another observers.FunctionObserver, made of casadi"
             f" Functions, got {type(observer).__name__} without {', '.join(absent)}"
         )
-    terms = template_terms(observer, real, name, tunable=tunable)
+    terms = template_placeholders(observer, real, name, tunable=tunable)
     body = _body(observer, real, terms)
     result = "result" if body.supervised else "output"
     terms |= {
@@ -140,14 +140,14 @@ def _limit(observer: FunctionObserver, real: Real) -> dict[str, str]:
     }
 
 
-def template_terms(
+def template_placeholders(
     observer: FunctionObserver, real: Real, name: str, *, tunable: Tunable = ""
 ) -> dict[str, Any]:
     """The values that all templates share."""
     prior = observer.prior
     parameters = run_time_parameters(observer, tunable) if tunable else ()
     changed = (
-        parameter_terms(observer, parameters, real)
+        parameter_placeholders(observer, parameters, real)
         if tunable
         else {"parameters": (), "constants_size": 0}
     )
@@ -188,10 +188,10 @@ def template_terms(
         "evidence": _evidence_code(observer, real),
         "evidence_start": [_start_literal(value, real) for value in START],
         "half_length": real.literal(observer.rig.a),
-        "rate_time_constant": repr(MEMORY),
+        "rate_time_constant": repr(FILTER_TIME_CONSTANT),
         "limits": [real.literal(limit) for limit in getattr(observer, "sample_limits", Tuning().limits)],
         "slack": real.literal(SLACK),
-        "longest_step": repr(LONGEST_STEP),
+        "longest_step": repr(MAX_SAMPLE_PERIOD),
         "largest_value": repr(SENSIBLE),
         "least_first_load": repr(LEAST_FIRST_LOAD),
         **changed,

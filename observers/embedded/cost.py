@@ -140,15 +140,18 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     on_bristles = bool(patch.terms["bristles"])
     if isinstance(observer, Mhe) and effects and not on_bristles:
         return Cost(instructions=None)
-    corner = 0.0 if on_bristles else _corner(patch, of, tunable)
+    corner = 0.0 if on_bristles else _corner_instructions(patch, of, tunable)
     acquiring = of.acquiring[bool(tunable)] + GEAR_ACQUIRING * ("gear" in patch.observer.states)
-    step, acquiring = _step(patch, of, tunable), acquiring * patch.observer.acquire
+    step, acquiring = _step_instructions(patch, of, tunable), acquiring * patch.observer.acquire
     mean = step + of.tracking * patch.observer.acquire + CORNERS * corner
     # From the steering torque no corner is dropped in the longest step.
     drops = bool(corner) and "psi" not in patch.observer.states
     most = step + acquiring + MOST_CORNERS * corner + of.drop * drops
     if on_bristles:
-        mean, most = mean + _bristles(patch, of, 0), most + _bristles(patch, of, 1)
+        mean, most = (
+            mean + _bristle_instructions(patch, of, 0),
+            most + _bristle_instructions(patch, of, 1),
+        )
     return Cost(
         instructions=int(round(mean, -2)),
         at_most=int(round(MARGIN * most, -2)),
@@ -160,7 +163,7 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     )
 
 
-def _step(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
+def _step_instructions(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
     """Instructions of a step without corners, bristles and supervision."""
     window, steered = getattr(patch.observer, "window", 0), "psi" in patch.observer.states
     each = float(of.sample_bristles if patch.terms["bristles"] else of.sample)
@@ -171,14 +174,14 @@ def _step(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
     return step + window * (each + of.tunable_sample * bool(tunable))
 
 
-def _corner(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
+def _corner_instructions(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
     """Instructions that each corner of the patch adds."""
     window, steered = getattr(patch.observer, "window", 0), "psi" in patch.observer.states
     each = of.corner + window * of.sample_corner * (STEERING_CORNER if steered else 1.0)
     return each * (RIG_CORNER if tunable == "all" else 1.0)
 
 
-def _bristles(patch: PatchCode, of: Instructions, at: int) -> float:
+def _bristle_instructions(patch: PatchCode, of: Instructions, at: int) -> float:
     """Instructions of the bristles, in the mean or at most."""
     terms = patch.terms
     each = of.bristle[at] + of.compliant[at] * bool(terms["compliant"])

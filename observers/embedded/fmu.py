@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts, template_terms
+from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts, template_placeholders
 from observers.embedded.constants import Tunable
 from observers.embedded.fmi_versions import VERSIONS, Version, base_unit, marked_unused
 from observers.embedded.generated_files import require_replaceable
@@ -154,7 +154,7 @@ def _texts(
 ) -> dict[str, str]:
     """Every text of the archive, by its path."""
     texts = source_texts(observer, real, name, tunable=tunable)
-    terms = template_terms(observer, real, name, tunable=tunable)
+    terms = template_placeholders(observer, real, name, tunable=tunable)
     parameters = texts[f"{name}.json"]
     terms |= {
         "version": json.loads(parameters)["version"],

@@ -13,7 +13,7 @@ from symbolic import simulate
 
 Array = NDArray[np.float64]
 INPUTS = ("psi", "psi_dot", "M_z", "M", "F_N", "dt")
-COUNT, STEP, SEED = 400, 0.01, 20
+COUNT, SAMPLE_PERIOD, SEED = 400, 0.01, 20
 COMMENT = """\
 Simulated with the observer's own model at mu = {mu:g}: a hand's path with nested reversals, a load that
 swings by a tenth, torque noise of 0.4 % of range (seed {seed}), sensor faults, no angle in the first two
@@ -44,18 +44,18 @@ def expected_estimates(observer: FunctionObserver, samples: Array) -> Array:
 def reference_samples(observer: FunctionObserver) -> Array:
     """Samples that take the wheel through its zones, rows as in `INPUTS`, shape (6, n)."""
     rig, rng = observer.rig, np.random.default_rng(SEED)
-    t = STEP * np.arange(COUNT)
+    t = SAMPLE_PERIOD * np.arange(COUNT)
     amplitude = np.minimum(t, 1.5) / 1.5
     psi = amplitude * (0.2 * np.sin(2 * np.pi * 0.5 * t) + 0.08 * np.sin(2 * np.pi * 1.7 * t))
     # The load at which the patch slides at about a tenth of a radian, whatever its size.
     F_N = 2 * observer.values["k"] * rig.a**3 * (1 + 0.1 * np.sin(2 * np.pi * 0.9 * t))
-    rate, dt = np.gradient(psi, STEP), np.full(COUNT, STEP)
+    rate, dt = np.gradient(psi, SAMPLE_PERIOD), np.full(COUNT, SAMPLE_PERIOD)
     theta = observer.model.theta({**observer.values, "mu": reference_friction(observer)})
     signals, geometry = np.vstack([psi, rate, F_N, dt]), np.array([rig.a, rig.e])
     M_z = simulate(observer.model, signals, np.asarray(theta).ravel(), geometry).M_z
     M = -M_z
     if observer.channel == "M":
-        M = M + (rig.b_t or 0.0) * rate + (rig.J_A or 0.0) * np.gradient(rate, STEP)
+        M = M + (rig.b_t or 0.0) * rate + (rig.J_A or 0.0) * np.gradient(rate, SAMPLE_PERIOD)
     noise = 0.004 * np.ptp(M_z) * rng.standard_normal((2, COUNT))
     samples = np.vstack([psi, rate, M_z + noise[0], M + noise[1], F_N, dt])
     samples[1, COUNT // 2 :] = nan

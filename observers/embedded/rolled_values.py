@@ -120,7 +120,7 @@ class ValueReader:
         if choice := _choice(value, self.length):
             index, vector = value.operands = choice
             value.code, value.level = CHOICE, max(index.level, vector.level + (vector.code >= 0))
-        elif greatest := _place(value, self.length):
+        elif greatest := _match_last_argmax(value, self.length):
             value.code, value.operands, value.level = PLACE, (greatest,), greatest.level
             greatest.is_placed = True
         self.values.append(value)
@@ -170,7 +170,7 @@ def _choice(value: Value, length: int) -> tuple[Value, Value] | None:
     return None
 
 
-def _place(value: Value, length: int) -> Value | None:
+def _match_last_argmax(value: Value, length: int) -> Value | None:
     """The maximum whose last place is mmax(numbers * (maximum <= vector))."""
     if value.code != ca.OP_MMAX or value.operands[0].code != ca.OP_MUL:
         return None

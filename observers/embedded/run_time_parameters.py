@@ -18,10 +18,10 @@ from observers.estimators.model_observer import RIG_UNITS, ModelObserver
 from observers.measurement.measurement_model import RIG
 from observers.protocol import OUTPUT, FunctionObserver
 from observers.tuning import (
-    AT_LEAST_ZERO,
     INFORMED,
-    LIMITS,
+    LIMIT_FIELDS,
     NO_LIMIT,
+    NON_NEGATIVE_FIELDS,
     PLAUSIBLE,
     POSITIVE,
     TUNING_FIELDS,
@@ -173,14 +173,14 @@ def _of_tuning(observer: ModelObserver) -> list[RunTimeParameter]:
             RunTimeParameter(
                 field=name, unit=TUNING_UNITS.get(name, "1"), about=meaning.get(name, "the tuning"),
                 value=float(getattr(observer.effective_tuning, name)), places=places,
-                lower=0.0 if positive or name in AT_LEAST_ZERO else 1.0, is_open=positive,
-                is_finite=name not in LIMITS or name in ("mu", "least", "greatest", "reset_after"),
+                lower=0.0 if positive or name in NON_NEGATIVE_FIELDS else 1.0, is_open=positive,
+                is_finite=name not in LIMIT_FIELDS or name in ("mu", "least", "greatest", "reset_after"),
             )
         )  # fmt: skip
     return found
 
 
-def calibration_terms(parameters: Sequence[RunTimeParameter], real: Real) -> dict[str, Any]:
+def calibration_placeholders(parameters: Sequence[RunTimeParameter], real: Real) -> dict[str, Any]:
     """Values of the placeholders of `templates/parameters.a2l`."""
     most = real.greatest
     measured = [
@@ -216,7 +216,7 @@ def _least(parameter: RunTimeParameter, real: Real) -> float:
     return min(max(parameter.lower, -real.greatest), real.greatest)
 
 
-def parameter_terms(
+def parameter_placeholders(
     observer: FunctionObserver, parameters: Sequence[RunTimeParameter], real: Real
 ) -> dict[str, Any]:
     """Values of the placeholders of templates: C that reads the constants of a state."""
@@ -244,7 +244,7 @@ def parameter_terms(
             for name, condition in RELATIONS
             if name in place
         ],
-        **calibration_terms(parameters, real),
+        **calibration_placeholders(parameters, real),
         "constants": [
             (i, real.literal(value))
             for i, value in enumerate(observer.constants)

@@ -122,7 +122,9 @@ def build_window_step(
     # A memory that depends on the old friction does not fit samples of the new ground: they stay
     # rejected.
     run = 1 if memory_depends_on_tyre(model, measurement_model) else test.run
-    samples = _accept(samples[:, 1:], ca.MX(ca.vertcat(test.accepted, test.reset, run)), sample.change)
+    samples = _update_acceptance(
+        samples[:, 1:], ca.MX(ca.vertcat(test.accepted, test.reset, run)), sample.change
+    )
     at = sample.at
     factor = add_variance(factor, at, arrival_jump(window, test.reset, run, sample.change))
     smoother, given = build_smoother(measurement_model, window), (samples, sample.rig, sample.tuning)
@@ -172,7 +174,7 @@ def _arrival(
     return clip_to_bounds(sample.measurement_model, mean, sample.tuning), factor
 
 
-def _accept(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:
+def _update_acceptance(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:
     """The samples of the window after the newest one's test, see `build_acceptance`."""
     window, ages = samples.shape[1], ca.DM(range(samples.shape[1] - 1, -1, -1)).T
     rows = (samples[ROWS.index("accepted"), :], samples[ROWS.index("jump"), :])

@@ -20,7 +20,7 @@ from symbolic import (
     rig_from_tables,
     vehicle_from_tables,
 )
-from symbolic.tables.parsing import LARGEST_MODEL, json_of, naming, toml_of
+from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, naming, toml_of
 
 Kind = TypeVar("Kind", bound=CasadiObserver)
 
@@ -120,10 +120,10 @@ def _content(path: str | Path) -> bytes:
         if path.exists() and not path.is_file():
             raise InvalidInputError("is a folder, a pipe or a device; allowed: a regular file")
         with path.open("rb") as file:
-            content = file.read(LARGEST_MODEL + 1)
-        if len(content) > LARGEST_MODEL:
+            content = file.read(MAX_MODEL_SIZE + 1)
+        if len(content) > MAX_MODEL_SIZE:
             raise InvalidInputError(
-                f"holds more than {LARGEST_MODEL} bytes; that is no rig and no model"
+                f"holds more than {MAX_MODEL_SIZE} bytes; that is no rig and no model"
             )
         return content
     except OSError as error:

@@ -19,7 +19,7 @@ from observers.quality.screening import (
     build_screen,
     initial_screen,
     is_first,
-    limits_of,
+    sample_limits_of,
 )
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
@@ -71,7 +71,7 @@ class Loop:
             raise InvalidInputError(f"history must be a whole number of at least 1, got {history}")
         self.observer = observer
         self.history = history
-        self._limits = limits_of(observer)
+        self._limits = sample_limits_of(observer)
         self.reset()
 
     def reset(self) -> None:

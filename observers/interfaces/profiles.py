@@ -21,7 +21,7 @@ TURNING_RATE = 0.1
 """Yaw rate at which a correlation time is taken for a turn [rad/s]: that of hand-turned recordings."""
 SENSOR_SHARE = 0.1
 """White noise beside a spread that includes it already, where that lasts [1]."""
-LEAST_ERROR = 0.02
+MIN_MODEL_ERROR = 0.02
 """Least error of a model that was found, as a share of the torque [1]: an observer has the rate that is
 past, a diagnosis that of the whole recording."""
 EXPLAINED = 2.5
@@ -90,6 +90,6 @@ def with_model_error(tuning: Tuning, error: ModelError) -> Tuning:
     # An error that lasts for no longer than a sample is the sensor's noise.
     white = min(1.0, max(SENSOR_SHARE, REFERENCE_STEP / error.correlation_time))
     return replace(
-        tuning, noise=white * error.spread, error=max(error.share, LEAST_ERROR),
+        tuning, noise=white * error.spread, error=max(error.share, MIN_MODEL_ERROR),
         error_travel=TURNING_RATE * error.correlation_time, explained=EXPLAINED,
     )  # fmt: skip

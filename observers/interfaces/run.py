@@ -16,7 +16,7 @@ from observers.protocol import (
     Sample,
     Status,
 )
-from observers.quality.screening import beyond_limits, limits_of, screened_angles
+from observers.quality.screening import beyond_limits, sample_limits_of, screened_angles
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -56,7 +56,7 @@ def run(
     rows = np.full((len(ESTIMATE), samples.shape[1]), np.nan)
     for name in ("mu", "mu_std"):
         rows[ESTIMATE.index(name), :begins] = getattr(prior, name)
-    beyond = beyond_limits(samples[:, :begins], limits_of(observer))
+    beyond = beyond_limits(samples[:, :begins], sample_limits_of(observer))
     rows[ESTIMATE.index("status"), :begins] = Status.MISSING + Status.IMPLAUSIBLE * beyond
     rows[:, begins:] = _estimates(observer, samples[:, begins:], one_by_one)
     return as_estimates(np.asarray(t, dtype=float), rows)
@@ -82,7 +82,7 @@ def arrange(
     if torque is None or not np.isfinite(torque).any():
         needed = "M, the steering torque" if observer.channel == "M" else "M_z, the aligning torque"
         raise InvalidInputError(f"this observer needs {needed}, in at least one sample")
-    psi_limit, _, F_N_limit, *_ = limits = limits_of(observer)
+    psi_limit, _, F_N_limit, *_ = limits = sample_limits_of(observer)
     known = (np.abs(psi) < psi_limit) & (F_N >= LEAST_FIRST_LOAD) & (F_N_limit > F_N)
     if not known.any():
         raise InvalidInputError(

@@ -4,11 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-MEMORY = 0.03
+FILTER_TIME_CONSTANT = 0.03
 """Time over which the past fades [s]; it lags by as much and takes the steps off an encoder."""
 
 
-def next_rate(rate: float, turn: float, dt: float, memory: float = MEMORY) -> float:
+def next_rate(rate: float, turn: float, dt: float, memory: float = FILTER_TIME_CONSTANT) -> float:
     """The low-passed rate after one more sample, for a control loop [rad/s].
 
     Args:
@@ -21,7 +21,7 @@ def next_rate(rate: float, turn: float, dt: float, memory: float = MEMORY) -> fl
     return rate + (turn - rate * dt) / (memory + dt)
 
 
-def causal_rate(t: Array, psi: Array, memory: float = MEMORY) -> Array:
+def causal_rate(t: Array, psi: Array, memory: float = FILTER_TIME_CONSTANT) -> Array:
     """Backward differences of the angle through a first-order low-pass filter.
 
     Args:

@@ -38,7 +38,7 @@ from symbolic import InvalidInputError, Model, Rig, full_slide_torque
 
 STALE = 0.1
 """Age at which the error of an imputed steering torque reaches full slide [s]."""
-SLOW = 0.1
+MIN_YAW_RATE = 0.1
 """Yaw rate below which the model's error lasts no longer [rad/s]."""
 USUAL_STEP = 0.02
 """The part of a step beyond this counts as age of the steering torque [s]; a wheel swings in 0.2 s."""
@@ -47,7 +47,7 @@ BLOCK = ("time", "psi_sum", "M_sum", "psi_a", "time_a", "psi_b", "M_b", "time_b"
 last two, their times and number."""
 BLOCK_TIME = 0.0399
 """A block of samples is at least so long [s]: the angle's second difference needs the time."""
-SHORTEST = 1e-9
+MIN_TIME_DIVISOR = 1e-9
 """Least time that something is divided by [s]."""
 
 
@@ -96,10 +96,10 @@ class SteeringTorque:
             for name, add in (("time", 1), ("psi_sum", sample["psi"]), ("M_sum", sample["M"]))
         }
         closes = sums["time"] > BLOCK_TIME
-        span = ca.fmax(sums["time"], SHORTEST)
+        span = ca.fmax(sums["time"], MIN_TIME_DIVISOR)
         psi, M = sums["psi_sum"] / span, sums["M_sum"] / span
-        first = ca.fmax(before["time_a"] + before["time_b"], SHORTEST) / 2
-        second = ca.fmax(before["time_b"] + span, SHORTEST) / 2
+        first = ca.fmax(before["time_a"] + before["time_b"], MIN_TIME_DIVISOR) / 2
+        second = ca.fmax(before["time_b"] + span, MIN_TIME_DIVISOR) / 2
         acceleration = (psi - before["psi_b"]) / second - (before["psi_b"] - before["psi_a"]) / first
         acceleration = 2 * acceleration / (first + second)
         rate = (psi - before["psi_a"]) / (first + second)
@@ -176,7 +176,7 @@ class SteeringTorque:
         torque = M_z + last["M"] + x.get("M_0", 0)
         rate = ((1 - damping) * x["psi_dot"] + kick * torque / rig["J_A"]) / (1 + damping)
         after |= {"psi": x["psi"] + dt * rate, "psi_dot": rate}
-        lasting = tuning["error_travel"] / ca.fmax(SLOW, ca.fabs(x["psi_dot"]))
+        lasting = tuning["error_travel"] / ca.fmax(MIN_YAW_RATE, ca.fabs(x["psi_dot"]))
         density = (
             white_variance(rig, tuning, slide) * REFERENCE_STEP
             + model_error_variance(x, tuning) * lasting
@@ -194,7 +194,7 @@ class SteeringTorque:
     ) -> Measurement:
         """The angle [rad]."""
         del M_z, rig
-        travel = now["dt"] * ca.fmax(SLOW, ca.fabs(x["psi_dot"]))
+        travel = now["dt"] * ca.fmax(MIN_YAW_RATE, ca.fabs(x["psi_dot"]))
         return Measurement(
             expected=x["psi"],
             measured=now["psi"],

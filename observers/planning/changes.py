@@ -10,7 +10,7 @@ SHORTER, LONGER = 0.6, 1.6
 """Factors on a leg, on the turning points behind it, and on the rate [1]."""
 SWING = 0.005
 """A leg grows by at least this [rad]."""
-LASTING = 3
+FINAL_SWINGS = 3
 """So often a path swings to both bounds behind its last turning point."""
 AT_REST = 1e-9
 """A way to stop that is none [rad]."""
@@ -55,5 +55,5 @@ def changed(present: PathNow, kind: str, limits: SteeringLimits, dt: float, time
         points = points[1:]
     # Behind its last point a path swings between the bounds.
     outward = bool(points) and points[-1] > middle
-    points += [low, high] * LASTING if outward else [high, low] * LASTING
+    points += [low, high] * FINAL_SWINGS if outward else [high, low] * FINAL_SWINGS
     return steer([psi, *points], rate, limits.acceleration, dt, time, speed)

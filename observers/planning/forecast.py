@@ -29,25 +29,25 @@ from symbolic import full_slide_torque
 from symbolic.compilation.buffered import BufferedCall
 
 Array = NDArray[np.float64]
-STRETCH = 25
+SAMPLES_PER_CALL = 25
 """Samples between two looks at whether a forecast may end."""
 MU, STD, TORQUE, STATUS = (OUTPUT.index(n) for n in ("mu", "mu_std", "M_z_predicted", "status"))
 
 
-class _ForecastStretch:
-    """The step of an observer over `STRETCH` samples: state and samples -> state and output."""
+class _CompiledForecastSteps:
+    """The step of an observer over `SAMPLES_PER_CALL` samples: state and samples -> state and output."""
 
     def __init__(self, observer: CasadiObserver) -> None:
         """Compile it, or take it from the cache."""
-        self._call = BufferedCall(compiled_stretch(observer.screened_step, STRETCH))
+        self._call = BufferedCall(compiled_stretch(observer.screened_step, SAMPLES_PER_CALL))
 
     def __call__(self, state: Array, samples: Array, constants: Array) -> tuple[Array, Array]:
-        given = (state, samples.ravel(order="F"), np.tile(constants, STRETCH))
+        given = (state, samples.ravel(order="F"), np.tile(constants, SAMPLES_PER_CALL))
         for buffer, values in zip(self._call.inputs, given, strict=True):
             buffer[:] = values
         self._call.call()
         states, output = self._call.outputs
-        return states[-state.size :].copy(), output.reshape(STRETCH, len(OUTPUT)).T.copy()
+        return states[-state.size :].copy(), output.reshape(SAMPLES_PER_CALL, len(OUTPUT)).T.copy()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,7 +124,7 @@ class Forecaster:
             model=observer.model, values=observer.values, rig=observer.rig, tuning=observer.tuning,
             measurement_model=turned, acquire=False,
         )  # fmt: skip
-        self._torque, self._step = _ForecastStretch(self.ground), _ForecastStretch(observer)
+        self._torque, self._step = _CompiledForecastSteps(self.ground), _CompiledForecastSteps(observer)
 
     def at_rest(self, mus: Iterable[float], psi: float, F_N: float, dt: float) -> list[Lane]:
         """Lanes of a wheel that has stood at psi since the observer began."""
@@ -159,20 +159,23 @@ class Forecaster:
         return lanes
 
     def along(self, path: SteeringPath, lane: Lane, F_N: float) -> Iterator[Forecast]:
-        """The forecast of a lane, up to the samples so far: longer each time, `STRETCH` samples."""
+        """Forecasts of a lane from its first sample, each `SAMPLES_PER_CALL` samples longer."""
         samples = np.full((len(SAMPLE), path.psi.size), np.nan)
         samples[0], samples[1], samples[2], samples[3] = path.psi, path.psi_dot, F_N, path.dt
         inertia = self._inertia(path)
         parts: list[Array] = []
         ground, state = lane.ground, lane.state
-        for first in range(0, path.psi.size, STRETCH):
-            given = samples[:, first : first + STRETCH]
+        for first in range(0, path.psi.size, SAMPLES_PER_CALL):
+            given = samples[:, first : first + SAMPLES_PER_CALL]
             count = given.shape[1]
-            given = np.pad(given, ((0, 0), (0, STRETCH - count)), mode="edge")
+            given = np.pad(given, ((0, 0), (0, SAMPLES_PER_CALL - count)), mode="edge")
             ground, expected = self._torque(ground, given, lane.ground_constants)
             torque = lane.scale * expected[TORQUE]
             if self.observer.channel == "M":
-                torque = np.pad(inertia[first : first + STRETCH], (0, STRETCH - count)) - torque
+                torque = (
+                    np.pad(inertia[first : first + SAMPLES_PER_CALL], (0, SAMPLES_PER_CALL - count))
+                    - torque
+                )
             given[SAMPLE.index(self.observer.channel)] = torque
             state, output = self._step(state, given, self.observer.constants)
             parts.append(np.vstack([output, torque])[:, :count])
@@ -191,7 +194,10 @@ class Forecaster:
             if at is not None:
                 return at, float(forecast.deviation[at])
             deviation = min(1.0, float(forecast.deviations(most_torque).min()))
-            if forecast.mu.size > last or np.abs(forecast.torque[-STRETCH:]).max() > most_torque:
+            if (
+                forecast.mu.size > last
+                or np.abs(forecast.torque[-SAMPLES_PER_CALL:]).max() > most_torque
+            ):
                 break
         return None, deviation
 

@@ -4,7 +4,7 @@
 |---|---|
 | psi in degrees | no wheel is steered beyond a right angle |
 | dt in milliseconds | samples half a second apart and more cannot follow the wheel |
-| F_N in kN, torque in N mm | the torque would need a friction of more than `LARGEST_FRICTION` |
+| F_N in kN, torque in N mm | the torque would need a friction of more than `MAX_TORQUE_RATIO` |
 | F_N in lbf or kgf | friction is found to be more than `GREATEST_FRICTION` |
 | psi or torque of the other sign | the ground takes work from a wheel that turns; this one gives it |
 | torque clipped or frozen | it stays the same to the last digit while the wheel turns |
@@ -31,21 +31,21 @@ from symbolic import Rig, full_slide_torque
 from symbolic.functions import named_function
 
 Array = NDArray[np.float64]
-LARGEST_ANGLE = 1.6
+MAX_STEERING_ANGLE = 1.6
 """Steering angle that is not reached [rad]."""
-LONGEST_PERIOD = 0.5
+MAX_PLAUSIBLE_PERIOD = 0.5
 """Time between samples that is too long to follow a wheel [s]."""
-LARGEST_FRICTION = 15.0
+MAX_TORQUE_RATIO = 15.0
 """Friction coefficient that no torque of the ground stands for [1]."""
 GREATEST_FRICTION = 2.75
 """Friction coefficient of a tyre that no ground has [1]."""
-LEAST_LOAD = 20.0
+MIN_WHEEL_LOAD = 20.0
 """A load below this is suspected before the torque is [N]."""
 LIFTED = 0.05
 """Share of the first load below which the wheel is lifted, and a torque beside it no evidence [1]."""
 IN_A_ROW = 10
 """Samples in a row that make a suspicion."""
-LEAST_TRAVEL = 0.2
+MIN_SIGN_TRAVEL = 0.2
 """Turn after which the sign is judged [rad]."""
 WORK_TRAVEL = 2.0
 """Turn in which work is forgotten [rad]."""
@@ -55,7 +55,7 @@ FROZEN = 6
 """Samples in a row with the same torque that may be a frozen one."""
 FROZEN_TRAVEL = 0.015
 """Turn for which a sliding patch does not give the same torque to the last digit [rad]."""
-LEAST_JUMP = 3e-3
+MIN_JUMP = 3e-3
 """Change before a frozen torque, as a share of it, that no patch near full slide shows [1]."""
 KNOWN_SCALE = 0.1
 """Standard deviation of ln s below which a scale that is not verified is named [1]."""
@@ -81,7 +81,7 @@ def build_evidence(channel: str) -> ca.Function:
     given, measured = ca.logic_and(is_known(now["F_N"]), now["F_N"] > 0), is_known(torque)
     load = ca.if_else(given, now["F_N"], was["load"])
     first = ca.if_else(was["first_load"] > 0, was["first_load"], load)
-    most = LARGEST_FRICTION * full_slide_torque(load, inputs["a"])
+    most = MAX_TORQUE_RATIO * full_slide_torque(load, inputs["a"])
     beyond = ca.logic_and(measured, ca.logic_and(load > 0, ca.fabs(torque) > most))
     known = is_known(now["psi"])
     turn = ca.if_else(ca.logic_and(known, is_known(was["psi"])), now["psi"] - was["psi"], 0)
@@ -93,11 +93,11 @@ def build_evidence(channel: str) -> ca.Function:
     frozen = ca.if_else(same, was["frozen"] + 1, ca.if_else(measured, 0, was["frozen"]))
     jump = ca.if_else(change == 0, was["jump"], ca.fabs(change))
     clipped = ca.logic_and(
-        ca.logic_and(frozen >= FROZEN, turned > FROZEN_TRAVEL), jump > LEAST_JUMP * ca.fabs(torque)
+        ca.logic_and(frozen >= FROZEN, turned > FROZEN_TRAVEL), jump > MIN_JUMP * ca.fabs(torque)
     )
     after = {
-        "angle": _in_a_row(was["angle"], ca.logic_and(known, ca.fabs(now["psi"]) > LARGEST_ANGLE)),
-        "period": _in_a_row(was["period"], now["dt"] >= LONGEST_PERIOD),
+        "angle": _in_a_row(was["angle"], ca.logic_and(known, ca.fabs(now["psi"]) > MAX_STEERING_ANGLE)),
+        "period": _in_a_row(was["period"], now["dt"] >= MAX_PLAUSIBLE_PERIOD),
         "friction": _in_a_row(was["friction"], ca.logic_and(beyond, load >= LIFTED * first)),
         "load": load,
         "first_load": first,
@@ -118,13 +118,13 @@ def build_evidence(channel: str) -> ca.Function:
 
 def causes(evidence: Parts) -> dict[str, Expression]:
     """Each cause in a sentence that says what to do, and whether it is suspected."""
-    light = evidence["load"] < LEAST_LOAD
+    light = evidence["load"] < MIN_WHEEL_LOAD
     beyond = evidence["friction"] >= IN_A_ROW
     given_back = evidence["work"] > GIVEN_BACK * evidence["exchanged"]
     return {
         "psi looks like degrees, or like a steering wheel's angle: it goes beyond a right angle;"
         " convert it to rad, or divide it by the steering ratio": evidence["angle"] >= IN_A_ROW,
-        f"time looks like milliseconds: samples are {LONGEST_PERIOD:g} s apart; convert it to s": (
+        f"time looks like milliseconds: samples are {MAX_PLAUSIBLE_PERIOD:g} s apart; convert it to s": (
             evidence["period"] >= IN_A_ROW
         ),
         "F_N looks like kN: the torque is more than any ground holds at it; convert it to N": beyond
@@ -132,7 +132,7 @@ def causes(evidence: Parts) -> dict[str, Expression]:
         "the torque looks like N mm, or like another shaft's: it is more than any ground holds;"
         " convert it to N m at the kingpin": beyond * (1 - light),
         "psi or the torque has the other sign: the ground would turn the wheel; flip one of them": (
-            (evidence["travel"] >= LEAST_TRAVEL) * given_back
+            (evidence["travel"] >= MIN_SIGN_TRAVEL) * given_back
         ),
         "the torque is clipped or frozen: it stays the same to the last digit while the wheel turns;"
         " check the sensor and its range": evidence["clipped"],

@@ -176,7 +176,7 @@ def beyond_limits(samples: Array, limits: tuple[float, ...]) -> NDArray[np.bool_
     return np.asarray(((sizes >= bounds[:, None]) & (sizes < NO_LIMIT)).any(axis=0))
 
 
-def limits_of(observer: object) -> tuple[float, ...]:
+def sample_limits_of(observer: object) -> tuple[float, ...]:
     """The limits of an observer's samples; beyond any value for one that does not screen them."""
     limits: tuple[float, ...] = getattr(observer, "sample_limits", (NO_LIMIT,) * len(PLAUSIBLE))
     return limits
@@ -184,5 +184,5 @@ def limits_of(observer: object) -> tuple[float, ...]:
 
 def is_first(observer: object, psi: float, F_N: float) -> bool:
     """True where angle [rad] and load [N] can be those of a first sample."""
-    psi_limit, _, F_N_limit, *_ = limits_of(observer)
+    psi_limit, _, F_N_limit, *_ = sample_limits_of(observer)
     return abs(psi) < psi_limit and LEAST_FIRST_LOAD <= F_N < F_N_limit

@@ -74,14 +74,14 @@ def _depths(angles: Iterable[float], least_turn: float) -> list[int]:
         elif abs(angle - farthest) > least_turn:
             turns.append(farthest)
             farthest = angle
-        while turns and _passed(turns, farthest):
+        while turns and _is_beyond_last_reversal(turns, farthest):
             # The curve goes on as if the last loop, or the first reversal, had never been.
             del turns[-2:]
         depths.append(len(turns))
     return depths
 
 
-def _passed(turns: list[float], farthest: float) -> bool:
+def _is_beyond_last_reversal(turns: list[float], farthest: float) -> bool:
     """True where the angle has gone on beyond the last turning point on its side."""
     if len(turns) == 1:
         return abs(farthest) > abs(turns[0])

@@ -36,7 +36,7 @@ COMPARISONS = frozenset({ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE})
 LOGIC = frozenset({ca.OP_AND, ca.OP_OR, ca.OP_NOT})
 TWICE_USED = frozenset({ca.OP_SQ, ca.OP_TWICE, ca.OP_SIGN})
 """Operations whose C has the operand in it more than once."""
-LONGEST = 80
+MAX_INLINE_LENGTH = 80
 """Length of a part of an expression that stands where it is used."""
 
 
@@ -118,10 +118,12 @@ def operation(code: int, terms: Sequence[Term]) -> Term:
 def is_kept(code: int, term: Term, uses: int) -> bool:
     """Whether a term becomes a variable.
 
-    It does if it is used more than once (negations excepted), or if its text is longer than `LONGEST`
-    (choices excepted).
+    It does if it is used more than once (negations excepted), or if its text is longer than
+    `MAX_INLINE_LENGTH` (choices excepted).
     """
-    return (uses > 1 and code != ca.OP_NOT) or (len(term.text) > LONGEST and code != ca.OP_IF_ELSE_ZERO)
+    return (uses > 1 and code != ca.OP_NOT) or (
+        len(term.text) > MAX_INLINE_LENGTH and code != ca.OP_IF_ELSE_ZERO
+    )
 
 
 def c_function(

@@ -26,7 +26,7 @@ import casadi as ca
 from symbolic.bristles import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_shape
 
-SMALLEST = 1e-9
+MIN_ELEMENT_U = 1e-9
 """Least u of an element, whose limit may be infinite in the middle [1]."""
 _SHIFT = 8
 """Stirling's series is taken this far beyond its argument, where it is right to rounding."""
@@ -59,7 +59,7 @@ class IwanContact(Effect):
         level = 0.1875 * plateau / beta((3 - late) / plateau, early + 1)
 
         def factor(u: Expression) -> Expression:
-            place = ca.log(ca.fmax(ca.fabs(u), SMALLEST))
+            place = ca.log(ca.fmax(ca.fabs(u), MIN_ELEMENT_U))
             limit = early * ca.log(-ca.expm1(plateau * place)) + (1 - late) * place
             return level * ca.exp(limit) / (0.75 * (1 - u**2))
 

@@ -12,7 +12,7 @@ from symbolic.bristles import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_limit
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
-LEAST_FACTOR = 0.05
+MIN_FACTOR = 0.05
 """The logarithm is not followed below this factor [1]."""
 
 
@@ -47,6 +47,6 @@ class RateFriction(Effect):
 
         def factor(speed: Expression) -> Expression:
             regular = ca.sqrt(speed**2 + REST_SPEED**2)
-            return ca.fmax(LEAST_FACTOR, 1 + values["c"] * ca.log(regular / REFERENCE_SPEED))
+            return ca.fmax(MIN_FACTOR, 1 + values["c"] * ca.log(regular / REFERENCE_SPEED))
 
         return with_limit(traits, factor)

@@ -12,7 +12,7 @@ import casadi as ca
 
 from symbolic.bristles import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, Values, with_limit
-from symbolic.effects.rate_friction import LEAST_FACTOR
+from symbolic.effects.rate_friction import MIN_FACTOR
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
 KNOTS = (REST_SPEED, 2e-3, 6e-3)
@@ -53,6 +53,6 @@ class SpeedLaw(Effect):
             growth: Expression = 0
             for name, ramp, above in zip(SLOPES, ramps, [*ramps[1:], 0], strict=True):
                 growth = growth + values[name] * (ramp - above)
-            return ca.fmax(LEAST_FACTOR, 1 + growth)
+            return ca.fmax(MIN_FACTOR, 1 + growth)
 
         return with_limit(traits, factor)

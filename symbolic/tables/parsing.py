@@ -12,9 +12,9 @@ from symbolic.errors import InvalidInputError
 
 LARGEST_TABLES = 16_384
 """Of a file with values of a rig [bytes]."""
-LARGEST_MODEL = 10_000_000
+MAX_MODEL_SIZE = 10_000_000
 """Of a model file [bytes]."""
-_LONGEST_EXCERPT = 40
+_MAX_EXCERPT = 40
 _DEEP = re.compile(r"""(?<![\w"'-])(?:[\w"'-]+[ \t]*\.[ \t]*){20}|[{[]{20}""")
 """Keys so deep take the parser seconds and all its stack."""
 
@@ -30,7 +30,7 @@ def naming(name: object) -> Iterator[None]:
 
 def excerpt(text: str) -> str:
     """The text, quoted on one line and cut where it is long, to show in a message."""
-    return repr(text if len(text) <= _LONGEST_EXCERPT else text[:_LONGEST_EXCERPT] + "…")
+    return repr(text if len(text) <= _MAX_EXCERPT else text[:_MAX_EXCERPT] + "…")
 
 
 def shown(value: object) -> str:

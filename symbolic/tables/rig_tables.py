@@ -25,7 +25,7 @@ NEUTRAL = {"load": 1.0, "zero": 0.0}
 """What has a tolerance alone: a factor on the recorded load [1], the zero of the torque [N m]."""
 SIGNALS = "signals"
 """Section of a rig file that says how channels are called; it is for those who read recordings."""
-_LONGEST = 1.0
+_MAX_LENGTH = 1.0
 """Largest length of a rig [m]; a larger number was given in millimetres."""
 
 
@@ -108,9 +108,9 @@ def rig_from_values(
             begins with the name of the value.
     """
     for name in ("a", "e"):
-        if _LONGEST < abs(values.get(name, 0.0)) < math.inf:
+        if _MAX_LENGTH < abs(values.get(name, 0.0)) < math.inf:
             raise InvalidInputError(
-                f"{name} must be given in metres, at most {_LONGEST:g} m in size, got"
+                f"{name} must be given in metres, at most {_MAX_LENGTH:g} m in size, got"
                 f" {values[name]:g}; if these are millimetres, write {values[name] / 1000:g}"
             )
     known: dict[str, Any] = {} if nominal is None else vars(nominal[0]) | vars(nominal[1])

@@ -6,7 +6,7 @@ from symbolic.effects.base import Effect
 from symbolic.effects.library import EFFECTS
 
 
-def _of_car(effect: str, name: str, summary: str, **ranges: float) -> Effect:
+def _car_effect(effect: str, name: str, summary: str, **ranges: float) -> Effect:
     """An effect of the library under another name, its only parameter in another range."""
     (parameter,) = EFFECTS[effect].parameters
     own = replace(parameter, **ranges)  # type: ignore[arg-type]
@@ -16,26 +16,28 @@ def _of_car(effect: str, name: str, summary: str, **ranges: float) -> Effect:
 CAR_EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
-        _of_car(
+        _car_effect(
             "bearing_friction", "gear_friction", "dry friction of the gear beyond that declared",
             start=1.0, lower=-200.0, upper=200.0, scale=5.0,
         ),
-        _of_car("backlash", "play_of_joints", "play from rack to wheels, crossed at no force"),
-        _of_car(
+        _car_effect("backlash", "play_of_joints", "play from rack to wheels, crossed at no force"),
+        _car_effect(
             "carcass_torsion", "compliance_of_steering",
             "column, rods, suspension and carcass that give way, beside the tyre's stiffness",
             start=1e4, lower=100.0, scale=1e4,
         ),
-        _of_car(
+        _car_effect(
             "steering_return", "jacking", "a return torque beyond that of the declared kingpin",
             start=5.0, lower=-500.0, upper=500.0, scale=20.0,
         ),
-        _of_car("patch_width", "brakes_and_scrub", "a contact that turns about a point farther away"),
-        _of_car(
+        _car_effect(
+            "patch_width", "brakes_and_scrub", "a contact that turns about a point farther away"
+        ),
+        _car_effect(
             "contact_damping", "damping_of_joints", "viscous damping beyond that declared",
             start=1.0, lower=-200.0, upper=200.0, scale=20.0,
         ),
-        _of_car("torque_offset", "zero_of_force", "a zero of the force beyond its tolerance"),
+        _car_effect("torque_offset", "zero_of_force", "a zero of the force beyond its tolerance"),
     )
 }  # fmt: skip
 """What a diagnosis of a car tries. Shares of what is declared vary within their tolerances without."""

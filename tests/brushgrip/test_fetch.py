@@ -169,7 +169,7 @@ class TestDownload:
         with pytest.raises(FetchError, match=r"run1\.mat: cannot be downloaded"):
             fetch(tmp_path / "out")
 
-        assert sum(given) == fetching.LARGEST
+        assert sum(given) == fetching.MAX_FILE_SIZE
         assert list(tmp_path.iterdir()) == []
 
     def test_no_network(self, tmp_path: Path) -> None:

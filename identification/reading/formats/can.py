@@ -20,11 +20,11 @@ from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.table import Array
 from symbolic import InvalidInputError
 
-LARGEST_DATABASE = 20_000_000
+MAX_DATABASE_SIZE = 20_000_000
 """Of a DBC file [bytes]."""
-LONGEST_FRAME, LONGEST_TRANSPORT = 64, 1785
+MAX_FRAME_LENGTH, MAX_TRANSPORT_LENGTH = 64, 1785
 """Longest message in one frame of CAN FD, and in the several extended frames of SAE J1939 [bytes]."""
-_LARGEST_STANDARD = 0x7FF
+_MAX_STANDARD_ID = 0x7FF
 """Identifier of a frame; larger ones are extended, even where a DBC file does not say so."""
 _BLANK = r"(?:\s|//.*)"
 _MESSAGE = re.compile(rf"\bBO_{_BLANK}+(\d+){_BLANK}+(\w+){_BLANK}*:{_BLANK}*[-+]?(\d+)")
@@ -86,18 +86,18 @@ def read_database(dbc: Path) -> Any:
         InvalidInputError: it is none, a message is longer than any bus carries, or cantools is missing.
     """
     cantools = library("cantools", "can", dbc)
-    require_readable(dbc, LARGEST_DATABASE)
+    require_readable(dbc, MAX_DATABASE_SIZE)
     text = read_text(dbc)
     for identifier, name, size in _MESSAGE.findall(text):
-        most = LONGEST_TRANSPORT if int(identifier[:20]) > _LARGEST_STANDARD else LONGEST_FRAME
+        most = MAX_TRANSPORT_LENGTH if int(identifier[:20]) > _MAX_STANDARD_ID else MAX_FRAME_LENGTH
         if len(size) > 9 or int(size) > most:
             raise InvalidInputError(
                 f"{dbc}: message {name[:40]} has {size[:20]} bytes; allowed: up to {most}"
             )
     for name, *place in _SIGNAL.findall(text):
-        if any(len(number) > 9 or int(number) > 8 * LONGEST_TRANSPORT for number in place):
+        if any(len(number) > 9 or int(number) > 8 * MAX_TRANSPORT_LENGTH for number in place):
             raise InvalidInputError(
-                f"{dbc}: signal {name[:40]} lies beyond the {LONGEST_TRANSPORT} bytes of any message"
+                f"{dbc}: signal {name[:40]} lies beyond the {MAX_TRANSPORT_LENGTH} bytes of any message"
             )
     try:
         return cantools.database.load_string(text, "dbc", strict=False)
@@ -146,7 +146,7 @@ def _decoded(
 
 def is_extended(message: Any) -> bool:
     """Whether a message has an extended identifier, also where the database does not say so."""
-    return bool(message.is_extended_frame or message.frame_id > _LARGEST_STANDARD)
+    return bool(message.is_extended_frame or message.frame_id > _MAX_STANDARD_ID)
 
 
 def _title(message: Any) -> str:

@@ -29,7 +29,7 @@ from symbolic.tables.rig_tables import NEUTRAL
 
 GROUND = "ground"
 """What a first line calls the ground that the wheel stands on."""
-MOST_GUESSED = 100_000
+MAX_GUESSING_SAMPLES = 100_000
 """Samples by which units are guessed."""
 _DECLARATION = re.compile(rf"#\s*({'|'.join((*DECLARABLE, *TOLERANCE_ONLY, GROUND))})\s*=(.*)")
 _TOLERANCE = re.compile(r"(.*?)(?:\+-|\+/-|±)(.*)")
@@ -201,7 +201,7 @@ def _reading(path: Path, names: Sequence[str], rows: Rows, delimiter: str) -> Ca
     @cache
     def content() -> tuple[Mapping[str, np.ndarray], Sequence[str]]:
         number_of, places = Numbers(delimiter), {name: at for at, name in enumerate(names)}
-        first = list(islice(rows, MOST_GUESSED))
+        first = list(islice(rows, MAX_GUESSING_SAMPLES))
         units = first[0][1] if first and not any(map(number_of, first[0][1])) else []
         return _columns(path, places, len(names), iter(first), number_of)[0], units
 

@@ -17,7 +17,7 @@ from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 
 _MOST_OBJECTS = 10_000
-_MOST_DEFLATED = 1032
+_MAX_DEFLATE_RATIO = 1032
 """Ratio to which deflate can compress."""
 _UNTESTED = 100_000_000
 """A chunk that cannot unpack to so much more than it should need not be tried [bytes]."""
@@ -74,7 +74,7 @@ def _require_unpacked(path: Path, name: str, dataset: Any) -> None:
     size = prod(dataset.chunks) * dataset.dtype.itemsize
     for i in range(dataset.id.get_num_chunks()):
         stored = dataset.id.get_chunk_info(i)
-        if stored.size * _MOST_DEFLATED > size + _UNTESTED and not stored.filter_mask:
+        if stored.size * _MAX_DEFLATE_RATIO > size + _UNTESTED and not stored.filter_mask:
             _, packed = dataset.id.read_direct_chunk(stored.chunk_offset)
             if len(zlib.decompressobj().decompress(packed, size + 1)) > size:
                 raise InvalidInputError(f"{path}: a chunk of {name} unpacks to more than it holds")

@@ -41,10 +41,10 @@ _INT32, _MATRIX, _COMPRESSED = 5, 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _OPAQUE_CLASS = 17
 _COMPLEX_FLAG = 0x0800
-_MOST_DIMENSIONS, _MOST_VARIABLES = 32, 10_000
-_LONGEST_HEAD = 1024
+_MAX_DIMENSIONS, _MAX_VARIABLES = 32, 10_000
+_MAX_HEAD_SIZE = 1024
 """Flags, shape and name end within so many bytes, in front of the values."""
-_LARGEST_ARRAY = 8 * MOST_SAMPLES + _LONGEST_HEAD
+_LARGEST_ARRAY = 8 * MOST_SAMPLES + _MAX_HEAD_SIZE
 
 
 def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
@@ -157,8 +157,8 @@ def read_arrays(
         for element in _elements(memoryview(content)[_HEADER_BYTES:], order):
             name, values = _variable(element, order, wanted)
             arrays[name] = values
-            if len(arrays) > _MOST_VARIABLES:
-                raise InvalidInputError(f"holds more than {_MOST_VARIABLES} variables")
+            if len(arrays) > _MAX_VARIABLES:
+                raise InvalidInputError(f"holds more than {_MAX_VARIABLES} variables")
     except (struct.error, zlib.error, UnicodeDecodeError, KeyError) as error:
         raise DamagedFileError(str(error)) from error
     return arrays
@@ -176,7 +176,7 @@ def _variable(
     if element.kind != _COMPRESSED:
         raise DamagedFileError(f"element of type {element.kind} outside an array")
     inflater = zlib.decompressobj()
-    begin = inflater.decompress(element.data, _LONGEST_HEAD)
+    begin = inflater.decompress(element.data, _MAX_HEAD_SIZE)
     kind, size = struct.unpack_from(order + "II", begin)
     if kind != _MATRIX:
         raise DamagedFileError(f"a compressed element of type {kind}, no array")
@@ -217,10 +217,10 @@ def _values(name: str, shape: tuple[int, ...], part: _Element | None, order: str
     values = _numbers(part, order)
     if min(shape, default=-1) < 0 or prod(shape) != values.size:
         raise DamagedFileError(f"{name} holds {values.size} numbers, its shape is {shape}")
-    if len(shape) > _MOST_DIMENSIONS or prod(max(1, length) for length in shape) > MOST_SAMPLES:
+    if len(shape) > _MAX_DIMENSIONS or prod(max(1, length) for length in shape) > MOST_SAMPLES:
         raise InvalidInputError(
             f"{name} has {len(shape)} dimensions, {values.size} numbers; allowed: up to"
-            f" {_MOST_DIMENSIONS} dimensions, {MOST_SAMPLES} numbers"
+            f" {_MAX_DIMENSIONS} dimensions, {MOST_SAMPLES} numbers"
         )
     with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN
         return values.astype(np.float64).reshape(shape, order="F")

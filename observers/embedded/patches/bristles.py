@@ -31,7 +31,7 @@ OMEGA = (-12, 24)
 OMEGA_KNOTS_PER_UNIT = 4
 OMEGA_FAR, OMEGA_SPARSE = 32, 32
 """Knots beyond, so many times as far apart; after them it is x - ln x ..."""
-MOST_COARSE, LEAST_TRIED = 5, 16
+MAX_GROUP_SIZE, MIN_GROUPS = 5, 16
 """In single precision a turn is tried on one of so many bristles at most, and on so many at least."""
 
 
@@ -44,7 +44,7 @@ def has_bristles(observer: ModelObserver) -> bool:
 def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     """The patch of an observer for which `has_bristles` holds."""
     effects, window = EffectExpressions(observer), window_of(observer)
-    terms = bristle_terms(effects, real)
+    terms = bristle_placeholders(effects, real)
     functions = {"sample_terms": effects.sample_terms(), "initial_memory": effects.initial()}
     if terms["grows"]:
         functions["pressure_at"] = effects.pressure()
@@ -75,7 +75,7 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     )
 
 
-def bristle_terms(effects: EffectExpressions, real: Real) -> dict[str, Any]:
+def bristle_placeholders(effects: EffectExpressions, real: Real) -> dict[str, Any]:
     """Values of the placeholders of the templates."""
     patch, rig, deflection = effects.patch, effects.observer.rig, effects.deflection()
     traits, log_reference = patch.traits, float(np.log(REFERENCE_SPEED))
@@ -147,8 +147,8 @@ def bristle_constants(
 
 def _coarse(bristles: int) -> int:
     """Of how many bristles the middle one is tried, a divisor of their number."""
-    divisors = [n for n in range(1, MOST_COARSE + 1, 2) if bristles % n == 0]
-    return max(n for n in divisors if n == 1 or bristles // n >= LEAST_TRIED)
+    divisors = [n for n in range(1, MAX_GROUP_SIZE + 1, 2) if bristles % n == 0]
+    return max(n for n in divisors if n == 1 or bristles // n >= MIN_GROUPS)
 
 
 def tried_bristles_code(table: dict[str, NDArray[np.float64]], coarse: int, real: Real) -> str:

@@ -37,7 +37,7 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, with_rig: bool = Fa
     with_rig, k = with_rig and not effects, repr(float(observer.values["k"]))
     expressions, window = EffectExpressions(observer), window_of(observer)
     by_angle = angle_is_state(observer)
-    functions = {"unit_moment": corner(observer, with_rig=with_rig)}
+    functions = {"unit_moment": build_corner_moment(observer, with_rig=with_rig)}
     if effects:
         functions |= {
             "sample_terms": expressions.sample_terms(),
@@ -76,7 +76,7 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, with_rig: bool = Fa
     )  # fmt: skip
 
 
-def corner(observer: ModelObserver, *, with_rig: bool) -> ca.Function:
+def build_corner_moment(observer: ModelObserver, *, with_rig: bool) -> ca.Function:
     """(z) -> moment of a unit change of slope at z, and its derivative by z.
 
     With `with_rig` (z, geometry), the half-length and the caster length.

@@ -12,7 +12,7 @@ import pytest
 
 from brushgrip.live.bus import CanSource
 from brushgrip.live.columns import Columns
-from brushgrip.live.line_parser import LONGEST_LINE, LineParser
+from brushgrip.live.line_parser import MAX_LINE_LENGTH, LineParser
 from brushgrip.live.sources import LineSource, Source, UdpSource
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
@@ -68,7 +68,8 @@ def test_lines_of_json_and_csv_are_the_same_values() -> None:
 
 @pytest.mark.parametrize(
     "line",
-    ["1,2", "{", "[1]", '{"a": [', "{" * 5000, "t,t", "x" * (LONGEST_LINE + 1), "1,x", '{"t": 1e999999',
+    ["1,2", "{", "[1]", '{"a": [', "{" * 5000, "t,t", "x" * (MAX_LINE_LENGTH + 1), "1,x",
+     '{"t": 1e999999',
      '{"t": ' + "9" * 400 + "}", '{"t": ' + "9" * 6000 + "}", '"', "\0", "[" * 9000, '{"a":' * 1600],
 )  # fmt: skip
 def test_hostile_lines_are_refused(line: str) -> None:

@@ -8,7 +8,7 @@ import pytest
 from identification import Fit, Recording, Values, fit, smoothed_rate
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal, _RecordedData, _standard_errors, sample_period
-from identification.experiments.turns_and_rests import STEP, Manoeuvre
+from identification.experiments.turns_and_rests import SAMPLE_PERIOD, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.options import COARSE_FIT
 from identification.fits.problem import torque_range
@@ -187,12 +187,14 @@ def test_carcass_and_pressure_are_alike_in_every_manoeuvre() -> None:
 @pytest.mark.parametrize("size", [0.001, 0.01])
 def test_foretells_the_paired_test(size: float, times: int) -> None:
     rng = np.random.default_rng(5)
-    t = np.arange(2000) * STEP
+    t = np.arange(2000) * SAMPLE_PERIOD
     difference = size * (1 + np.sin(0.7 * t)) * np.sin(9 * t)
     old, now, memory = 1000, 0.5 * size, 5
-    present = _RecordedData(count=2, seconds=old * STEP, now=now, noise=NOISE, memory=memory * STEP)
+    present = _RecordedData(
+        count=2, seconds=old * SAMPLE_PERIOD, now=now, noise=NOISE, memory=memory * SAMPLE_PERIOD
+    )
     whole = np.concatenate([np.full(old, now), *times * [difference]])
-    clock = np.arange(whole.size) * STEP
+    clock = np.arange(whole.size) * SAMPLE_PERIOD
     found = []
     for _ in range(200):
         noise = NOISE * np.repeat(rng.standard_normal(whole.size // memory), memory)

@@ -3,7 +3,7 @@ import pytest
 
 from identification import Recording
 from identification.experiments.manoeuvres import manoeuvres
-from identification.experiments.turns_and_rests import STEP, Manoeuvre, Reach, reach_of
+from identification.experiments.turns_and_rests import SAMPLE_PERIOD, Manoeuvre, Reach, reach_of
 from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read
 
@@ -61,9 +61,9 @@ def test_manoeuvres_stay_within_any_reach(reach: Reach) -> None:
 def test_arrays_belong_together(library: tuple[Manoeuvre, ...]) -> None:
     assert len({m.instruction for m in library}) == len(library) > 12
     for m in library:
-        np.testing.assert_allclose(np.diff(m.t), STEP)
+        np.testing.assert_allclose(np.diff(m.t), SAMPLE_PERIOD)
         turned = m.psi[0] + np.concatenate(
-            [[0.0], np.cumsum((m.psi_dot[1:] + m.psi_dot[:-1]) / 2 * STEP)]
+            [[0.0], np.cumsum((m.psi_dot[1:] + m.psi_dot[:-1]) / 2 * SAMPLE_PERIOD)]
         )
         np.testing.assert_allclose(turned, m.psi, atol=1e-3)
         assert m.psi[0] == pytest.approx(REACH.centre)
