@@ -149,7 +149,7 @@ class Problem:
             return {r.name: torque for r, torque in zip(self.recordings, torques, strict=True)}
 
     def _torque(self, recording: Recording, values: Values) -> Simulated:
-        """Torque and its derivatives by the free labels; by all where a Function would be compiled anew."""
+        """Torque and its derivatives by free labels, by all where each number takes its Function."""
         theta = np.asarray(self.model.theta(values.of(recording))).ravel()
         tolerated, rig = self.tolerated[recording.name], values.rig.get(recording.name, {})
         found = replaced_rig(recording, values)
