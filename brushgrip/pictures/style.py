@@ -57,6 +57,7 @@ def picture(path: Path, height: float, width: float = WIDTH) -> Iterator[Figure]
         figure.savefig(path, dpi=_DPI, metadata={"Software": None, "Source": _SOURCE})
         collected = _VECTORS.get()
         if collected is not None:
+            figure.set_layout_engine("none")  # Everything is in its place by now.
             drawing = BytesIO()
             figure.savefig(drawing, format="svg", metadata=_NO_METADATA)
             collected[path.name] = drawing.getvalue()

@@ -13,6 +13,7 @@ from identification.diagnosis.found_effects import assumed_tolerances
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
+from identification.fits.linear_algebra import one_thread
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.problem import torque_range
 from identification.fits.values import grounds_of
@@ -33,6 +34,7 @@ LEAST_TRAVEL = 0.01
 """Greatest minus least angle that a diagnosis needs [rad]."""
 
 
+@one_thread
 def diagnose(
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),

@@ -15,6 +15,8 @@ from identification.reading.recordings import Recording
 from symbolic import RIG_DIRECTIONS, InvalidInputError, Model, Parameter, parameter_name, simulate
 
 Array = NDArray[np.float64]
+Simulated = tuple[Array, Mapping[Label, Array]]
+"""Torque of a recording, and its derivatives by label, each of shape (n,)."""
 LEAST_WEIGHT = 1e-9
 """Weight of what was declared beside residuals of next to nothing [1]."""
 
@@ -77,7 +79,7 @@ class Problem:
         )
         starts = np.array([p.start for p in self.by_label.values()]) / self.scales
         self.declared: Array = np.where(self.has_prior, starts, self.origin())
-        self._last: tuple[bytes, dict[str, tuple[Array, Array]]] | None = None
+        self._last: tuple[bytes, dict[str, Simulated]] | None = None
 
     def origin(self) -> Array:
         """The start in scaled coordinates."""
@@ -124,26 +126,20 @@ class Problem:
         for recording in self.recordings:
             present = self.present[recording.name]
             block = np.zeros((int(present.sum()), len(self.labels)))
-            for i, label in enumerate(self._labels_of(recording)):
+            for label, derivative in torques[recording.name][1].items():
                 if label in columns:
-                    derivative = torques[recording.name][1][present, i]
-                    block[:, columns[label]] = derivative / self.ranges[recording.name]
+                    block[:, columns[label]] = derivative[present] / self.ranges[recording.name]
             blocks.append(block)
         return np.concatenate(blocks) * self.scales
 
-    def _labels_of(self, recording: Recording) -> list[Label]:
-        """Every parameter that holds for a recording, then what it declares with a tolerance."""
-        labels = [label_of(name, parameter, recording) for name, parameter in self.parameters]
-        return labels + [(recording.name, name) for name in self.tolerated[recording.name]]
-
-    def _simulated(self, x: Array) -> dict[str, tuple[Array, Array]]:
-        """Torque of every recording and its derivatives by `_labels_of`, cached for the last x."""
+    def _simulated(self, x: Array) -> dict[str, Simulated]:
+        """Torque of every recording and its derivatives, cached for the last x."""
         key = x.tobytes()
         if self._last is None or self._last[0] != key:
             self._last = (key, self._torques(self.values(x)))
         return self._last[1]
 
-    def _torques(self, values: Values) -> dict[str, tuple[Array, Array]]:
+    def _torques(self, values: Values) -> dict[str, Simulated]:
         """Torque of every recording and its derivatives; compiled code runs beside other threads."""
         if self.threads == 1 or self._last is None:
             # The first time it builds and compiles Functions, which CasADi does not do in threads.
@@ -152,27 +148,33 @@ class Problem:
             torques = pool.map(lambda recording: self._torque(recording, values), self.recordings)
             return {r.name: torque for r, torque in zip(self.recordings, torques, strict=True)}
 
-    def _torque(self, recording: Recording, values: Values) -> tuple[Array, Array]:
+    def _torque(self, recording: Recording, values: Values) -> Simulated:
+        """Torque and its derivatives by free labels, by all where each number takes its Function."""
         theta = np.asarray(self.model.theta(values.of(recording))).ravel()
         tolerated, rig = self.tolerated[recording.name], values.rig.get(recording.name, {})
         found = replaced_rig(recording, values)
-        in_patch = [name for name in tolerated if name in RIG_DIRECTIONS]
-        directions = np.eye(theta.size)
-        if in_patch:
-            columns = [theta.size + RIG_DIRECTIONS.index(name) for name in in_patch]
-            directions = np.eye(theta.size + len(RIG_DIRECTIONS))[:, [*range(theta.size), *columns]]
+        rows = {label_of(name, p, recording): i for i, (name, p) in enumerate(self.parameters)}
+        rows |= {
+            (recording.name, name): theta.size + RIG_DIRECTIONS.index(name)
+            for name in tolerated
+            if name in RIG_DIRECTIONS
+        }
+        needed = [label for label in rows if self.model.exact or label in self.by_label]
+        size = theta.size + len(RIG_DIRECTIONS) * (len(rows) > theta.size)
+        directions = np.eye(size)[:, [rows[label] for label in needed]]
         geometry = np.array([found.rig.a, found.rig.e])
         torque = simulate(self.model, signals_of(found), theta, geometry, directions)
-        slopes = dict(zip(in_patch, torque.sensitivities[:, theta.size :].T, strict=True))
-        # The Function's factor on the load is relative to the load as corrected.
-        slopes |= {"load": slopes["load"] / rig["load"]} if "load" in slopes else {}
-        slopes["zero"] = np.ones(recording.t.size)
-        slopes |= {n: one.torque for n, one in self.torques_declared[recording.name].items()}
-        columns_of_rig = [slopes[name][:, None] for name in tolerated]
-        derivatives = np.hstack([torque.sensitivities[:, : theta.size], *columns_of_rig])
-        shares = self.torques_declared[recording.name].items()
-        others = sum((one.torque * (rig[name] - 1) for name, one in shares), rig.get("zero", 0.0))
-        return torque.M_z + others, derivatives
+        slopes = dict(zip(needed, torque.sensitivities.T, strict=True))
+        if (load := (recording.name, "load")) in slopes:
+            # The Function's factor on the load is relative to the load as corrected.
+            slopes[load] = slopes[load] / rig["load"]
+        shares = self.torques_declared[recording.name]
+        slopes[recording.name, "zero"] = np.ones(recording.t.size)
+        slopes |= {(recording.name, name): one.torque for name, one in shares.items()}
+        others = sum(
+            (one.torque * (rig[name] - 1) for name, one in shares.items()), rig.get("zero", 0.0)
+        )
+        return torque.M_z + others, slopes
 
 
 def _scale(parameter: Parameter) -> float:

@@ -119,7 +119,7 @@ class Search:
         return (
             self._remove(present)
             or self._exchange(present, added.trials)
-            or self._prefer_rival(present, [*active, *idle], steps)
+            or self._prefer_rival(present, [*active, *idle], steps, added)
             or added
         )
 
@@ -204,12 +204,17 @@ class Search:
         return self._replaced(present, self._rank(present, sets, label), exchange_justified)
 
     def _prefer_rival(
-        self, present: _PresentModel, candidates: Sequence[Effect], steps: Sequence[SearchStep]
+        self,
+        present: _PresentModel,
+        candidates: Sequence[Effect],
+        steps: Sequence[SearchStep],
+        added: SearchStep,
     ) -> SearchStep | None:
         """Put its rival in place of the effect added last, where that makes another one worth adding.
 
         Which of two equal effects goes on is little more than chance. Where nothing is worth adding
-        beside it something may be so beside its rival; what that is, the next step chooses.
+        beside it something may be so beside its rival, unless it gained next to nothing beside the
+        chosen one; what that is, the next step chooses.
         """
         rival = steps[-1].equal_rival if steps else None
         if rival is None or rival not in candidates:
@@ -217,7 +222,8 @@ class Search:
         *others, chosen = present.fine.effects
         if is_second((*others, rival)):
             return None
-        sets = [(*others, rival, effect) for effect in candidates if effect != rival]
+        hopeless = {rival, *added.idle(self.criteria)}
+        sets = [(*others, rival, effect) for effect in candidates if effect not in hopeless]
         label = f"trying {rival.name} in place of {chosen.name}"
         found = self._replaced(present, self._rank(present, sets, label), exchange_justified)
         if found is None or found.after is None:

@@ -57,24 +57,24 @@ static void try_turn(const double *stress, const coefficients_t *at, double turn
     *slope = sum(by_turn);
 }
 
-/* The torque at which patch and elements balance. */
-static double balanced_torque(const double *stress, const coefficients_t *at, double goal, const double *elements) {
-    double root = 0.0, torque, slope, deflected, residual, low, high;
+/* The torque at which patch and elements balance, sought from a turn on. */
+static double balanced_torque(const double *stress, const coefficients_t *at, double goal, const double *elements, double root) {
+    double torque, slope, deflected, residual, low, high;
     int i;
     try_turn(stress, at, root, &torque, &slope);
     deflection(torque, elements, &deflected);
-    /* The residual rises with the turn by at least one to one, so its value at rest brackets the root. */
+    /* The residual rises with the turn by at least one to one, so its value at one turn brackets the root. */
     residual = root - goal - deflected;
-    low = lesser(0.0, -residual);
-    high = greater(0.0, -residual);
+    low = lesser(root, root - residual);
+    high = greater(root, root - residual);
     for (i = 0; i < ${search_steps}; ++i) {
         double step;
         balance(torque + slope * (goal - root), slope, elements, &torque);
         deflection(torque, elements, &deflected);
         step = residual < 0.0 ? greater(goal + deflected, root) : lesser(goal + deflected, root);
         step = step >= low && step <= high ? step : (low + high) / 2.0;
-        /* The differentiated step of Newton squares what is left [rad]. */
-        if (fabs(step - root) <= 1e-10) break;
+        /* This step and the differentiated one of Newton each square what is left [rad]; derivatives are right to 1e-6. */
+        if (fabs(step - root) <= 1e-5) break;
         root = step;
         if (i + 1 < ${search_steps}) {
             try_turn(stress, at, root, &torque, &slope);
@@ -97,6 +97,9 @@ void run(int64_t count, int64_t directions, const double *signals, const double 
          const double *seeds, double *memory, double *memory_by, double *torque, double *by) {
     int64_t n, j;
     int i, s;
+%% if compliant
+    double angle = memory[0], rise, followed = 0.0;
+%% endif
     for (n = 0; n < count; ++n, signals += 4) {
         double *stress = memory + 1, scalars[SCALARS], beside_patch, goal, turn, further = 0.0;
         double next[STRESSES][BRISTLES], step_by[${step_partials}][BRISTLES], place_by[${place_partials}][BRISTLES], total[BRISTLES];
@@ -123,7 +126,9 @@ void run(int64_t count, int64_t directions, const double *signals, const double 
 %% if compliant
         elements[0] = scalars[2];
         for (i = 0; i < PARAMETERS; ++i) elements[1 + i] = theta[i];
-        root = balanced_torque(stress, &at, goal, elements);
+        rise = scalars[0] - angle;
+        angle = scalars[0];
+        root = balanced_torque(stress, &at, goal, elements, rise * followed);
         deflection(root, elements, &deflected);
         turn = goal + deflected;
 %% endif
@@ -148,6 +153,8 @@ void run(int64_t count, int64_t directions, const double *signals, const double 
         deflection(M_z, elements, &deflected);
         compliance(M_z, elements, &softness);
         further = goal + deflected - turn;
+        /* The patch is likely to follow the next sample by the same share; by all of it after a rest, 0/0 being no less. */
+        followed = greater(lesser((turn + further) / rise, 1.0), 0.0);
 %% endif
         for (j = 0; j < directions; ++j) {
             const double *seed = seeds + (PARAMETERS + 3) * j;
