@@ -73,7 +73,7 @@ def draw_car(
     Args:
         seed: of the generator; the true car does not depend on the other arguments but as they say.
         assisted: with a motor; without one the car is light and its gear is slow.
-        full_tolerance: every declared value off by all of its tolerance, upwards or downwards.
+        full_tolerance: every true value at an end of what is declared and its tolerance.
         split: friction under the right wheel over that under the left one [1].
         brake: None to draw it: on in two of three cars.
         tolerances: as in TOLERANCES.
@@ -109,12 +109,11 @@ def draw_car(
     )  # fmt: skip
     true = _known(car)
     errors = rng.uniform(-1, 1, len(true))
+    off = {name: 1 + tolerances[name] * e for name, e in zip(true, errors, strict=True)}
     if full_tolerance:
-        errors = np.sign(errors)
-    declared = {
-        name: value * (1 + tolerances[name] * error)
-        for (name, value), error in zip(true.items(), errors, strict=True)
-    }
+        # A tolerance is a share of what is declared: the truth lies at an end of what that allows.
+        off = {n: 1 / (1 - tolerances[n] * np.sign(e)) for n, e in zip(true, errors, strict=True)}
+    declared = {name: value * off[name] for name, value in true.items()}
     bus = CarBus(
         period=rng.choice([0.01, 0.02]), handwheel_zero=radians(uniform(-1.5, 1.5)),
         torque_step=uniform(0.1, 0.25), torque_zero=uniform(-0.1, 0.1),
