@@ -189,28 +189,31 @@ def build_conclusion(
     }
     after["lost"] = after["doubt"] > HOPELESS
     variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MOST_VARIANCE)
-    means = {
-        "log_mu": verdict["log_mu"] - ca.log(after["scale"] * patch.friction),
-        "stiffness": 1,
-        "M_0": verdict["zero"] / after["scale"],
-        "gear": verdict["gear"] / after["scale"],
-    }
-    covariances = {
-        "log_mu_log_mu": variance,
-        "stiffness_stiffness": spread * doubtful / (spread + doubtful),
-        "M_0_M_0": verdict["var_zero"],
-        "gear_gear": verdict["var_gear"],
-        "log_mu_M_0": verdict["log_mu_zero"] / after["scale"],
-        "log_mu_gear": verdict["log_mu_gear"] / after["scale"],
-        "M_0_gear": verdict["zero_gear"] / after["scale"] ** 2,
-    }
-    results = _acquired_output(after, own, verdict, output, means["log_mu"], variance, limits)
+    log_mu = verdict["log_mu"] - ca.log(after["scale"] * patch.friction)
+    means = {"log_mu": log_mu, "stiffness": 1}
+    means |= {name: verdict[of] / after["scale"] for name, of in (("M_0", "zero"), ("gear", "gear"))}
+    covariances = {"log_mu_log_mu": variance, "M_0_M_0": verdict["var_zero"]}
+    if "gear" in states:
+        covariances |= _covariances_of_gear(verdict, after["scale"])
+        covariances["stiffness_stiffness"] = spread * doubtful / (spread + doubtful)
+    results = _acquired_output(after, own, verdict, output, log_mu, variance, limits)
     outputs = {
         "own_next": vector_of(OWN, after),
         "handover": handover_vector(states, means, covariances),
         "result": vector_of(OUTPUT, results),
     }
     return named_function("conclude", inputs, outputs, cse=True)
+
+
+def _covariances_of_gear(verdict: Parts, scale: Expression) -> dict[str, Expression]:
+    """Covariances of ln mu, M_0 and the gear's friction, torques divided by s."""
+    return {
+        "log_mu_M_0": verdict["log_mu_zero"] / scale,
+        "log_mu_gear": verdict["log_mu_gear"] / scale,
+        "M_0_M_0": verdict["var_zero"] / scale**2,
+        "M_0_gear": verdict["zero_gear"] / scale**2,
+        "gear_gear": verdict["var_gear"] / scale**2,
+    }
 
 
 def _is_known(verdict: Parts, unsure: Expression, limits: Parts, gear: bool) -> Expression:
