@@ -32,6 +32,6 @@ def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:
         return ""
     follows = "; half_length follows from the load" if vehicle.half_length is None else ""
     return (
-        f"of mu, {hypot(*shares.values()):.1%} rests on declared values that no steering tells:"
-        f" {listed(named)}{follows}; {REMEDIES[ranked[0]]} narrows the band most"
+        f"{hypot(*shares.values()):.1%} of mu, as a standard deviation, rests on declared values that no"
+        f" steering tells: {listed(named)}{follows}; {REMEDIES[ranked[0]]} narrows the band most"
     )
