@@ -4,7 +4,8 @@
     python benchmarks/car.py --cars 200 --seed 10000 --sensing pinion --observer mhe
 
 Seeds from TUNING_SEED on are for tuning, those from JUDGING_SEED on for judging; never tune on those.
-Every declared value is off within its tolerance, `--full-tolerance` puts each of them at an end of it.
+Every declared value is off within its tolerance; `--full-tolerance` puts each true value at an end of
+what is declared.
 `--bound` prints the least deviation that any estimate can have beside those reached, see `car_bound`.
 About five seconds a car on one core.
 """
@@ -15,7 +16,7 @@ import sys
 import tempfile
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from math import degrees
 from pathlib import Path
@@ -25,11 +26,12 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.car_bound import least_deviations
+from benchmarks.car_bound import BOUNDS, VEHICLE_FIELDS, bounds_by_case
 from brushgrip.cli.app import main as main_of_command
 from observers import Status
 from reference_rig import TOLERANCES, CarRecording, FleetCar, draw_car
 from symbolic import vehicle_from_tables
+from symbolic.vehicle.mean_wheel import friction_shares
 
 Array = NDArray[np.float64]
 TUNING_SEED, JUDGING_SEED = 0, 10_000
@@ -39,17 +41,6 @@ HALF_TURN = 180.0
 """Way of the handwheel after which the band is read [deg]."""
 NEAR_LOCKS = 0.9
 """Share of the way from stop to stop that counts as lock to lock [1]."""
-FORCE_ZERO = 30.0
-"""Within which the zero of a car's force lies, either way [N]."""
-MODEL_ERRORS = (0.0, 0.02)
-"""Of the least standard deviation that any estimate can have, as shares of the tyres' force [1]."""
-VEHICLE_FIELDS = {
-    "front_axle_load": "axle_load", "half_length": "half_length", "contact_width": "half_width",
-    "stiffness": "k", "gear_friction": "gear_friction", "gear_load_share": "gear_load_share",
-    "steering_arm": "lever", "inclination": "inclination", "caster": "caster", "trail": "trail",
-    "scrub_radius": "scrub_radius", "lever_loss": "lever_loss", "wheel_radius": "wheel_radius",
-}  # fmt: skip
-"""Fields of the vehicle that are unknowns of that deviation, and the names of their tolerances."""
 MEASURED = ("axle_load", "half_length")
 """What a workshop measures, with scales and a print of the contact."""
 COLUMNS = {
@@ -76,8 +67,10 @@ class Judged:
     locks: int
     """First sample after both locks."""
     bounds: Array
-    """Least standard deviations of ln mu by error of the model (`MODEL_ERRORS`), after half a turn and
-    after both locks, shape (2, 2); NaN where they are not asked for."""
+    """Least standard deviations of ln mu by `BOUNDS`, after half a turn and after both locks, shape
+    (3, 2); NaN where they are not asked for."""
+    floor: float
+    """What the observer counts for declared values that no steering tells, over mu [1]."""
 
     @property
     def refusal(self) -> str:
@@ -176,16 +169,17 @@ def estimate(drawn: FleetCar, recording: CarRecording, sensing: str, observer: s
 
 def bounds_of(drawn: FleetCar, rack: Array, ends: list[int]) -> Array:
     """`Judged.bounds` of a car, its force on the rack measured."""
-    file = vehicle_toml(drawn.true, brake=drawn.brake)
+    vehicle = vehicle_from_tables(tomllib.loads(vehicle_toml(drawn.true, brake=drawn.brake)))
     noise = float(np.hypot(drawn.bus.force_noise, drawn.bus.force_step / np.sqrt(12)))
-    vehicle = replace(vehicle_from_tables(tomllib.loads(file)), force_zero=FORCE_ZERO)
     tolerances = {field: TOLERANCES[name] for field, name in VEHICLE_FIELDS.items()}
-    return np.array(
-        [
-            least_deviations(vehicle, drawn.car.mu[0], rack, tolerances, ends, noise=noise, error=error)
-            for error in MODEL_ERRORS
-        ]
-    )
+    return bounds_by_case(vehicle, drawn.car.mu[0], rack, tolerances, ends, noise)
+
+
+def floor_of(drawn: FleetCar) -> float:
+    """`Judged.floor` of a car."""
+    file = vehicle_toml(drawn.declared, brake=drawn.brake, tolerances=drawn.tolerances)
+    shares = friction_shares(vehicle_from_tables(tomllib.loads(file)), brakes=drawn.brake)
+    return float(np.linalg.norm(list(shares.values())))
 
 
 def judge(
@@ -214,7 +208,8 @@ def judge(
         status=got["status"].astype(int),
         half_turn=ends[0],
         locks=ends[1],
-        bounds=bounds_of(drawn, rack, ends) if bound else np.full((2, 2), np.nan),
+        bounds=bounds_of(drawn, rack, ends) if bound else np.full((len(BOUNDS), 2), np.nan),
+        floor=floor_of(drawn),
     )
 
 
@@ -252,12 +247,12 @@ def summary(cars: list[Judged]) -> None:
         shares = [car.std[i] / car.estimate[i] for car, i in at if car.usable[i]]
         median = f"{100 * np.median(shares):.1f} %" if shares else "-"
         print(f"sigma/mu after {label}: median {median} over {len(shares)} usable of {len(cars)} cars")
-        for error, least in zip(
-            MODEL_ERRORS, np.transpose([c.bounds[:, number] for c in cars]), strict=True
-        ):
+        leasts = np.transpose([c.bounds[:, number] for c in cars])
+        for case, least in zip(BOUNDS, leasts, strict=True):
             if np.isfinite(least).all():
-                print(f"    least of any estimate, model wrong by {100 * error:.0f} %: median"
-                      f" {100 * np.median(least):.1f} %")  # fmt: skip
+                print(f"    least of any estimate, {case}: median {100 * np.median(least):.1f} %")
+    floors = [car.floor for car in cars]
+    print(f"of it by declared values that no steering tells: median {100 * np.median(floors):.1f} %")
     never = [car.drawn.seed for car in cars if not car.usable.any()]
     print(f"never usable: {len(never)} cars {never[:12]}")
 

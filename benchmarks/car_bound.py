@@ -15,13 +15,29 @@ from observers import Tuning
 from symbolic import Model, Vehicle, full_slide_arm, rig_of, simulate
 from symbolic.parameters import EVEN
 from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
-from symbolic.vehicle.steering import mean_angle
+from symbolic.vehicle.steering import jacking, lever, mean_angle
 
 Array = NDArray[np.float64]
 STEP = 1e-3
 """Relative step of the derivatives [1]."""
 VAGUE = 2.0
 """Standard deviation of ln mu before any force [1]."""
+FORCE_ZERO = 30.0
+"""Within which the zero of a car's force lies, either way [N]."""
+BOUNDS = {
+    "model exact": (0.0, 0.0),
+    "model wrong by 2 %": (0.02, 0.0),
+    "and the return torque by 8 %": (0.02, 0.08),
+}
+"""Cases of the least standard deviation that any estimate can have: errors of the model as a share of
+the tyres' force, and of the return torque as a share of it, which otherwise weighs the car [1]."""
+VEHICLE_FIELDS = {
+    "front_axle_load": "axle_load", "half_length": "half_length", "contact_width": "half_width",
+    "stiffness": "k", "gear_friction": "gear_friction", "gear_load_share": "gear_load_share",
+    "steering_arm": "lever", "inclination": "inclination", "caster": "caster", "trail": "trail",
+    "scrub_radius": "scrub_radius", "lever_loss": "lever_loss", "wheel_radius": "wheel_radius",
+}  # fmt: skip
+"""Fields of the vehicle that are unknowns of that deviation, and the names of their tolerances."""
 
 
 def force_on_rack(vehicle: Vehicle, mu: float, rack: Array) -> Array:
@@ -43,7 +59,7 @@ def force_on_rack(vehicle: Vehicle, mu: float, rack: Array) -> Array:
 
 def least_deviations(
     vehicle: Vehicle, mu: float, rack: Array, tolerances: Mapping[str, float], ends: Sequence[int], *,
-    noise: float, error: float = 0.0,
+    noise: float, error: float = 0.0, returned: float = 0.0,
 ) -> list[float]:  # fmt: skip
     """Least standard deviations of ln mu [1] from the samples before each of the ends.
 
@@ -56,6 +72,8 @@ def least_deviations(
         noise: white error of a sample's force [N].
         error: of the model as a share of the tyres' force of full slide, independent after the turn
             `Tuning.error_travel` [1].
+        returned: standard deviation of the return torque as a share of it, beside what the vehicle's
+            angles and lengths make it off by [1]; 0 lets it weigh the car as well as those are known.
     """
     slopes, stds = [], [VAGUE]
     up, down = (force_on_rack(vehicle, mu * (1 + step), rack) for step in (STEP, -STEP))
@@ -71,6 +89,10 @@ def least_deviations(
     # The sensor's zero, with what the gear's friction differs by direction.
     slopes.append(np.ones_like(rack))
     stds.append(EVEN * vehicle.force_zero)
+    if returned:
+        lifting = jacking(vehicle, mean_angle(vehicle, rack)) / lever(vehicle, rack)
+        slopes.append(2 * np.asarray(lifting))
+        stds.append(returned)
     jacobian, prior = np.array(slopes).T, np.diag(np.array(stds) ** -2.0)
     rig, _ = rig_of(vehicle)
     slide = mu * vehicle.wheel_load * full_slide_arm(rig.a, rig.e) * 2 / vehicle.steering_arm
@@ -80,3 +102,19 @@ def least_deviations(
     weighed = jacobian * weight[:, None]
     informations = (prior + jacobian[:end].T @ weighed[:end] for end in ends)
     return [float(np.sqrt(np.linalg.inv(each)[0, 0])) for each in informations]
+
+
+def bounds_by_case(
+    vehicle: Vehicle, mu: float, rack: Array, tolerances: Mapping[str, float], ends: Sequence[int],
+    noise: float,
+) -> Array:  # fmt: skip
+    """`least_deviations` by `BOUNDS` and ends; arguments are those."""
+    within = replace(vehicle, force_zero=FORCE_ZERO)
+    return np.array(
+        [
+            least_deviations(
+                within, mu, rack, tolerances, ends, noise=noise, error=error, returned=returned
+            )
+            for error, returned in BOUNDS.values()
+        ]
+    )

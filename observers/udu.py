@@ -17,6 +17,8 @@ from observers.layout import Expression, symbols
 from symbolic.functions import named_function
 
 Array = NDArray[np.float64]
+LEAST_SHARE = 1e-6
+"""Least D of a factor of a covariance, as a share of the variance [1]."""
 GREATEST_VARIANCE = 1e12
 """Upper limit of D after a prediction, against overflow where a sensor fails for long."""
 
@@ -25,6 +27,20 @@ def covariance(factor: Expression) -> Expression:
     """P of a factor, both casadi and of shape (n, n)."""
     U, D = ca.triu(factor, False) + ca.DM.eye(factor.shape[0]), ca.diag(ca.diag(factor))
     return U @ D @ U.T
+
+
+def factor_of(P: ca.SX) -> ca.SX:
+    """The factor of a covariance of shape (n, n), as far as rounding leaves it positive."""
+    n, factor = P.shape[0], ca.SX.zeros(*P.shape)
+    for j in range(n - 1, -1, -1):
+        later = range(j + 1, n)
+        D = P[j, j] - sum((factor[j, k] ** 2 * factor[k, k] for k in later), ca.SX(0))
+        # Mixtures of many hypotheses are rounded: what they leave is no less than a share of it.
+        factor[j, j] = D = ca.fmax(D, LEAST_SHARE * P[j, j])
+        for i in range(j):
+            left = P[i, j] - sum((factor[i, k] * factor[j, k] * factor[k, k] for k in later), ca.SX(0))
+            factor[i, j] = ca.if_else(D > 0, left / ca.if_else(D > 0, D, 1), 0)
+    return factor
 
 
 def covariance_of(factor: Array) -> Array:

@@ -73,7 +73,7 @@ def draw_car(
     Args:
         seed: of the generator; the true car does not depend on the other arguments but as they say.
         assisted: with a motor; without one the car is light and its gear is slow.
-        full_tolerance: every declared value off by all of its tolerance, upwards or downwards.
+        full_tolerance: every true value at an end of what is declared and its tolerance.
         split: friction under the right wheel over that under the left one [1].
         brake: None to draw it: on in two of three cars.
         tolerances: as in TOLERANCES.
@@ -109,19 +109,17 @@ def draw_car(
     )  # fmt: skip
     true = _known(car)
     errors = rng.uniform(-1, 1, len(true))
+    shares = [tolerances[name] * error for name, error in zip(true, errors, strict=True)]
     if full_tolerance:
-        errors = np.sign(errors)
-    declared = {
-        name: value * (1 + tolerances[name] * error)
-        for (name, value), error in zip(true.items(), errors, strict=True)
-    }
+        # A tolerance is a share of what is declared.
+        shares = [1 / (1 - tolerances[n] * np.sign(s)) - 1 for n, s in zip(true, shares, strict=True)]
+    declared = {n: true[n] * (1 + share) for n, share in zip(true, shares, strict=True)}
     bus = CarBus(
         period=rng.choice([0.01, 0.02]), handwheel_zero=radians(uniform(-1.5, 1.5)),
         torque_step=uniform(0.1, 0.25), torque_zero=uniform(-0.1, 0.1),
         motor_gain=uniform(0.98, 1.02), force_zero=uniform(-30, 30),
     )  # fmt: skip
-    braked = bool(uniform() < 2 / 3)
-    by_rack = bool(uniform() < 0.25) and assisted
+    braked, by_rack = bool(uniform() < 2 / 3), bool(uniform() < 0.25) and assisted
     return FleetCar(
         seed=seed, car=car, declared=declared, true=true, tolerances=tolerances, bus=bus,
         by_rack=by_rack, brake=braked if brake is None else brake,

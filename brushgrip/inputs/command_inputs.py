@@ -188,7 +188,7 @@ def locate_inputs(
     if rig is not None and vehicle is not None:
         raise InvalidInputError("--rig and --vehicle are both given; name the one that was recorded")
     own = user_effects(effects)
-    located = [locate(name) for name in names]
+    located = [locate(name, of_car=vehicle is not None) for name in names]
     for one, other in combinations(located, 2):
         if one.samefile(other):
             raise _twice(one, other)

@@ -32,8 +32,12 @@ def download_folder() -> Path:
     return Path(base) / "brushgrip"
 
 
-def locate(name: str) -> Path:
+def locate(name: str, *, of_car: bool = False) -> Path:
     """The file of a recording: as given, with .mat or .csv, and for a bare name where data is kept.
+
+    Args:
+        name: as the user gives it.
+        of_car: it is of a car, of which nothing is published.
 
     Raises:
         InvalidInputError: there is none; the message says where it was looked for.
@@ -46,7 +50,7 @@ def locate(name: str) -> Path:
     if given.name == name:
         local = os.environ.get(LOCAL_COPY)
         folders += [Path(local)] if local else []
-        folders.append(download_folder())
+        folders += [] if of_car else [download_folder()]
     for folder in folders:
         for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in ADDED_SUFFIXES)):
             if _is_there(path) and not path.is_dir():
@@ -58,7 +62,7 @@ def locate(name: str) -> Path:
     raise InvalidInputError(
         f"{name}: no such recording; looked for {', '.join(others)} and {last}"
         f" in {places if given.name == name else given.parent}"
-        + (OF_CAR if given.suffix.lower() in CAR_LOGS else PUBLISHED * (len(folders) > 1))
+        + (OF_CAR if of_car or given.suffix.lower() in CAR_LOGS else PUBLISHED * (len(folders) > 1))
     )
 
 

@@ -81,7 +81,8 @@ def follow(
 
 def _table(name: str, inputs: Inputs) -> Table:
     needed = ("t",) if inputs.vehicle else required_columns(torque_required=False)
-    return read_table(locate(name), needed, READERS, inputs.signals)
+    located = locate(name, of_car=inputs.vehicle is not None)
+    return read_table(located, needed, READERS, inputs.signals)
 
 
 def _of_car(

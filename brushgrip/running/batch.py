@@ -27,6 +27,7 @@ from brushgrip.outputs.atomic import check_picture_name
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import executor_at
+from brushgrip.wording.declared_values import rests_on
 from brushgrip.wording.formatting import csv_text
 from brushgrip.wording.friction import (
     estimates_summary,
@@ -194,6 +195,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     told = [ground, estimates_summary(estimates, noise, own_rate(recording))]
     if last_usable(estimates) is None:
         told.append(suspected_cause(factory, recording, found, estimates))
+    elif car := recording.standstills:
+        told.append(rests_on(car.vehicle, brakes=car.brakes[-1]))
     lines = (f"{recording.name}: {line}" for line in told if line)
     return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines))
 

@@ -36,15 +36,12 @@ def found_effects(
 ) -> tuple[FoundEffect, ...]:
     """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`."""
     final = steps[-1].before.fitted
-    at_bound = {effect for effect, _ in effects_at_bounds(final)}
+    added = [step for step in steps if _adds(step, final)]
+    standing_in = _stand_ins(added, final, left, of_car=recordings[0].standstills is not None)
     effects = []
-    for step in steps:
-        if step.after is None:
-            continue
+    for step in added:
+        assert step.after is not None
         effect = step.after.effects[-1]
-        # Effects that were dropped later are not among the estimates of the final model.
-        if effect not in final.model.effects or effect in step.before.effects:
-            continue
         scope, own = _scope_and_parameters(effect, final, estimates)
         without = step.without or step.before
         judged = step.after.judgement, without.judgement, DEFAULT_CRITERIA.long_block
@@ -53,7 +50,6 @@ def found_effects(
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
         rivals = tuple(other.name for other in step.indistinguishable)
-        gained = without.nrmse**2 - step.after.nrmse**2
         effects.append(
             FoundEffect(
                 name=effect.name,
@@ -65,7 +61,7 @@ def found_effects(
                     bic,
                     distance,
                     has_rivals=bool(rivals),
-                    stands_in=effect.name in at_bound or (left.present and gained < left.structured**2),
+                    stands_in=effect.name in standing_in,
                 ),
                 standard_errors=errors,
                 deviations=distance,
@@ -77,6 +73,35 @@ def found_effects(
             )
         )
     return tuple(effects)
+
+
+def _adds(step: SearchStep, final: Fit) -> bool:
+    """Whether a step added an effect of the final model; those that were dropped later are none."""
+    effect = step.after.effects[-1] if step.after and step.after.effects else None
+    return effect in final.model.effects and effect not in step.before.effects
+
+
+def _stand_ins(added: Sequence[SearchStep], final: Fit, left: Unexplained, *, of_car: bool) -> set[str]:
+    """Effects that may stand in for something unknown, see `grade_of`.
+
+    In a car what others of them explain is unknown too: its return torque, its gear and its joints all
+    act beside the tyre, and the first that is found takes on what the others lack.
+    """
+    found = {effect for effect, _ in effects_at_bounds(final)}
+    if not left.present:
+        return found
+    gains = {}
+    for step in added:
+        assert step.after is not None
+        without = step.without or step.before
+        gains[step.after.effects[-1].name] = without.nrmse**2 - step.after.nrmse**2
+    unknown, before = left.structured**2, None
+    while before != found:
+        before = set(found)
+        found |= {name for name, gain in gains.items() if gain < unknown}
+        if of_car:
+            unknown = left.structured**2 + sum(max(gains.get(name, 0.0), 0.0) for name in found)
+    return found
 
 
 def family_name(effect: Effect) -> str:
@@ -141,7 +166,7 @@ def grade_of(
         distance: of its parameters from no effect at all, see `distance_from_neutral`.
         has_rivals: whether the judged data cannot distinguish it from other effects.
         stands_in: whether one of its parameters ends where its range does, or it explains less than what
-            the final model leaves unexplained.
+            the final model leaves unexplained, see `_stand_ins`.
 
     Returns:
         stands_in: it may stand in place of something unknown;

@@ -1,10 +1,42 @@
-"""Acquired friction written into the state of an estimator, and values read from such a state."""
+"""What is handed over from acquisition to an estimator, and values read from an estimator's state."""
+
+from itertools import combinations_with_replacement
 
 import casadi as ca
 
-from observers.layout import Expression, Layout, Parts
+from observers.layout import Expression, Layout, Parts, named
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
-from observers.quality.acquisition import HANDED_STATES
+from observers.udu import factor_of
+
+
+def handed_states(states: tuple[str, ...]) -> tuple[str, ...]:
+    """States that are handed over; with a gear the stiffness too, which is 1 beside s."""
+    handed = ("log_mu", "M_0", *(("stiffness", "gear") if "gear" in states else ()))
+    return tuple(name for name in states if name in handed)
+
+
+def handover_names(states: tuple[str, ...]) -> tuple[str, ...]:
+    """What is handed over of these states, all of `handed_states`: means, covariances and their factor.
+
+    Covariances are P_i_j, i <= j; those of the factor U D U', see `observers.udu`, are F_i_j.
+    """
+    pairs = [f"{one}_{other}" for one, other in pairs_of(states)]
+    return (*states, *(f"P_{pair}" for pair in pairs), *(f"F_{pair}" for pair in pairs))
+
+
+def pairs_of(states: tuple[str, ...]) -> list[tuple[str, str]]:
+    """Every state with itself and with those after it."""
+    return list(combinations_with_replacement(states, 2))
+
+
+def handover_vector(states: tuple[str, ...], means: Parts, covariances: Parts) -> Expression:
+    """The vector of `handover_names`."""
+    P = ca.SX.zeros(len(states), len(states))
+    for (i, one), (j, other) in combinations_with_replacement(enumerate(states), 2):
+        P[i, j] = P[j, i] = covariances.get(f"{one}_{other}", 0)
+    factor, upper = factor_of(P), [(i, j) for i in range(len(states)) for j in range(i, len(states))]
+    entries = [matrix[i, j] for matrix in (P, factor) for i, j in upper]
+    return ca.vertcat(*(means[name] for name in states), *entries)
 
 
 def newest_state(
@@ -25,22 +57,28 @@ def newest_of_sample(parts: Layout, state: Expression, names: tuple[str, ...]) -
 
 
 def take_acquired(
-    parts: Layout, states: tuple[str, ...], state: Expression, handed: Parts
+    parts: Layout, states: tuple[str, ...], state: Expression, handed: Expression
 ) -> Expression:
-    """A state of an estimator with ln mu, M_0 and the gear as acquired, not correlated with the rest.
+    """A state of an estimator with what was acquired, see `handed_states`, not correlated with the rest.
 
     A window is emptied: its samples led to states that do not count. The memory of bristles stays as it
     is, whatever mu was.
     """
-    after = parts.split(state)
-    covariance = "P_newest" if "P_newest" in after else "factor"
-    for at, name in enumerate(states):
-        if name not in HANDED_STATES:
-            continue
-        after[covariance][at, :] = 0
-        after[covariance][:, at] = 0
-        after[covariance][at, at] = handed[f"{name}_variance"]
-        after["x"][at, :] = handed[name]
+    after, names = parts.split(state), handed_states(states)
+    given = named(handover_names(names), handed)
+    is_window = "P_newest" in after
+    for name in names:
+        at = states.index(name)
+        after["P_newest" if is_window else "factor"][at, :] = 0
+        after["P_newest" if is_window else "factor"][:, at] = 0
+        after["x"][at, :] = given[name]
+    if is_window:
+        after["factor"] = ca.diag(ca.diag(after["P_newest"]))
+    for one, other in pairs_of(names):
+        i, j = states.index(one), states.index(other)
+        after["factor"][i, j] = given[f"F_{one}_{other}"]
+        if is_window:
+            after["P_newest"][i, j] = after["P_newest"][j, i] = given[f"P_{one}_{other}"]
     if "samples" in after:
         after |= _empty_window(after)
     for name in ("counts", "monitor", "memory_sensitivity"):
@@ -52,7 +90,7 @@ def take_acquired(
 def _empty_window(window: Parts) -> dict[str, ca.MX]:
     """A window with nothing but the last step: no measurement, no motion before it.
 
-    window has the newest states, and their covariance, of which the variances are kept.
+    window has the newest states.
     """
     columns = window["x"].shape[1]
     before = window["x"][:, max(columns - 2, 0)]
@@ -62,6 +100,5 @@ def _empty_window(window: Parts) -> dict[str, ca.MX]:
     return {
         "x": ca.horzcat(ca.repmat(before, 1, columns - 1), window["x"][:, -1]),
         "mean": before,
-        "factor": ca.diag(ca.diag(window["P_newest"])),
         "samples": samples,
     }

@@ -15,6 +15,7 @@ import casadi as ca
 from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import is_known, retained
 from observers.protocol import OUTPUT, Status
+from observers.quality.acquired_to_estimator import handover_vector
 from observers.quality.branches import START, TRACK, build_sensitivity, build_track
 from observers.quality.hypotheses import (
     LIMITS,
@@ -59,10 +60,6 @@ the innovations, and that of their weights; independent samples that were not ex
 of the ground; torques in a row, computed from the steering torque, that friction does not explain, and 1
 where friction is acquired anew; the torques predicted at the last two of them [N m]; 1 once the model
 has explained the torque since the handover; innovation less its noise, smoothed [N m]."""
-HANDED_STATES = ("log_mu", "M_0", "gear")
-"""States that are handed over."""
-HANDOVER = tuple(f"{name}{part}" for name in HANDED_STATES for part in ("", "_variance"))
-"""Their moments, as the estimator counts them."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 """Flags of the estimator that count while friction is acquired."""
 
@@ -149,17 +146,17 @@ def build_search(gear: bool = False) -> ca.Function:
 
 @cache
 def build_conclusion(
-    patch: EquivalentPatch, *, is_scaled: bool, gear: bool, gain_share: float
+    patch: EquivalentPatch, *, is_scaled: bool, states: tuple[str, ...], gain_share: float
 ) -> ca.Function:
     """A sample while friction is acquired.
 
     (own, verdict, output, widest, counted, share, tyre, limits) -> (own, handover, output), the second
-    in the order of `HANDOVER`; counted is 1 where a torque was weighed, share what it is worth.
+    in the order of `handover_names`; counted is 1 where a torque was weighed, share what it is worth.
 
     Args:
         patch: the declared patch that stands for the model.
         is_scaled: the estimator's torque is divided by s.
-        gear: there is a steering gear.
+        states: that are handed over.
         gain_share: of s that is the torque's.
     """
     inputs = symbols(
@@ -172,7 +169,7 @@ def build_conclusion(
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
     sensitivity = build_sensitivity()(inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
     by_error = error / sensitivity**2
-    decided = _is_known(verdict, verdict["variance"] + by_error, limits, gear)
+    decided = _is_known(verdict, verdict["variance"] + by_error, limits, "gear" in states)
     # The estimator begins with a patch free of torque.
     decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
     spread = limits["stiffness_std"] ** 2
@@ -192,21 +189,31 @@ def build_conclusion(
     }
     after["lost"] = after["doubt"] > HOPELESS
     variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MOST_VARIANCE)
-    handover = {
-        "log_mu": verdict["log_mu"] - ca.log(after["scale"] * patch.friction),
-        "log_mu_variance": variance,
-        "M_0": verdict["zero"] / after["scale"],
-        "M_0_variance": verdict["var_zero"],
-        "gear": verdict["gear"] / after["scale"],
-        "gear_variance": verdict["var_gear"],
-    }
-    results = _acquired_output(after, own, verdict, output, handover, limits)
+    log_mu = verdict["log_mu"] - ca.log(after["scale"] * patch.friction)
+    means = {"log_mu": log_mu, "stiffness": 1}
+    means |= {name: verdict[of] / after["scale"] for name, of in (("M_0", "zero"), ("gear", "gear"))}
+    covariances = {"log_mu_log_mu": variance, "M_0_M_0": verdict["var_zero"]}
+    if "gear" in states:
+        covariances |= _covariances_of_gear(verdict, after["scale"])
+        covariances["stiffness_stiffness"] = spread * doubtful / (spread + doubtful)
+    results = _acquired_output(after, own, verdict, output, log_mu, variance, limits)
     outputs = {
         "own_next": vector_of(OWN, after),
-        "handover": vector_of(HANDOVER, handover),
+        "handover": handover_vector(states, means, covariances),
         "result": vector_of(OUTPUT, results),
     }
     return named_function("conclude", inputs, outputs, cse=True)
+
+
+def _covariances_of_gear(verdict: Parts, scale: Expression) -> dict[str, Expression]:
+    """Covariances of ln mu, M_0 and the gear's friction, torques divided by s."""
+    return {
+        "log_mu_M_0": verdict["log_mu_zero"] / scale,
+        "log_mu_gear": verdict["log_mu_gear"] / scale,
+        "M_0_M_0": verdict["var_zero"] / scale**2,
+        "M_0_gear": verdict["zero_gear"] / scale**2,
+        "gear_gear": verdict["var_gear"] / scale**2,
+    }
 
 
 def _is_known(verdict: Parts, unsure: Expression, limits: Parts, gear: bool) -> Expression:
@@ -226,12 +233,13 @@ def doubt_after(doubt: Expression, share: Expression, wrong: Expression) -> Expr
 
 
 def _acquired_output(
-    after: Parts, own: Parts, verdict: Parts, output: Parts, handover: Parts, limits: Parts
-) -> Parts:
+    after: Parts, own: Parts, verdict: Parts, output: Parts, log_mu: Expression, variance: Expression,
+    limits: Parts,
+) -> Parts:  # fmt: skip
     """The output while friction is acquired, in torques as they were measured."""
-    mu = ca.exp(handover["log_mu"]) * after["scale"]
+    mu = ca.exp(log_mu) * after["scale"]
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], mu))
-    relative = ca.sqrt(handover["log_mu_variance"] + limits["mu_floor"] ** 2 + after["excess"] ** 2)
+    relative = ca.sqrt(variance + limits["mu_floor"] ** 2 + after["excess"] ** 2)
     grown = mu / output["mu"]
     stays = after["acquiring"]
     flags = {flag: has_flag(output["status"], flag) for flag in KEPT}
@@ -266,12 +274,13 @@ def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
 
 @cache
 def build_acquiring(
-    patch: EquivalentPatch, *, is_scaled: bool, gear: bool, gain_share: float
+    patch: EquivalentPatch, *, is_scaled: bool, states: tuple[str, ...], gain_share: float
 ) -> ca.Function:
     """A sample while friction is acquired, from the torque to what is handed over.
 
     Inputs of `supervision_symbols` -> (search, verdict, own, handover, output).
     """
+    gear = "gear" in states
     inputs = supervision_symbols(gear)
     search, verdict, own, output, psi, M_z, _, added, tyre, limits, *dry = inputs.values()
     numbers = named(OWN, own)
@@ -279,6 +288,6 @@ def build_acquiring(
         search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits, *dry
     )
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
-    conclude = build_conclusion(patch, is_scaled=is_scaled, gear=gear, gain_share=gain_share)
+    conclude = build_conclusion(patch, is_scaled=is_scaled, states=states, gain_share=gain_share)
     results = conclude(own, verdict, output, widest, counted, share, tyre, limits)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

@@ -24,10 +24,15 @@ from observers.measurement.measurement_model import LEAST_LOAD, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, is_known, retained
 from observers.patch.patch_protocol import PatchModel, split_constants
 from observers.protocol import OUTPUT, SAMPLE, Status
-from observers.quality.acquired_to_estimator import newest_of_sample, newest_state, take_acquired
+from observers.quality.acquired_to_estimator import (
+    handed_states,
+    handover_names,
+    newest_of_sample,
+    newest_state,
+    take_acquired,
+)
 from observers.quality.acquisition import (
     DOUBTED,
-    HANDOVER,
     HOPELESS,
     OWN,
     EquivalentPatch,
@@ -171,8 +176,11 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
 
 
 @cache
-def build_following(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
+def build_following(
+    patch: EquivalentPatch, *, is_computed: bool, states: tuple[str, ...]
+) -> ca.Function:
     """A sample while the estimator tracks, with inputs and outputs as of `build_acquiring`."""
+    gear = "gear" in states
     inputs = supervision_symbols(gear)
     search, verdict, own, output, psi, M_z, dt, added, tyre, limits = list(inputs.values())[:10]
     parts = search_layout(gear).split(search)
@@ -185,7 +193,7 @@ def build_following(patch: EquivalentPatch, *, is_computed: bool, gear: bool) ->
     track_output = build_tracking(patch, is_computed=is_computed, gear=gear)
     own, result = track_output(own, verdict, output, share, turn, dt, M_z, added, tyre, limits)
     search = search_layout(gear).join({**parts, "track": track})
-    nothing = ca.MX(ca.DM.zeros(len(HANDOVER)))
+    nothing = ca.MX(ca.DM.zeros(len(handover_names(states))))
     return ca.Function("follow", [*inputs.values()], [search, verdict, own, nothing, result])
 
 
@@ -241,7 +249,7 @@ def build_supervised_step(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, now["dt"],
         added, tyre, limits, *([newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []),
     )  # fmt: skip
-    handed = take_acquired(parts, measurement_model.states, after, named(HANDOVER, handover))
+    handed = take_acquired(parts, measurement_model.states, after, handover)
     after = ca.if_else(own["acquiring"], handed, after)
     after[parts.places["output"][0]] = output
     state_next = {
@@ -254,12 +262,12 @@ def build_supervised_step(
 
 def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
     """A sample while friction is acquired or while the estimator tracks, by its first input."""
-    gear = has_gear(measurement_model)
+    states = handed_states(measurement_model.states)
     acquire = build_acquiring(
-        patch, is_scaled=bool(measurement_model.scaled), gear=gear,
+        patch, is_scaled=bool(measurement_model.scaled), states=states,
         gain_share=measurement_model.gain_share,
     )  # fmt: skip
-    follow = build_following(patch, is_computed=bool(measurement_model.torque_state), gear=gear)
+    follow = build_following(patch, is_computed=bool(measurement_model.torque_state), states=states)
     return ca.Function.if_else("supervise", acquire, follow)
 
 

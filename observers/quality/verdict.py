@@ -35,16 +35,20 @@ WIPED = 0.1
 VERDICT = (
     *("log_mu", "variance", "log_ratio", "zero", "var_zero", "log_gain", "var_log_gain"),
     *("verified", "suspect", "unexplained", "wiped", "gear", "var_gear"),
+    *("log_mu_zero", "log_mu_gear", "zero_gear"),
 )
 """Mean and variance of ln mu under the declared stiffness, and ln mu at the declared k; mean and
 variance of M_0 [N m]; mean and variance of ln s from the torque alone; whether s is what the tolerances
 allow, whether it is not, whether no hypothesis explains the torque, and whether the twist before the
 first sample no longer matters: 0 or 1; mean and variance of the gear's friction over the declared one
-[1], 0 where there is none."""
+[1]; covariances of ln mu with M_0 [N m] and with the gear, and of both [N m]. All of a gear is 0 where
+there is none."""
 
 
 Quantity = Callable[[Parts], tuple[Expression, Expression]]
 """Value and variance of something under a hypothesis, from its parts: of all (G,), or of one."""
+Pair = Callable[[Parts], tuple[Expression, Expression, Expression]]
+"""Values of two, and their covariance."""
 
 
 @dataclass(frozen=True)
@@ -75,16 +79,29 @@ class Mixture:
         return _chosen(_place(self.exponent), self.parts[name])
 
     def moments(self, quantity: Quantity, about: Expression) -> tuple[Expression, Expression]:
-        """Mean and variance of a quantity.
+        """Mean and variance of a quantity, the latter as `covariance` has it."""
+
+        def twice(parts: Parts) -> tuple[Expression, Expression, Expression]:
+            value, variance = quantity(parts)
+            return value, value, variance
+
+        mean, _, variance = self.covariance(twice, about, about)
+        return mean, variance
+
+    def covariance(
+        self, pair: Pair, about: Expression, about_other: Expression
+    ) -> tuple[Expression, Expression, Expression]:
+        """Means of two quantities, and their covariance.
 
         Where the weight is narrower than the hypotheses are apart, its logarithm is a parabola through
         the best and its neighbours. `about` is near the mean: little is lost where squares are
         subtracted.
         """
-        value, variance = quantity(self.parts)
+        one, other, both = pair(self.parts)
         offset = self.parts["grid"] - self.near("grid")
-        mean, along = self.mean(value - about), self.mean(offset)
-        broad = self.mean((value - about) ** 2 + variance) - mean**2
+        mean, mean_other = self.mean(one - about), self.mean(other - about_other)
+        along = self.mean(offset)
+        broad = self.mean((one - about) * (other - about_other) + both) - mean * mean_other
         width = self.mean(offset**2) - along**2
         place = ca.fmin(ca.fmax(_place(self.weight), 1), len(RATIOS) - 2)
         places = [place + i for i in (-1, 0, 1)]
@@ -95,12 +112,19 @@ class Mixture:
         )
         curvature = ca.fmax(2 * middle - left - right, 1e-6)
         shift = ca.fmin(ca.fmax((right - left) / (2 * curvature), -1), 1)
-        left, middle, right = (_chosen(at, value) for at in places)
-        slope, bend = (right - left) / 2, (right - 2 * middle + left) / 2
-        vertex = middle + shift * (slope + shift * bend)
-        narrow = (slope + 2 * shift * bend) ** 2 / curvature + quantity(beside[1])[1]
+        vertices, slopes = [], []
+        for value in (one, other):
+            left, middle, right = (_chosen(at, value) for at in places)
+            slope, bend = (right - left) / 2, (right - 2 * middle + left) / 2
+            vertices.append(middle + shift * (slope + shift * bend))
+            slopes.append(slope + 2 * shift * bend)
+        narrow = slopes[0] * slopes[1] / curvature + pair(beside[1])[2]
         is_broad = width > (0.7 * STEP) ** 2
-        return ca.if_else(is_broad, about + mean, vertex), ca.if_else(is_broad, broad, narrow)
+        return (
+            ca.if_else(is_broad, about + mean, vertices[0]),
+            ca.if_else(is_broad, about_other + mean_other, vertices[1]),
+            ca.if_else(is_broad, broad, narrow),
+        )
 
 
 def _place(vector: Expression) -> Expression:
@@ -139,10 +163,18 @@ def build_verdict(gear: bool = False) -> ca.Function:
     )
     log_mu, var_log_mu = declared.moments(partial(_log_mu, stiffness), declared.near("grid"))
     log_ratio, _ = declared.moments(lambda of: (of["grid"], 0), declared.near("grid"))
-    level, var_level = ca.MX(0), ca.MX(0)
+    level, var_level, covariances = ca.MX(0), ca.MX(0), [ca.MX(0)] * 3
     zero, var_zero = declared.moments(partial(_beside, "zero", stiffness), declared.near("zero"))
     if gear:
         level, var_level = declared.moments(partial(_beside, "gear", stiffness), declared.near("gear"))
+        covariances = [
+            declared.covariance(partial(_both, one, other, stiffness), *map(declared.near, near))[2]
+            for one, other, near in (
+                ("log_mu", "zero", ("grid", "zero")),
+                ("log_mu", "gear", ("grid", "gear")),
+                ("zero", "gear", ("zero", "gear")),
+            )
+        ]
     # Without a prior of s: even in ln s.
     even = Mixture(parts, likelihood, lambda of: ca.sqrt(of["D_gain"]) / ca.fmax(of["gain"], LEAST_GAIN))
     log_gain, var_gain = even.moments(_log_gain, ca.log(ca.fmax(even.near("gain"), LEAST_GAIN)))
@@ -156,7 +188,7 @@ def build_verdict(gear: bool = False) -> ca.Function:
         "verified": inside > SURE[0], "suspect": inside < -SURE[1],
         "unexplained": squares > inputs["explained"] + UNEXPLAINED,
         "wiped": declared.mean(parts["left"]) <= WIPED * inputs["reach"],
-        "gear": level, "var_gear": var_level,
+        "gear": level, "var_gear": var_level, **dict(zip(VERDICT[-3:], covariances, strict=True)),
     }  # fmt: skip
     return named_function("verdict", inputs, {"verdict": vector_of(VERDICT, outputs)}, cse=True)
 
@@ -179,6 +211,21 @@ def _beside(name: str, stiffness: Expression, parts: Parts) -> tuple[Expression,
     slope = parts[factor_name(name, "gain")]
     value = parts[name] + slope * (gain - parts["gain"])
     return value, variance_of(parts, name, given=("gain",)) + slope**2 * variance
+
+
+def _both(
+    one: str, other: str, stiffness: Expression, parts: Parts
+) -> tuple[Expression, Expression, Expression]:
+    """Means of two of ln mu, M_0 and the gear, in this order, and their covariance."""
+    gain, variance = _gain(stiffness, parts)
+    last = _beside(other, stiffness, parts)[0]
+    by_gain = parts[factor_name(other, "gain")] * variance
+    if one == "log_mu":
+        return _log_mu(stiffness, parts)[0], last, by_gain / gain
+    # The gear comes before M_0 in the factor.
+    given = parts[factor_name(other, one)] * parts[factor_name(one, one)]
+    first = _beside(one, stiffness, parts)[0]
+    return first, last, given + by_gain * parts[factor_name(one, "gain")]
 
 
 def _log_gain(parts: Parts) -> tuple[Expression, Expression]:

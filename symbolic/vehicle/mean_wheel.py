@@ -63,10 +63,10 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     arm, stiffness = upright * contact.slide_arm, upright**2 * contact.stiffness
     a = arm / full_slide_arm(1.0, OFFSET)
     k = COMPLIANCE * vehicle.k * stiffness * softening(contact) / unit_moment(0.0, a, OFFSET * a)
-    by_arm, by_stiffness = (_spread(name, contact, tolerances) for name in ("slide_arm", "stiffness"))
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
-    torque = hypot(tolerances.load, by_arm, tolerances.geometry, vehicle.gear_load_share)
+    by_stiffness = hypot(*_spreads("stiffness", contact, tolerances).values())
     k_share = hypot(tolerances.stiffness, by_stiffness, 2 * tolerances.geometry)
+    torque = hypot(*friction_shares(vehicle, brakes=held).values())
     half_lever = vehicle.steering_arm / 2
     of_gear = ASYMMETRY * vehicle.gear_friction
     of_body = (
@@ -78,13 +78,33 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
         a=a,
         e=OFFSET * a,
         tolerances=Tolerances(
-            a=0.0, e=0.0, load=min(SPREAD / EVEN * torque, 0.99), k=SPREAD / EVEN * k_share * k,
+            a=0.0, e=0.0, load=min(torque / EVEN, 0.99), k=SPREAD / EVEN * k_share * k,
             zero=hypot(half_lever * hypot(vehicle.force_zero, of_gear), of_body),
         ),
         noise=half_lever * vehicle.force_noise,
         dry_friction=0.0,
     )  # fmt: skip
     return rig, Tyre(k=k)
+
+
+def friction_shares(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
+    """What declared values leave of mu, as standard deviations [1], by their keys in the vehicle file.
+
+    Full slide measures mu times load, arm of the contact and one over the lever. Where the half-length
+    follows from the load, an error of the load is in the arm too.
+    """
+    contact, tolerances = Contact.of(vehicle, brakes=brakes), vehicle.tolerances
+    arm = _spreads("slide_arm", contact, tolerances)
+    of_length = arm.pop("a")
+    follows = vehicle.half_length is None and tolerances.half_length > 0
+    load = tolerances.load * (1 + follows * of_length / (tolerances.half_length or 1))
+    shares = {
+        "front_axle_load": load,
+        "half_length": abs(of_length),
+        "geometry": hypot(*arm.values(), tolerances.geometry),
+        "gear_load_share": vehicle.gear_load_share,
+    }
+    return {name: SPREAD * share for name, share in shares.items()}
 
 
 @cache
@@ -107,8 +127,8 @@ def _virgin(pressure: Array, arm: Array, turns: Array) -> Array:
     return np.array(torques) / float((pressure * arm).sum())
 
 
-def _spread(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> float:
-    """Tolerance of a quantity of the contact as a share of it [1].
+def _spreads(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> dict[str, float]:
+    """Tolerance of a quantity of the contact as a share of it [1], by what of the contact makes it.
 
     Half-length and width have shares of their own; the scrub radius is known to the
     geometry's share of the half-length, the trail to that and to itself, see `symbolic.vehicle.kingpin`.
@@ -119,12 +139,12 @@ def _spread(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> f
         "e": hypot(contact.e, tolerances.geometry * contact.a),
         "r_s": tolerances.geometry * contact.a,
     }
-    step, parts = 1e-4, []
+    step, parts, whole = 1e-4, {}, float(getattr(contact, quantity))
     for name, span in spans.items():
         near = (replace(contact, **{name: getattr(contact, name) + s}) for s in (step, -step))
         up, down = (getattr(each, quantity) for each in near)
-        parts.append(span * (up - down) / (2 * step))
-    return hypot(*parts) / float(getattr(contact, quantity))
+        parts[name] = float(span * (up - down) / (2 * step * whole))
+    return parts
 
 
 def patch_angle(vehicle: Vehicle, psi: Expression, *, brakes: bool) -> Expression:

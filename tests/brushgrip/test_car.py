@@ -47,6 +47,8 @@ def test_from_a_log_to_friction_in_one_command(
     assert outcome.status == 0
     assert found["usable"][-1] == 1
     assert found["mu"][-1] == pytest.approx(0.5, rel=0.06)
+    assert "front_axle_load 8000 N (7.5%)" in outcome.out
+    assert "weighing the front axle narrows the band most" in outcome.out
     assert (tmp_path / "mu.png").is_file()
 
 
@@ -72,6 +74,15 @@ def test_from_logs_to_a_report_in_one_command(
     assert found["effects"][0]["parameters"]["stiffness"]["value"] == pytest.approx(80, rel=0.1)
     assert "estimate takes no model.json of a car" in " ".join(outcome.out.split())
     assert (tmp_path / "found" / "report.html").is_file()
+
+
+def test_a_log_that_is_not_there_is_a_cars(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "car.toml").write_text(vehicle_text() + MAP)
+    outcome = run("estimate", "--vehicle", str(tmp_path / "car.toml"), "nowhere.csv")
+
+    assert "nowhere.csv: no such recording" in outcome.err
+    assert "examples/car_log.py" in outcome.err
+    assert "fetch" not in outcome.err
 
 
 def test_rig_and_vehicle_are_refused_together(run: Run, tmp_path: Path) -> None:

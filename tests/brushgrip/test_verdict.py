@@ -1,11 +1,15 @@
 """Sentences about a diagnosis are only as sure as its figures."""
 
 from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from brushgrip.wording.diagnosis_in_words import explained_grade, headline, plain_parameter
 from identification import Diagnosis, ParameterEstimate
+from identification.diagnosis import found_effects
 from identification.diagnosis.findings import Grade
 from identification.diagnosis.found_effects import distance_from_neutral, grade_of
 from symbolic import EFFECTS
@@ -133,3 +137,20 @@ def test_parameters_have_plain_names() -> None:
     assert plain_parameter("torque_offset.M_0 [fem1]") == "torque offset: M_0, fem1"
     assert plain_parameter("mu [fem1]") == "friction μ, fem1"
     assert plain_parameter("k") == "bristle stiffness k"
+
+
+@pytest.mark.parametrize(("of_car", "expected"), [(True, {"first", "last"}), (False, {"last"})])
+def test_what_a_placeholder_of_a_car_explains_is_unknown_too(
+    of_car: bool, expected: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(found_effects, "effects_at_bounds", lambda _: [])
+    effects = [SimpleNamespace(name=name) for name in ("large", "first", "last")]
+    # Shares of the range; what is left has 0.75 % of structure.
+    errors = np.sqrt(1e-6 * np.array([1000.0, 150.0, 80.0, 50.0]))
+    trials = [SimpleNamespace(effects=effects[:n], nrmse=error) for n, error in enumerate(errors)]
+    steps = [
+        SimpleNamespace(before=before, after=after, without=None) for before, after in pairwise(trials)
+    ]
+    left = SimpleNamespace(present=True, structured=0.0075)
+
+    assert found_effects._stand_ins(steps, None, left, of_car=of_car) == expected  # type: ignore[arg-type]

@@ -11,6 +11,7 @@ from observers.udu import (
     build_predict_covariance,
     build_update_covariance,
     covariance,
+    factor_of,
 )
 
 Array = NDArray[np.float64]
@@ -135,3 +136,12 @@ def test_added_variance_is_that_of_the_dense_matrix(n: int, known: int, variance
         assert (np.diagonal(after) >= 0).all()
         assert at > 0 or after[0, 0] == factor[0, 0] + variance
         np.testing.assert_array_equal(after[:, at + 1 :], factor[:, at + 1 :])
+
+
+def test_the_factor_of_a_covariance() -> None:
+    root = np.random.default_rng(5).standard_normal((4, 4))
+    P = root @ root.T
+    factor = ca.Function("factor", [symbol := ca.SX.sym("P", 4, 4)], [factor_of(symbol)])(P).full()
+
+    assert covariance_of(factor) == pytest.approx(P)
+    assert np.tril(factor, -1) == pytest.approx(0)

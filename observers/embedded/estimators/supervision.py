@@ -19,6 +19,7 @@ from observers.layout import named
 from observers.measurement.measurement_model import CLEAN, LEAST_LOAD, RIG
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import acquisition, branches, hypotheses, supervision, verdict
+from observers.quality.acquired_to_estimator import handed_states, handover_names, pairs_of
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.tuning import TUNING_FIELDS
 from symbolic.deformation import moment_of_corner
@@ -44,7 +45,7 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
         acquisition.build_conclusion(
             patch,
             is_scaled=bool(observer.measurement_model.scaled),
-            gear=gear,
+            states=handed_states(observer.states),
             gain_share=observer.measurement_model.gain_share,
         ),
     ]
@@ -85,12 +86,7 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
     """
     if not observer.acquire:
         return body
-    handed = [
-        {"index": observer.states.index(name), "at": acquisition.HANDOVER.index(name)}
-        for name in acquisition.HANDED_STATES
-        if name in observer.states
-    ]
-    values = {**terms, **_terms(observer, terms), "handed": handed}
+    values = {**terms, **_terms(observer, terms), **_handed(observer, is_window=bool(terms["window"]))}
     sizes = {
         "own": len(acquisition.OWN), "verdict": len(verdict.VERDICT),
         "block": len(observer.measurement_model.torque_state),
@@ -108,6 +104,22 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
         supervised=True,
         scaled=bool(observer.measurement_model.scaled),
     )
+
+
+def _handed(observer: ModelObserver, *, is_window: bool) -> dict[str, Any]:
+    """Where the states that are handed over go, and their covariances, stored column by column."""
+    states, handed = observer.states, handed_states(observer.states)
+    at = {name: i for i, name in enumerate(handover_names(handed))}
+    pairs = [(states.index(a), states.index(b), f"{a}_{b}") for a, b in pairs_of(handed)]
+    n, kind = len(states), "P" if is_window else "F"
+    covariance = [{"index": i + n * j, "at": at[f"{kind}_{pair}"]} for i, j, pair in pairs]
+    if is_window:
+        covariance += [{"index": j + n * i, "at": at[f"P_{pair}"]} for i, j, pair in pairs if i < j]
+    return {
+        "handed": [{"index": states.index(name), "at": at[name]} for name in handed],
+        "handed_covariance": covariance,
+        "handed_factor": [{"index": i + n * j, "at": at[f"F_{pair}"]} for i, j, pair in pairs],
+    }
 
 
 def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Function:
@@ -160,7 +172,7 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
         "confirms": repr(supervision.CONFIRMS), "afterwards": repr(supervision.AFTERWARDS),
         "most_zero": repr(supervision.MOST_ZERO),
         "verdict": len(verdict.VERDICT),
-        "block": len(torque_state), "handover": len(acquisition.HANDOVER),
+        "block": len(torque_state), "handover": len(handover_names(handed_states(states))),
         "vague": repr(hypotheses.VAGUE), "slid": repr(branches.SLID), "least_load": repr(LEAST_LOAD),
         "restart_std": repr(hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],

@@ -6,8 +6,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import CLEAN, Ekf, Estimates, Mhe, RackForce, Status, build_clean, car_observer, run
+from observers import (
+    CLEAN,
+    Ekf,
+    Estimates,
+    Mhe,
+    RackForce,
+    Sample,
+    Status,
+    build_clean,
+    car_observer,
+    run,
+)
 from observers import run_standstills as over_standstills
+from observers.quality.acquisition import OWN
+from observers.udu import covariance_of
 from symbolic import Vehicle, vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
 from symbolic.vehicle.steering import mean_angle
@@ -132,3 +145,29 @@ def test_held_while_the_car_rolls() -> None:
     assert (found.status[600:700] == Status.HELD).all()
     assert not found.usable[600:700].any()
     assert found.status[700] & Status.ACQUIRING
+
+
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
+def test_what_is_known_of_tyre_and_gear_together_is_handed_over(kind: Any) -> None:
+    _, rack = steering()
+    psi = patch_angle(CAR, mean_angle(CAR, rack), brakes=True)
+    M_z = aligning_torque(CAR, rack, SimulatedCar(mu=(0.08, 0.08)).force(rack), brakes=True)
+    observer = car_observer(kind, CAR)
+    assert isinstance(observer, Ekf | Mhe)
+    samples = [
+        Sample(psi=a, psi_dot=np.nan, F_N=CAR.wheel_load, dt=0.01, M_z=m)
+        for a, m in zip(psi, M_z, strict=True)
+    ]
+    state = observer.init(samples[0])
+    for sample in samples:
+        state = observer.step(state, sample)
+        if not state["own"][OWN.index("acquiring")]:
+            break
+    P = covariance_of(state["factor"])
+    mu, gear = observer.states.index("log_mu"), observer.states.index("gear")
+
+    # Full slide tells their sum: what one of them is too large, the other one is too small.
+    assert not state["own"][OWN.index("acquiring")]
+    assert P[mu, gear] < -0.2 * np.sqrt(P[mu, mu] * P[gear, gear])
+    if kind is Mhe:
+        assert state["P_newest"] == pytest.approx(P, rel=1e-9, abs=1e-12)

@@ -8,9 +8,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of, vehicle_from_tables
+from symbolic.deformation import full_slide_arm
 from symbolic.masing import virgin_torque
 from symbolic.vehicle.kingpin import growth_of, standing_point
-from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.mean_wheel import aligning_torque, friction_shares, patch_angle
 from symbolic.vehicle.steering import (
     jacking,
     lever,
@@ -154,6 +155,19 @@ def test_tolerances_reach_the_wheel() -> None:
     assert isinstance(rig_of(CAR)[0], Rig)
     assert wide.of("load") > 0.1 > narrow.of("load")
     assert wide.of("k") > 5 * narrow.of("k")
+
+
+@pytest.mark.parametrize("half_length", [None, 0.05])
+def test_the_load_is_in_the_half_length_where_that_follows_from_it(half_length: float | None) -> None:
+    car = replace(CAR, half_length=half_length)
+    heavy = replace(car, front_axle_load=1.02 * car.front_axle_load)
+    slides = [each.wheel_load * full_slide_arm(1.0, 0.7) * rig_of(each)[0].a for each in (car, heavy)]
+    growth = np.log(slides[1] / slides[0]) / np.log(1.02)
+
+    # Standard deviations are 0.75 of a tolerance, that of the load is 10 %.
+    assert friction_shares(car, brakes=True)["front_axle_load"] == pytest.approx(
+        0.075 * growth, rel=0.01
+    )
 
 
 def test_force_on_the_rack_as_torque_of_a_wheel() -> None:

@@ -1,4 +1,4 @@
-/* ln mu and M_0 as acquired replace those of the estimator, not correlated with the rest. */
+/* What was acquired replaces that of the estimator, not correlated with the rest. */
 static void take_acquired(${name}_state_t *state, const ${real} *handed) {
 %% if window
     /* But the last step, nothing is left in the window. */
@@ -16,7 +16,9 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
     }
 %% for state in handed
     ${x}[${state.index}] = handed[${state.at}];
-    ${P}[${state.index * (states + 1)}] = handed[${state.at + 1}];
+%% endfor
+%% for entry in handed_covariance
+    ${P}[${entry.index}] = handed[${entry.at}];
 %% endfor
 %% if window
     for (i = 0; i < ${states}; ++i) {
@@ -43,6 +45,9 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
             state->factor[i * ${states} + j] = i == j ? state->P_newest[i * ${states} + j] : 0.0;
         }
     }
+%% for entry in handed_factor
+    state->factor[${entry.index}] = handed[${entry.at}];
+%% endfor
 %% endif
     for (i = 0; i < ${counts}; ++i) {
         ${own_state}counts[i] = 0.0;

@@ -1,0 +1,37 @@
+"""What friction of a car rests on beside what was measured, in one line."""
+
+from math import hypot
+
+from brushgrip.wording.formatting import listed
+from symbolic import Vehicle
+from symbolic.vehicle.mean_wheel import friction_shares
+
+LEAST_SHARE = 0.01
+"""Share of mu from which on a declared value is named [1]."""
+REMEDIES = {
+    "front_axle_load": "weighing the front axle",
+    "half_length": "measuring a print of the contact",
+    "geometry": "measuring steering arm and lock",
+    "gear_load_share": "measuring how the gear's friction grows with load",
+}
+"""What makes a declared value better known, by its key in the vehicle file."""
+
+
+def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:
+    """The declared values in mu with their standard deviations, and what narrows the band most."""
+    shares = friction_shares(vehicle, brakes=brakes)
+    values = {
+        "front_axle_load": f"front_axle_load {vehicle.front_axle_load:.0f} N",
+        "half_length": f"half_length {1e3 * vehicle.a:.0f} mm",
+        "geometry": "geometry",
+        "gear_load_share": "gear_load_share",
+    }
+    ranked = sorted(shares, key=lambda name: -shares[name])
+    named = [f"{values[name]} ({shares[name]:.1%})" for name in ranked if shares[name] >= LEAST_SHARE]
+    if not named:
+        return ""
+    follows = "; half_length follows from the load" if vehicle.half_length is None else ""
+    return (
+        f"{hypot(*shares.values()):.1%} of mu, as a standard deviation, rests on declared values that no"
+        f" steering tells: {listed(named)}{follows}; {REMEDIES[ranked[0]]} narrows the band most"
+    )
