@@ -28,7 +28,7 @@ from observers.layout import (
     symbols,
     vector_of,
 )
-from observers.measurement.torque_error import is_stated, retained
+from observers.measurement.torque_error import SENSOR, is_stated, retained
 from observers.quality.branches import MEMORY, PATHS, POINTS, SLID, TRACK, build_branch
 from observers.udu import update_covariance
 from symbolic import full_slide_torque
@@ -38,8 +38,6 @@ RATIOS = np.geomspace(0.012, 6.0, 14)
 """Hypotheses about mu at the declared k [1]."""
 STEP = float(np.log(RATIOS[1] / RATIOS[0]))
 """Distance of two hypotheses in ln mu [1]."""
-SENSOR = 0.005
-"""White torque noise of a sensor of which nothing is declared, as a share of 3/8 F_N a [1]."""
 RELATIVE_SENSOR = 0.01
 """What noise adds that grows with the torque, as a share of the greatest one so far [1]."""
 VAGUE = 10.0
@@ -176,13 +174,13 @@ def build_error() -> ca.Function:
     """Size of a torque less its noise, variance of its error, and the squares that noise explains.
 
     (M_z, F_N, a, added, reach, share, error) -> (size, variance, noisy): torque [N m], load [N], half-
-    length [m]; variance added on the way to the torque [N^2 m^2]; greatest torque so far [N m]; share of
+    length [m]; variance of the torque's noise [N^2 m^2]; greatest torque so far [N m]; share of
     an independent sample; model's error as a share of the torque [1].
     """
     inputs = symbols(ca.SX, M_z=1, F_N=1, a=1, added=1, reach=1, share=1, error=1)
     M_z, F_N, a, added, reach, share, error = inputs.values()
     noise = SENSOR * full_slide_torque(F_N, a)
-    white = added + noise**2 + (RELATIVE_SENSOR * reach) ** 2
+    white = ca.fmax(added, noise**2) + (RELATIVE_SENSOR * reach) ** 2
     variance = white + (ca.fmin(error, 1) * reach) ** 2 / share
     size = ca.fmax(ca.fabs(M_z) - 2 * noise, 0)
     outputs = {"size": size, "variance": variance, "noisy": NOISIER * white / variance}

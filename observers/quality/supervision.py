@@ -259,7 +259,7 @@ def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.F
         patch, is_scaled=bool(measurement_model.scaled), gear=gear,
         gain_share=measurement_model.gain_share,
     )  # fmt: skip
-    follow = build_following(patch, is_computed=bool(measurement_model.torque_state), gear=gear)
+    follow = build_following(patch, is_computed=not measurement_model.scaled, gear=gear)
     return ca.Function.if_else("supervise", acquire, follow)
 
 

@@ -39,7 +39,7 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
         hypotheses.build_hypothesis(gear),
         hypotheses.build_error(),
         supervision.build_tracking(
-            patch, is_computed=bool(observer.measurement_model.torque_state), gear=gear
+            patch, is_computed=not observer.measurement_model.scaled, gear=gear
         ),
         acquisition.build_conclusion(
             patch,
