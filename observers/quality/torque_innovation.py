@@ -6,7 +6,7 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import is_known
 from observers.quality.acquisition import EquivalentPatch
 from observers.quality.branches import stiffness_slope
-from observers.quality.hypotheses import LIMITS, build_error
+from observers.quality.hypotheses import LIMITS, NOISIER, build_error
 
 BEYOND, IN_A_ROW = 8.0, 5
 """Deviations by which a torque computed from the steering torque differs from the predicted one, and so
@@ -45,7 +45,11 @@ def lasting_innovation(
     lasting = own["lasting"] + part * (innovation - own["lasting"])
     slide, error = output["M_slide"] * own["scale"], named(LIMITS, inputs["limits"])["error"]
     a = inputs["tyre"][1]
-    _, variance, _ = build_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
+    _, variance, noisy = build_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
+    # Of the noise the smoothed innovation has but a part.
+    noise = noisy * variance / NOISIER
+    share = ca.fmin(inputs["dt"] / LASTS, 1)
+    variance -= noise * (1 - share / (2 - share))
     return lasting, lasting**2 > LASTING**2 * (variance + by_k)
 
 
