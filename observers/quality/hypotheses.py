@@ -146,8 +146,9 @@ def _spread(gear: bool) -> dict[str, int]:
 def build_restart(gear: bool = False) -> ca.Function:
     """The search anew: (search, gain, gain_std, zero, zero_std) -> search.
 
-    What the patch was before its last turn back is forgotten: it slid to the other side. The hypotheses
-    begin anew about s and the torque's zero [N m], which are known.
+    What the patch was at its last turn back is anything between free of torque and sliding to the other
+    side: the wheel may have turned too little, or the ground was another. The hypotheses begin anew
+    about s and the torque's zero [N m], which are known.
     """
     layout = search_layout(gear)
     inputs = symbols(ca.MX, search=layout.size, gain=1, gain_std=1, zero=1, zero_std=1, **_spread(gear))
@@ -156,14 +157,13 @@ def build_restart(gear: bool = False) -> ca.Function:
     origin, direction = track["origin"], track["direction"]
     fresh = layout.split(build_start(gear)(origin, gain, gain_std, zero, zero_std, *spread))
     count = ca.if_else(direction == 0, 1, 2)
-    track |= {"count": count, "count_slid": count, "explained": 0, "widest": 0}
-    points = ca.vertcat(origin + direction * SLID, ca.repmat(origin, POINTS - 1))
-    # What the patch was before is no question.
+    track |= {"count": 1, "count_slid": count, "explained": 0, "widest": 0}
+    slid = ca.vertcat(origin + direction * SLID, ca.repmat(origin, POINTS - 1))
     hypotheses = ca.MX(fresh["hypotheses"])
-    hypotheses[per_hypothesis(gear).index("D_twist"), :] = 0
+    hypotheses[per_hypothesis(gear).index("twist"), :] = gain / 2
     parts = {
         "track": vector_of(TRACK, track),
-        "points": ca.repmat(points, 1, PATHS),
+        "points": ca.horzcat(ca.repmat(origin, POINTS), slid),
         "hypotheses": hypotheses,
     }
     return named_function("restart", inputs, {"search_next": layout.join(parts)})

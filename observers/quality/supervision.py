@@ -129,8 +129,10 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
     share = ca.if_else(known, inputs["share"], 0)
     older = retained(share, WINDOW)
     nis, by_k, lasts = output["nis"], ca.SX(0), ca.SX(0)
-    if patch.misfit > 0 and not is_computed:
+    is_found = patch.misfit > 0
+    if not is_computed and (is_found or not gear):
         by_k = variance_by_k(inputs, own, output, patch)
+    if is_found and not is_computed:
         square = ca.fmax(innovation_of(inputs, own, output) ** 2, SMALLEST)
         nis = nis * square / (square + by_k * nis)
     if not (is_computed or gear):
