@@ -158,6 +158,7 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
         "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
         "confirms": repr(supervision.CONFIRMS), "afterwards": repr(supervision.AFTERWARDS),
+        "most_doubt": repr(supervision.MOST_DOUBT),
         "most_zero": repr(supervision.MOST_ZERO),
         "verdict": len(verdict.VERDICT),
         "block": len(torque_state), "handover": len(acquisition.HANDOVER),

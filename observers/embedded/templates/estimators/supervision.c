@@ -87,7 +87,7 @@ static void restart_search(${name}_state_t *state, ${real} gain_std, ${real} zer
     }
     state->points[POINTS] += ${slid} * state->track[TRACK_DIRECTION];
     state->own[OWN_PHASE] = 0.0;
-    if (state->own[OWN_DOUBT] > ${afterwards}) {
+    if ((state->own[OWN_DOUBT] > ${afterwards}) && (state->own[OWN_DOUBT] < ${most_doubt})) {
         state->own[OWN_DOUBT] = ${afterwards};
     }
 }
