@@ -225,9 +225,11 @@ def build_supervised_step(
     own["F_N"] = ca.if_else(loaded, now["F_N"], own["F_N"])
     names = measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
-    block, psi, M_z, added = measurement_model.observed_torque(last, now, rig, tuning)
     # A wheel that is lifted says nothing.
-    M_z = ca.if_else(ca.logic_and(is_known(now["F_N"]), ca.logic_not(loaded)), float("nan"), M_z)
+    lifted = ca.logic_and(is_known(now["F_N"]), ca.logic_not(loaded))
+    sensed = {**now, "M_z": ca.if_else(lifted, float("nan"), now["M_z"])}
+    block, psi, M_z, added = measurement_model.observed_torque(last, sensed, rig, tuning)
+    M_z = ca.if_else(lifted, float("nan"), M_z)
     changed = ca.logic_or(has_flag(named(OUTPUT, output)["status"], Status.RESET), own["lost"])
     tracked = own["acquiring"] == 0
     own["again"] = ca.logic_or(own["again"], ca.logic_and(changed, tracked))

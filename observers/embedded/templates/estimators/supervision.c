@@ -196,7 +196,7 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} dt,
 /* What follows from a sample, its torque as measured, and from what the estimator made of it. */
 static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t status) {
     const ${real} tyre[3] = {${tyre|join(", ")}};
-    ${real} psi, M_z, added, limits[LIMITS];
+    ${real} psi, M_z, added, limits[LIMITS], sensed[6];
 %% if block
     ${real} block[${block}];
 %% endif
@@ -210,7 +210,11 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
         state->own[OWN_AGAIN] = 1.0;
     }
     state->own[OWN_LOST] = 0.0;
-    observe_torque(${"state->block, " if block}sample, state->own[OWN_AGAIN]${constants_at}, ${"block, " if block}&psi, &M_z, &added, limits);
+    set_numbers(sensed, sample, 6);
+    if (lifted) {
+        sensed[4] = (${real})NAN;
+    }
+    observe_torque(${"state->block, " if block}sensed, state->own[OWN_AGAIN]${constants_at}, ${"block, " if block}&psi, &M_z, &added, limits);
 %% if block
     set_numbers(state->block, block, ${block});
 %% endif
