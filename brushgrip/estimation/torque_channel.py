@@ -7,6 +7,7 @@ from brushgrip.estimation.estimates import has_aligning_torque, measured_angle
 from identification import Recording
 from identification.residuals.unexplained import white_noise
 from observers import Ekf, Mhe, Observer
+from observers.tuning import REFERENCE_STEP
 
 BEYOND = 1.2
 """Noise seen over noise stated from which on it is told [1]."""
@@ -19,7 +20,8 @@ FULL_SLIDE = 3 / 8
 def excess_noise(observer: Observer, recording: Recording) -> str:
     """What to declare where the aligning torque is noisier than stated; empty where it is not.
 
-    The noise seen is that from sample to sample while the wheel turns slower than half of the time.
+    The noise seen is that from sample to sample while the wheel turns slower than half of the time, of
+    as many samples as 10 ms have.
     """
     if recording.standstills is not None or not isinstance(observer, Ekf | Mhe):
         return ""
@@ -28,6 +30,7 @@ def excess_noise(observer: Observer, recording: Recording) -> str:
     known = np.isfinite(recording.M_z)
     rate = np.abs(recording.psi_dot[known])
     seen = white_noise(np.where(rate <= np.median(rate), recording.M_z[known], np.nan))
+    seen *= min(1.0, float(np.median(np.diff(recording.t[known])) / REFERENCE_STEP)) ** 0.5
     rig = recording.rig
     slide = FULL_SLIDE * float(np.median(recording.F_N)) * rig.a
     stated = observer.tuning.noise * slide if rig.noise is None else rig.noise

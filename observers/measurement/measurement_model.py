@@ -18,6 +18,7 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import (
+    SENSOR,
     huber_scale,
     independent_share,
     is_known,
@@ -25,8 +26,9 @@ from observers.measurement.torque_error import (
     sensor_variance,
     white_variance,
 )
+from observers.measurement.torque_noise import NOISE, noise_after, sample_variance
 from observers.protocol import SAMPLE
-from observers.tuning import REFERENCE_STEP, STATES
+from observers.tuning import REFERENCE_STEP, STATES, TUNING_FIELDS
 from symbolic import Model, Rig, full_slide_torque
 
 Moments = tuple[Expression, Expression]
@@ -109,7 +111,7 @@ class MeasurementModel(Hashable, Protocol):
         """The aligning torque without a model of it: state after, its angle, M_z and its variance.
 
         rig is in the order of `RIG`, tuning in that of `TUNING_FIELDS`; M_z [N m] is NaN where the
-        sample brings none, the variance [N^2 m^2] is what the way to it adds.
+        sample brings none, the variance [N^2 m^2] is that of its white noise.
         """
 
     def check(self, rig: Rig, model: Model) -> None:
@@ -193,8 +195,7 @@ class AligningTorque:
     # M_z is no linear function of mu.
     is_linear: ClassVar[bool] = False
     scaled: ClassVar[str] = "M_z"
-    # The torque is measured: nothing is kept.
-    torque_state: ClassVar[tuple[str, ...]] = ()
+    torque_state: ClassVar[tuple[str, ...]] = NOISE
     gain_share: ClassVar[float] = GAIN_SHARE
 
     @property
@@ -210,9 +211,17 @@ class AligningTorque:
     def observed_torque(
         self, before: Parts, sample: Parts, rig: Expression, tuning: Expression
     ) -> tuple[Parts, Expression, Expression, Expression]:
-        """The measured torque at the measured angle."""
-        del tuning
-        return before, sample["psi"], sample["M_z"], sensor_variance(named(RIG, rig))
+        """The measured torque at the measured angle, its noise as declared or, if more, as seen."""
+        values, M_z, dt = named(RIG, rig), sample["M_z"], sample["dt"]
+        declared = sensor_variance(values)
+        if not self.torque_state:
+            return before, sample["psi"], M_z, declared
+        slide = full_slide_torque(ca.if_else(is_known(sample["F_N"]), sample["F_N"], 0), values["a"])
+        stated = (named(TUNING_FIELDS, tuning)["noise"] * slide) ** 2
+        usual = ca.if_else(is_known(values["noise"]), declared, stated)
+        after = noise_after(before, M_z, dt, usual, (SENSOR * slide) ** 2)
+        seen = sample_variance(after["variance"], dt)
+        return after, sample["psi"], M_z, ca.fmax(declared, seen)
 
     def check(self, rig: Rig, model: Model) -> None:
         """Any rig and any model will do."""

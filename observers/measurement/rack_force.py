@@ -89,6 +89,8 @@ class RackForce(AligningTorque):
     lever_growth: float = 0.0
     # Load and levers are known far better than the stiffness of tyre and suspension.
     gain_share: ClassVar[float] = SCALE_SHARE
+    # Friction that turns over looks like noise.
+    torque_state: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def of(cls, vehicle: Vehicle, *, brakes: bool | None = None, **chosen: bool) -> "RackForce":

@@ -11,6 +11,8 @@ from observers.layout import Expression, Parts
 
 SENSIBLE = 1e9
 """Sensor values of this magnitude and above are invalid, in SI units; 1e20 squared overflows a float."""
+SENSOR = 0.005
+"""Least white torque noise of a sample, as a share of 3/8 F_N a [1]."""
 SHORTEST_TRAVEL = 1e-9
 """Turn that counts as none [rad]."""
 

@@ -27,7 +27,7 @@ from observers.quality.hypotheses import (
 )
 from observers.quality.plausibility import GREATEST_FRICTION
 from observers.quality.screening import has_flag
-from observers.quality.verdict import ALLOWED, VERDICT, build_verdict
+from observers.quality.verdict import ALLOWED, VERDICT, build_verdict, variance_of_scale
 from symbolic.functions import named_function
 
 DECIDED = 0.15
@@ -177,7 +177,10 @@ def build_conclusion(
     # A model that was found knows its k better than the declared patch that stands for it does.
     is_scaled = is_scaled and patch.misfit == 0
     log_scale = verdict["log_gain"] * spread / (spread + doubtful) if is_scaled else 0
-    excess = ca.exp(ca.fabs(verdict["log_gain"])) - 1 - GAIN_FREE * limits["stiffness_std"]
+    # What s is off by is not known better than its own deviation, given its tolerance.
+    unsure = variance_of_scale(verdict, limits["stiffness_std"])
+    off = ca.sqrt(verdict["log_gain"] ** 2 + unsure)
+    excess = ca.exp(off) - 1 - GAIN_FREE * limits["stiffness_std"]
     after = own | {
         "acquiring": ca.logic_not(decided),
         # Without a torque there is nothing to give a verdict on.

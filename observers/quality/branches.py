@@ -41,7 +41,7 @@ LEAST_SHARE = 1e-3
 """Share of an independent sample that a sample on the spot is worth [1]."""
 LEAST_SENSITIVITY = 1e-3
 """Least relative change of a torque by that of mu that is reckoned with [1]."""
-MEMORY = 40.0
+MEMORY = 160.0
 """Independent samples after which older ones are forgotten."""
 ERRORS = 2.0
 """Squares of the model's error, over its variance, that an independent sample may have [1]."""

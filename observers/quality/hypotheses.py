@@ -28,7 +28,7 @@ from observers.layout import (
     symbols,
     vector_of,
 )
-from observers.measurement.torque_error import is_stated, retained
+from observers.measurement.torque_error import SENSOR, is_stated, retained
 from observers.quality.branches import MEMORY, PATHS, POINTS, SLID, TRACK, build_branch
 from observers.udu import update_covariance
 from symbolic import full_slide_torque
@@ -38,8 +38,6 @@ RATIOS = np.geomspace(0.012, 6.0, 14)
 """Hypotheses about mu at the declared k [1]."""
 STEP = float(np.log(RATIOS[1] / RATIOS[0]))
 """Distance of two hypotheses in ln mu [1]."""
-SENSOR = 0.005
-"""White torque noise of a sensor of which nothing is declared, as a share of 3/8 F_N a [1]."""
 RELATIVE_SENSOR = 0.01
 """What noise adds that grows with the torque, as a share of the greatest one so far [1]."""
 VAGUE = 10.0
@@ -148,8 +146,9 @@ def _spread(gear: bool) -> dict[str, int]:
 def build_restart(gear: bool = False) -> ca.Function:
     """The search anew: (search, gain, gain_std, zero, zero_std) -> search.
 
-    What the patch was before its last turn back is forgotten: it slid to the other side. The hypotheses
-    begin anew about s and the torque's zero [N m], which are known.
+    What the patch was at its last turn back is anything between free of torque and sliding to the other
+    side: the wheel may have turned too little, or the ground was another. The hypotheses begin anew
+    about s and the torque's zero [N m], which are known.
     """
     layout = search_layout(gear)
     inputs = symbols(ca.MX, search=layout.size, gain=1, gain_std=1, zero=1, zero_std=1, **_spread(gear))
@@ -158,14 +157,13 @@ def build_restart(gear: bool = False) -> ca.Function:
     origin, direction = track["origin"], track["direction"]
     fresh = layout.split(build_start(gear)(origin, gain, gain_std, zero, zero_std, *spread))
     count = ca.if_else(direction == 0, 1, 2)
-    track |= {"count": count, "count_slid": count, "explained": 0, "widest": 0}
-    points = ca.vertcat(origin + direction * SLID, ca.repmat(origin, POINTS - 1))
-    # What the patch was before is no question.
+    track |= {"count": 1, "count_slid": count, "explained": 0, "widest": 0}
+    slid = ca.vertcat(origin + direction * SLID, ca.repmat(origin, POINTS - 1))
     hypotheses = ca.MX(fresh["hypotheses"])
-    hypotheses[per_hypothesis(gear).index("D_twist"), :] = 0
+    hypotheses[per_hypothesis(gear).index("twist"), :] = gain / 2
     parts = {
         "track": vector_of(TRACK, track),
-        "points": ca.repmat(points, 1, PATHS),
+        "points": ca.horzcat(ca.repmat(origin, POINTS), slid),
         "hypotheses": hypotheses,
     }
     return named_function("restart", inputs, {"search_next": layout.join(parts)})
@@ -176,13 +174,13 @@ def build_error() -> ca.Function:
     """Size of a torque less its noise, variance of its error, and the squares that noise explains.
 
     (M_z, F_N, a, added, reach, share, error) -> (size, variance, noisy): torque [N m], load [N], half-
-    length [m]; variance added on the way to the torque [N^2 m^2]; greatest torque so far [N m]; share of
+    length [m]; variance of the torque's noise [N^2 m^2]; greatest torque so far [N m]; share of
     an independent sample; model's error as a share of the torque [1].
     """
     inputs = symbols(ca.SX, M_z=1, F_N=1, a=1, added=1, reach=1, share=1, error=1)
     M_z, F_N, a, added, reach, share, error = inputs.values()
     noise = SENSOR * full_slide_torque(F_N, a)
-    white = added + noise**2 + (RELATIVE_SENSOR * reach) ** 2
+    white = ca.fmax(added, noise**2) + (RELATIVE_SENSOR * reach) ** 2
     variance = white + (ca.fmin(error, 1) * reach) ** 2 / share
     size = ca.fmax(ca.fabs(M_z) - 2 * noise, 0)
     outputs = {"size": size, "variance": variance, "noisy": NOISIER * white / variance}

@@ -34,6 +34,7 @@ from observers.quality.acquired_to_estimator import (
 from observers.quality.acquisition import (
     DOUBTED,
     HOPELESS,
+    MOST_DOUBT,
     OWN,
     EquivalentPatch,
     build_acquiring,
@@ -73,7 +74,8 @@ MOST_ZERO = 3.0
 CONFIRMS = 0.5
 """Turn at which a branch begins to tell friction, over that at which the patch begins to slide [1]."""
 AFTERWARDS = 4.0
-"""Independent samples not explained that a new acquisition begins with at most."""
+"""Independent samples not explained that a new acquisition begins with at most, unless they were as many
+as count: then it was not the ground that changed."""
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
 SMALLEST = 1e-12
@@ -134,8 +136,10 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
     share = ca.if_else(known, inputs["share"], 0)
     older = retained(share, WINDOW)
     nis, by_k, lasts = output["nis"], ca.SX(0), ca.SX(0)
-    if patch.misfit > 0 and not is_computed:
+    is_found = patch.misfit > 0
+    if not is_computed and (is_found or not gear):
         by_k = variance_by_k(inputs, own, output, patch)
+    if is_found and not is_computed:
         square = ca.fmax(innovation_of(inputs, own, output) ** 2, SMALLEST)
         nis = nis * square / (square + by_k * nis)
     if not (is_computed or gear):
@@ -229,9 +233,11 @@ def build_supervised_step(
     own["F_N"] = ca.if_else(loaded, now["F_N"], own["F_N"])
     names = measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
-    block, psi, M_z, added = measurement_model.observed_torque(last, now, rig, tuning)
     # A wheel that is lifted says nothing.
-    M_z = ca.if_else(ca.logic_and(is_known(now["F_N"]), ca.logic_not(loaded)), float("nan"), M_z)
+    lifted = ca.logic_and(is_known(now["F_N"]), ca.logic_not(loaded))
+    sensed = {**now, "M_z": ca.if_else(lifted, float("nan"), now["M_z"])}
+    block, psi, M_z, added = measurement_model.observed_torque(last, sensed, rig, tuning)
+    M_z = ca.if_else(lifted, float("nan"), M_z)
     changed = ca.logic_or(has_flag(named(OUTPUT, output)["status"], Status.RESET), own["lost"])
     tracked = own["acquiring"] == 0
     own["again"] = ca.logic_or(own["again"], ca.logic_and(changed, tracked))
@@ -243,7 +249,8 @@ def build_supervised_step(
     begun = (own["scale"], ca.if_else(tracked, RESTART_STD, VAGUE), zero, std)
     search = _search_of(anew, searched.join(before), begun, measurement_model)
     own["phase"] = ca.if_else(anew, 0, own["phase"])
-    own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
+    excused = ca.logic_and(anew, own["doubt"] < MOST_DOUBT)
+    own["doubt"] = ca.if_else(excused, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
     search, verdict, own_next, handover, output = _either(measurement_model, patch)(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, now["dt"],
@@ -267,7 +274,7 @@ def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.F
         patch, is_scaled=bool(measurement_model.scaled), states=states,
         gain_share=measurement_model.gain_share,
     )  # fmt: skip
-    follow = build_following(patch, is_computed=bool(measurement_model.torque_state), states=states)
+    follow = build_following(patch, is_computed=not measurement_model.scaled, states=states)
     return ca.Function.if_else("supervise", acquire, follow)
 
 

@@ -6,7 +6,8 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import is_known
 from observers.quality.acquisition import EquivalentPatch
 from observers.quality.branches import stiffness_slope
-from observers.quality.hypotheses import LIMITS, build_error
+from observers.quality.hypotheses import LIMITS, NOISIER, build_error
+from observers.quality.verdict import VERDICT, variance_of_scale
 
 BEYOND, IN_A_ROW = 8.0, 5
 """Deviations by which a torque computed from the steering torque differs from the predicted one, and so
@@ -24,12 +25,14 @@ def innovation_of(inputs: Parts, own: Parts, output: Parts) -> Expression:
 
 
 def variance_by_k(inputs: Parts, own: Parts, output: Parts, patch: EquivalentPatch) -> Expression:
-    """Variance of the present branch's torque that the tolerance of k makes [N^2 m^2].
+    """Variance of the present branch's torque that k makes, being softer or stiffer [N^2 m^2].
 
-    The torque of the declared model is divided by s: what k is off by is gone. A model that was found
-    keeps its k, and a branch turns back softer or stiffer than it.
+    The torque of the declared model is divided by s: k is off by no more than s is. A model that was
+    found keeps its k, of which the tolerance counts.
     """
     std = named(LIMITS, inputs["limits"])["stiffness_std"]
+    if not patch.misfit:
+        std = ca.sqrt(variance_of_scale(named(VERDICT, inputs["verdict"]), std))
     log_ratio = ca.log(output["mu"] * patch.friction)
     by_k = stiffness_slope(inputs["turn"] / 2, log_ratio, own["F_N"], inputs["tyre"])
     return (std * by_k) ** 2
@@ -45,7 +48,11 @@ def lasting_innovation(
     lasting = own["lasting"] + part * (innovation - own["lasting"])
     slide, error = output["M_slide"] * own["scale"], named(LIMITS, inputs["limits"])["error"]
     a = inputs["tyre"][1]
-    _, variance, _ = build_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
+    _, variance, noisy = build_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
+    # Of the noise the smoothed innovation has but a part.
+    noise = noisy * variance / NOISIER
+    share = ca.fmin(inputs["dt"] / LASTS, 1)
+    variance -= noise * (1 - share / (2 - share))
     return lasting, lasting**2 > LASTING**2 * (variance + by_k)
 
 

@@ -232,3 +232,9 @@ def _log_gain(parts: Parts) -> tuple[Expression, Expression]:
     """Mean and variance of ln s from the torque alone."""
     gain = ca.fmax(parts["gain"], LEAST_GAIN)
     return ca.log(gain), ca.fmin(parts["D_gain"] / gain**2, 2)
+
+
+def variance_of_scale(verdict: Parts, stiffness_std: Expression) -> Expression:
+    """Variance of ln s from the torque and from the tolerances together [1]."""
+    variance, spread = verdict["var_log_gain"], stiffness_std**2
+    return variance * spread / (variance + spread)

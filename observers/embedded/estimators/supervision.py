@@ -39,9 +39,7 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
         _edge(observer, constants.tunable == "all"),
         hypotheses.build_hypothesis(gear),
         hypotheses.build_error(),
-        supervision.build_tracking(
-            patch, is_computed=bool(observer.measurement_model.torque_state), gear=gear
-        ),
+        supervision.build_tracking(patch, is_computed=not observer.measurement_model.scaled, gear=gear),
         acquisition.build_conclusion(
             patch,
             is_scaled=bool(observer.measurement_model.scaled),
@@ -170,6 +168,7 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
         "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
         "confirms": repr(supervision.CONFIRMS), "afterwards": repr(supervision.AFTERWARDS),
+        "most_doubt": repr(acquisition.MOST_DOUBT),
         "most_zero": repr(supervision.MOST_ZERO),
         "verdict": len(verdict.VERDICT),
         "block": len(torque_state), "handover": len(handover_names(handed_states(states))),

@@ -15,9 +15,9 @@ enum {
 /* mu at the declared k under each hypothesis [1]. */
 static const ${real} RATIOS[HYPOTHESES] = {${ratios|join(", ")}};
 
-/* The hypotheses begin anew: mean and deviation of the stiffness over the declared one [1], of the zero [N m]; deviation of
-   the twist before the first sample [1]. */
-static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std, ${real} zero, ${real} zero_std, ${real} twist_std) {
+/* The hypotheses begin anew: mean and deviation of the stiffness over the declared one [1], of the zero [N m]; mean of the
+   twist before the first sample [1]. */
+static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std, ${real} zero, ${real} zero_std, ${real} twist) {
     int32_t i, j;
     for (i = 0; i < HYPOTHESES; ++i) {
         ${real} *part = state->hypotheses[i];
@@ -28,7 +28,8 @@ static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std,
         part[PART_ZERO] = zero;
         part[PART_D_GAIN] = gain_std * gain_std;
         part[PART_D_ZERO] = zero_std * zero_std;
-        part[PART_D_TWIST] = twist_std * twist_std;
+        part[PART_TWIST] = twist;
+        part[PART_D_TWIST] = ${twist_std} * ${twist_std};
 %% if gear
         part[PART_GEAR] = 1.0;
         part[PART_D_GEAR] = ${gear_spread} * ${gear_spread};
@@ -68,27 +69,25 @@ static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
         state->block[i] = 0.0;
     }
 %% endif
-    begin_search(state, 1.0, ${vague}, 0.0, ${zero_std}, ${twist_std});
+    begin_search(state, 1.0, ${vague}, 0.0, ${zero_std}, 0.0);
 }
 
-/* The search anew: what the patch was before its last turn back is forgotten. */
+/* The search anew: at its last turn back the patch was anything between free of torque and sliding to the other side. */
 static void restart_search(${name}_state_t *state, ${real} gain_std, ${real} zero_std) {
     const ${real} scale = state->own[OWN_SCALE], reach = state->track[TRACK_REACH];
     /* Garbage may have moved the zero of the estimator anywhere. */
     const ${real} zero = scale * ${zero_state}, most = ${most_zero} * zero_std;
     int32_t i;
-    begin_search(state, scale, gain_std, (zero > most) ? most : ((zero < -most) ? -most : zero), zero_std, 0.0);
+    begin_search(state, scale, gain_std, (zero > most) ? most : ((zero < -most) ? -most : zero), zero_std, 0.5 * scale);
     state->track[TRACK_REACH] = reach;
-    state->track[TRACK_COUNT] = state->track[TRACK_DIRECTION] == 0.0 ? 1.0 : 2.0;
-    state->track[TRACK_COUNT_SLID] = state->track[TRACK_COUNT];
+    state->track[TRACK_COUNT] = 1.0;
+    state->track[TRACK_COUNT_SLID] = state->track[TRACK_DIRECTION] == 0.0 ? 1.0 : 2.0;
     for (i = 0; i < POINTS * PATHS; ++i) {
         state->points[i] = state->track[TRACK_ORIGIN];
-        if (i % POINTS == 0) {
-            state->points[i] += ${slid} * state->track[TRACK_DIRECTION];
-        }
     }
+    state->points[POINTS] += ${slid} * state->track[TRACK_DIRECTION];
     state->own[OWN_PHASE] = 0.0;
-    if (state->own[OWN_DOUBT] > ${afterwards}) {
+    if ((state->own[OWN_DOUBT] > ${afterwards}) && (state->own[OWN_DOUBT] < ${most_doubt})) {
         state->own[OWN_DOUBT] = ${afterwards};
     }
 }
@@ -197,7 +196,7 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} dt,
 /* What follows from a sample, its torque as measured, and from what the estimator made of it. */
 static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t status) {
     const ${real} tyre[3] = {${tyre|join(", ")}};
-    ${real} psi, M_z, added, limits[LIMITS];
+    ${real} psi, M_z, added, limits[LIMITS], sensed[6];
 %% if block
     ${real} block[${block}];
 %% endif
@@ -211,7 +210,11 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
         state->own[OWN_AGAIN] = 1.0;
     }
     state->own[OWN_LOST] = 0.0;
-    observe_torque(${"state->block, " if block}sample, state->own[OWN_AGAIN]${constants_at}, ${"block, " if block}&psi, &M_z, &added, limits);
+    set_numbers(sensed, sample, 6);
+    if (lifted) {
+        sensed[4] = (${real})NAN;
+    }
+    observe_torque(${"state->block, " if block}sensed, state->own[OWN_AGAIN]${constants_at}, ${"block, " if block}&psi, &M_z, &added, limits);
 %% if block
     set_numbers(state->block, block, ${block});
 %% endif

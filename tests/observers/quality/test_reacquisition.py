@@ -1,0 +1,100 @@
+"""What a handover and a later acquisition take for known, and faults that pass for a new ground."""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from observers import Ekf, run
+from observers.protocol import OUTPUT
+from observers.quality.acquisition import DECLARED_PATCH, OWN, build_conclusion
+from observers.quality.branches import TRACK
+from observers.quality.hypotheses import (
+    LIMITS,
+    build_restart,
+    build_start,
+    per_hypothesis,
+    search_layout,
+)
+from observers.quality.torque_innovation import lasting_innovation
+from observers.quality.verdict import VERDICT
+from observers.tuning import Tuning
+from reference_rig import RigTyre, make_recording
+from symbolic import Model, Rig
+from tests.observers.conftest import K
+
+
+@pytest.mark.parametrize("direction", [-1.0, 0.0, 1.0])
+def test_a_later_acquisition_leaves_open_what_the_patch_was(direction: float) -> None:
+    """At the last turn back it was free of torque, slid to the other side, or between the two."""
+    layout = search_layout(False)
+    search = np.asarray(build_start()(0.2, 1, 10.0, 0, 0.2)).ravel()
+    at = layout.places["track"][0].start
+    search[at + TRACK.index("direction")] = direction
+    after = layout.split(ca.MX(ca.DM(build_restart()(search, 1.1, 0.1, 0.3, 0.2))))
+    track, points, hypotheses = (
+        np.asarray(ca.evalf(after[name])) for name in ("track", "points", "hypotheses")
+    )
+
+    np.testing.assert_array_equal(points[:, 0], 0.2)
+    assert points[0, 1] == 0.2 + direction
+    np.testing.assert_array_equal(points[1:, 1], 0.2)
+    assert track[TRACK.index("count"), 0] == 1
+    assert track[TRACK.index("count_slid"), 0] == (2 if direction else 1)
+    names = per_hypothesis(False)
+    np.testing.assert_allclose(hypotheses[names.index("twist")], 0.55)
+    np.testing.assert_allclose(hypotheses[names.index("gain")], 1.1)
+    assert (hypotheses[names.index("D_twist")] > 0).all()
+
+
+@pytest.mark.parametrize(("off", "variance"), [(0.2, 0.0), (0.0, 0.04), (-0.15, 0.01)])
+def test_what_the_scale_may_be_off_by_widens_the_band(off: float, variance: float) -> None:
+    tuning = Tuning(stiffness_std=0.14)
+    verdict = dict.fromkeys(VERDICT, 0.0) | {
+        "log_gain": off, "var_log_gain": variance, "variance": 1e-3, "verified": 1, "wiped": 1,
+    }  # fmt: skip
+    own = dict.fromkeys(OWN, 0.0) | {"acquiring": 1, "phase": 1, "scale": 1, "F_N": 400.0}
+    output = dict.fromkeys(OUTPUT, 1.0) | {"status": 0}
+    conclude = build_conclusion(DECLARED_PATCH, is_scaled=True, gear=False, gain_share=0.5)
+    given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1]
+    given += [[K, 0.045, 0.009], [getattr(tuning, name) for name in LIMITS]]
+    after, *_ = conclude(*given)
+
+    # Of two pieces of evidence, the torque and the tolerances, the precisions add up.
+    known = 1 / (1 / variance + 1 / 0.14**2) if variance else 0
+    expected = 0.5 * max(0.0, np.exp(np.hypot(off, np.sqrt(known))) - 1 - 0.07)
+    assert np.asarray(after).ravel()[OWN.index("excess")] == pytest.approx(expected)
+
+
+def test_of_the_noise_a_smoothed_innovation_has_a_part() -> None:
+    """An exponential average over n samples leaves 1 / (2 n - 1) of the variance of white noise."""
+    tuning = Tuning(error=1e-6)
+    names = ("own", "output", "M_z", "dt", "added", "tyre", "limits")
+    own = dict.fromkeys(OWN, 0.0) | {"scale": 1, "F_N": 400.0}
+    output = dict.fromkeys(OUTPUT, 0.0)
+    limits = [getattr(tuning, name) for name in LIMITS]
+
+    def flagged(lasting: float) -> bool:
+        values = ({**own, "lasting": lasting}, output, lasting, 0.01, 0.3**2, [K, 0.045, 0.009], limits)
+        inputs = dict(zip(names, map(ca.DM, (0, 0, *values[2:])), strict=True))
+        _, beyond = lasting_innovation(inputs, values[0], values[1], ca.DM(0))
+        return bool(beyond)
+
+    limit = 3 * 0.3 / np.sqrt(2 * 10 - 1)
+    assert not flagged(0.98 * limit)
+    assert flagged(1.02 * limit)
+
+
+@pytest.mark.parametrize("duration", [5.0, 14.0])
+def test_a_zero_that_drifts_is_no_new_ground(duration: float) -> None:
+    """It moves friction until the ground seems to have changed, beyond all that a zero may be."""
+    tyre = RigTyre(a=0.045, e=0.009, k=K, mu=0.05)
+    made = make_recording(
+        5002, a=tyre.a, e=tyre.e, k=tyre.k, mu=tyre.mu, load=400.0, duration=duration, bristles=500
+    )
+    M_z = made.M_z + 0.5 * made.t
+    ekf = Ekf(model=Model(), values={"k": K}, rig=Rig(a=0.045, e=0.009))
+    estimates = run(ekf, made.t, made.psi, made.F_N, M_z)
+    wrong = estimates.usable & (np.abs(estimates.mu - 0.05) > 3 * estimates.mu_std)
+    assert np.mean(wrong) < 0.01
