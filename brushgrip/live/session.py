@@ -16,10 +16,11 @@ from brushgrip.live.columns import Row
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator
-from brushgrip.live.session_state import State
+from brushgrip.live.session_state import State, friction_of
 from brushgrip.live.sources import WAIT, Source
+from brushgrip.wording.friction import with_95_band
 from identification.reading.table import LARGEST
-from observers import ESTIMATE, Estimate
+from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
 
 CAPACITY = 200_000
@@ -80,6 +81,7 @@ class Session:
         self._looked, self._implausible = 0.0, ""
         self._t, self._fault, self._ended = nan, "", False
         self._newest: Estimate | None = None
+        self._measured, self._last_usable = -np.inf, ""
 
     def start(self) -> None:
         """Open the source and run.
@@ -144,7 +146,9 @@ class Session:
 
     def _words(self, estimate: Estimate | None, age: float) -> str:
         parts = [self._fault, self._implausible]
-        if age >= OLD:
+        if self._ended and not self._waiting:
+            parts.append("the source has ended: " + (self._last_usable or "friction was never usable"))
+        elif age >= OLD:
             parts.append("no sample has come yet" if estimate is None else f"no sample for {age:.0f} s")
         elif estimate is not None:
             parts += [estimate.status.remedy, *self.estimator.suspicions]
@@ -242,7 +246,7 @@ class Session:
         if self._stretch:
             self._counts["begun anew"] += 1
         self._end_recording()
-        self._stretch += 1
+        self._stretch, self._measured = self._stretch + 1, -np.inf
         self.estimator.reset()
 
     def _store(self, points: list[Point]) -> None:
@@ -250,9 +254,25 @@ class Session:
             return
         begin, now = self.ring.end, time.monotonic()
         self.ring.append(points, self._stretch, now)
-        self._newest, self._t, self._done = points[-1].estimate, points[-1].recorded[0], now
+        self._done = now
+        for point in points:
+            self._see(point)
         if self._recorder is not None:
             self._write(self.ring.since(begin))
+
+    def _see(self, point: Point) -> None:
+        """Count a sample; the newest one counts, where torques come more slowly that with the last."""
+        t, estimate = point.recorded[0], point.estimate
+        self._counts["without a torque"] += bool(estimate.status & Status.MISSING)
+        if estimate.usable and not self._implausible:
+            self._counts["usable"] += 1
+            friction = with_95_band(*friction_of(estimate))
+            self._last_usable = f"friction was {friction} at {t:.4g} s, last usable"
+        if estimate.status != Status.MISSING:
+            self._measured = t
+        elif t - self._measured < OLD:
+            return
+        self._newest, self._t = estimate, t
 
     def _look_back(self) -> None:
         """Now and then, see whether the columns are what they are taken for."""
