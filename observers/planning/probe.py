@@ -21,7 +21,7 @@ from observers.layout import ObserverState
 from observers.planning.changes import KINDS, PathNow, changed
 from observers.planning.forecast import Forecaster, Lane, least_deviation
 from observers.planning.path import SteeringLimits, SteeringPath
-from observers.planning.plan import MUS, NEVER, Plan, plan
+from observers.planning.plan import MUS, NEVER, REST, Plan, plan
 from observers.protocol import Estimate, Sample
 from observers.quality.acquisition import OWN
 from observers.quality.verdict import VERDICT
@@ -41,7 +41,7 @@ ASTRAY = (0.02, 0.3)
 the rate [s]: the path then begins anew where it is."""
 LEAST_SWING = 1e-3
 """Bounds of the angle closer than this leave nothing to steer [rad]."""
-_ACQUIRING = OWN.index("acquiring")
+_ACQUIRING, _EXCESS = OWN.index("acquiring"), OWN.index("excess")
 GAIN = 0.97
 """A changed path is taken where its cost is below this share of the present one [1]."""
 
@@ -127,6 +127,7 @@ class Probe:
         """Forget all samples."""
         self._path: SteeringPath | None = None
         self._time = self._travel = self._since = 0.0
+        self._due = REST + EVERY
         self._counted = self._start = nan
         self._left, self._bounds = nan, (nan, nan)
         self._kinds = cycle(KINDS[1:])
@@ -144,7 +145,7 @@ class Probe:
             estimate = self.observer.prior if state is None else self.observer.estimate(state)
             return self._advice(sample.psi, estimate, "")
         estimate = self.observer.estimate(state)
-        reason = self._floor(sample, estimate)
+        reason = self._floor(sample, estimate, state)
         if not reason:
             self._follow(sample)
             reason = self._obstacle(estimate)
@@ -153,7 +154,7 @@ class Probe:
             self._ended = self._advice(sample.psi, estimate, "" if known else reason, ends=True)
             return self._ended
         assert self._path is not None
-        if self._since >= EVERY or self._since >= self._path.t[-1]:
+        if self._since >= self._due or self._since >= self._path.t[-1]:
             self._replan(sample, self._twin.state if self._twin else state)
         return self._advice(sample.psi, estimate, "", sample.dt)
 
@@ -183,10 +184,13 @@ class Probe:
             self._bounds = (low, sample.psi) if outward else (sample.psi, high)
             self._since = max(self._since, EVERY)
 
-    def _floor(self, sample: Sample, estimate: Estimate) -> str:
+    def _floor(self, sample: Sample, estimate: Estimate, state: ObserverState) -> str:
         """Why no steering reaches the target; empty where one may."""
         likely = estimate.mu if estimate.mu_std < VAGUE * estimate.mu else max(self.mus)
         causes = least_deviation(self.observer, likely, sample.F_N)
+        if not state["own"][_ACQUIRING]:
+            # From the handover on it stays.
+            causes["a stiffness that is not the declared one"] = float(state["own"][_EXCESS])
         if (floor := hypot(*causes.values())) >= self.target:
             cause = max(causes, key=lambda name: causes[name])
             return (
@@ -218,7 +222,7 @@ class Probe:
             cost = self._cost(path, lanes, sample.F_N, best)
             if cost < best * (1 if kind == KINDS[0] else GAIN):
                 best, self._path = cost, path
-        self._since = 0.0
+        self._since, self._due = 0.0, EVERY
         self._left = best if best < NEVER else nan
 
     def _present(self, sample: Sample) -> PathNow:
