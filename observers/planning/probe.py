@@ -4,12 +4,15 @@ A `Probe` begins with the plan over its prior, see `observers.planning.plan`. Te
 forecasts from the observer's present state, on the frictions that this still holds for likely, what
 remains of its path and a few changes of it: turn back now or sooner, go on further, swing wider or
 narrower, faster or slower. It takes the one with the least mean travel until the target.
+
+An estimate moves by no more than the deviation that it had: where one has, the observer's errors are not
+what it takes them for, and the probe asks for a second value, half as much travel later.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle, islice
-from math import exp, hypot, isfinite, nan, sqrt
+from math import exp, hypot, inf, isfinite, log, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +45,9 @@ the rate [s]: the path then begins anew where it is."""
 LEAST_SWING = 1e-3
 """Bounds of the angle closer than this leave nothing to steer [rad]."""
 _ACQUIRING, _EXCESS = OWN.index("acquiring"), OWN.index("excess")
+MOVES, AGAIN = 3.0, 1.5
+"""Deviations by which an estimate has moved since it first was within the target if that deviation is
+too small, and the travel at which it may then be believed, over that so far [1]."""
 GAIN = 0.97
 """A changed path is taken where its cost is below this share of the present one [1]."""
 
@@ -87,14 +93,9 @@ class Probe:
     """
 
     def __init__(
-        self,
-        observer: ModelObserver,
-        target: float,
-        limits: SteeringLimits,
-        *,
-        mus: Sequence[float] = MUS,
-        dt: float = 0.01,
-    ) -> None:
+        self, observer: ModelObserver, target: float, limits: SteeringLimits, *,
+        mus: Sequence[float] = MUS, dt: float = 0.01,
+    ) -> None:  # fmt: skip
         """Begin without a sample; dt is the time between samples of the forecasts [s]."""
         if observer.channel != "M_z":
             raise InvalidInputError(
@@ -129,6 +130,7 @@ class Probe:
         self._time = self._travel = self._since = 0.0
         self._due = REST + EVERY
         self._counted = self._start = nan
+        self._second, self._within = 0.0, (-inf, inf)
         self._left, self._bounds = nan, (nan, nan)
         self._kinds = cycle(KINDS[1:])
         self._ended: Advice | None = None
@@ -149,7 +151,7 @@ class Probe:
         if not reason:
             self._follow(sample)
             reason = self._obstacle(estimate)
-        known = estimate.usable and estimate.mu_std <= self.target * estimate.mu
+        known = self._known(estimate, state)
         if known or reason:
             self._ended = self._advice(sample.psi, estimate, "" if known else reason, ends=True)
             return self._ended
@@ -157,6 +159,21 @@ class Probe:
         if self._since >= self._due or self._since >= self._path.t[-1]:
             self._replan(sample, self._twin.state if self._twin else state)
         return self._advice(sample.psi, estimate, "", sample.dt)
+
+    def _known(self, estimate: Estimate, state: ObserverState) -> bool:
+        """Whether the target is reached, the second time where the first one may not be believed."""
+        deviation = estimate.mu_std / estimate.mu
+        if state["own"][_ACQUIRING] or deviation > self.target:
+            return False
+        log_mu = log(estimate.mu)
+        low, high = (log_mu + side * MOVES * deviation for side in (-1, 1))
+        self._within = (max(self._within[0], low), min(self._within[1], high))
+        if not estimate.usable or self._travel < self._second:
+            return False
+        if self._within[0] <= log_mu <= self._within[1]:
+            return True
+        self._second, self._within = AGAIN * self._travel, (low, high)
+        return False
 
     def _follow(self, sample: Sample) -> None:
         """Time, travel and the bounds of the angle after a sample; the first plan at the first one."""
@@ -223,7 +240,7 @@ class Probe:
             if cost < best * (1 if kind == KINDS[0] else GAIN):
                 best, self._path = cost, path
         self._since, self._due = 0.0, EVERY
-        self._left = best if best < NEVER else nan
+        self._left = max(best, self._second - self._travel) if best < NEVER else nan
 
     def _present(self, sample: Sample) -> PathNow:
         """Where the path is; where the wheel is, if that has left it."""
