@@ -11,15 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgrip.live.adviser import Adviser
 from brushgrip.live.clock import Clock
-from brushgrip.live.columns import Row
+from brushgrip.live.columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator
 from brushgrip.live.session_state import State, friction_of
 from brushgrip.live.sources import WAIT, Source
 from brushgrip.wording.friction import with_95_band
-from identification.reading.table import LARGEST
 from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
 
@@ -35,10 +35,6 @@ LOOKS = 1.0
 """Between looks at whether the columns are plausible [s]."""
 AGAIN = 1.0
 """Between attempts to open a source that is lost [s]."""
-Advice = Callable[[Estimate], str]
-"""What to do next, in a sentence; empty for nothing."""
-Listener = Callable[[State], None]
-"""Is told the state after each batch of samples, and now and then without any; must not block."""
 
 
 class Session:
@@ -56,8 +52,8 @@ class Session:
         estimator: RowEstimator,
         *,
         record: Path | None = None,
-        advice: Advice = lambda _: "",
-        listeners: tuple[Listener, ...] = (),
+        adviser: Adviser | None = None,
+        listeners: tuple[Callable[[State], None], ...] = (),
     ) -> None:
         """Prepare; nothing runs before `start`.
 
@@ -65,11 +61,11 @@ class Session:
             open_source: opens the source, and again where it is lost.
             estimator: turns its samples into estimates.
             record: file to record to from the beginning; None waits until `record` is called.
-            advice: of the newest estimate.
-            listeners: are told of every batch.
+            adviser: says what to do next.
+            listeners: are told the state after every batch, and now and then without; must not block.
         """
         self.ring, self.estimator = Ring(CAPACITY), estimator
-        self._open, self._advice, self._listeners = open_source, advice, listeners
+        self._open, self._adviser, self._listeners = open_source, adviser, listeners
         self._file, self._wanted = record, record is not None
         self._recorder: Recorder | None = None
         self.recorded: list[Path] = []
@@ -111,8 +107,7 @@ class Session:
     def record(self, wanted: bool) -> None:
         """Begin a recording or end it.
 
-        A new one begins with what is still in memory of the present stretch, so that the observer of
-        who reads it begins where ours did.
+        A new one begins with what is in memory of the present stretch, as did our observer.
         """
         self._wanted = wanted
 
@@ -138,7 +133,7 @@ class Session:
             usable=usable,
             age=age,
             status=self._words(estimate, age),
-            advice="" if estimate is None or age >= OLD else self._advice(estimate),
+            advice=self._adviser.text if self._adviser and age < OLD else "",
             counts={name: number for name, number in counts.items() if number},
             recording=f"{recorder.path}, {recorder.samples} samples" if recorder else "",
             ended=self._ended and not self._waiting,
@@ -181,12 +176,9 @@ class Session:
         refused = 0
         while not self._stop.is_set():
             rows = source.read()
-            if source.refused > refused:
-                self._counts["unreadable"] += source.refused - refused
-                self._fault, refused = (
-                    f"{source.refused} not readable, the last: {source.fault}",
-                    source.refused,
-                )
+            if new := source.refused - refused:
+                self._counts["unreadable"], refused = self._counts["unreadable"] + new, source.refused
+                self._fault = f"{refused} not readable, the last: {source.fault}"
             elif rows:
                 self._fault = ""
             while source.waits and len(self._waiting) > MOST_WAITING - len(rows):
@@ -226,21 +218,13 @@ class Session:
         for timed in self._clock(row):
             if timed.begins:
                 self._begin_stretch()
-            usable = {name: self._within(name, value) for name, value in timed.row.items()}
+            wrong = out_of_range(timed.row)
+            self._counts["out of range"] += len(wrong)
             try:
-                self._store(self.estimator(usable))
+                self._store(self.estimator({**timed.row, **dict.fromkeys(wrong, nan)}))
             except InvalidInputError as error:
                 self._counts["unreadable"] += 1
                 self._fault = str(error)
-
-    def _within(self, name: str, value: float) -> float:
-        """The value, NaN where a file would be refused for it."""
-        if value != value or name == "t":
-            return value
-        if abs(value) <= LARGEST.get(name, (np.inf,))[0] and not (name == "F_N" and value <= 0):
-            return value
-        self._counts["out of range"] += 1
-        return nan
 
     def _begin_stretch(self) -> None:
         if self._stretch:
