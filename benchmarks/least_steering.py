@@ -12,7 +12,8 @@ count where nothing is declared, with the tuning `real_tyre`. k is a state of th
 wheel follows its command with a lag of 30 ms.
 
 Travel counts until the observer's own estimate is usable with sigma/mu within the target: along a path
-over the prior that is planned beforehand (plan), led by a Probe (probe), along the plan that knew mu
+over the prior that is planned beforehand (plan), led by a Probe until it says so (probe), along the plan
+that knew mu
 (known), in a sine of 0.4 rad at 0.3 rad/s at most, and a ramp at 0.1 rad/s to 0.5 rad. Error is that of
 the estimate there, predicted its sigma/mu there.
 """
@@ -120,17 +121,19 @@ def prepared(rig: str, target: float) -> Probe:
     return probe
 
 
-def steered(observer: Ekf, wheel: Any, mu: float, target: float, command: Command) -> Reached:
-    """A wheel under a command until the target is reached."""
+def steered(
+    observer: Ekf, wheel: Any, mu: float, target: float, command: Command, *, decides: bool = False
+) -> Reached:
+    """A wheel under a command until the target is reached; by the command where that decides."""
     loop, angle, travel, step, t = Loop(observer), 0.0, 0.0, 0, 0.0
     while t < LONGEST:
         before = wheel.psi
         sample = wheel.follow(angle)
         travel += abs(wheel.psi - before)
         now = loop(sample)
-        if now.usable and now.mu_std <= target * now.mu:
-            return Reached(travel=travel, time=t, error=now.mu / mu - 1, predicted=now.mu_std / now.mu)
         angle, ends = command(t, sample, loop.state)
+        if now.usable and now.mu_std <= target * now.mu and (ends or not decides):
+            return Reached(travel=travel, time=t, error=now.mu / mu - 1, predicted=now.mu_std / now.mu)
         step += 1
         t = step * sample.dt
         if ends:
@@ -152,7 +155,7 @@ def led(probe: Probe) -> Command:
 
     def command(_: float, sample: Sample, state: Any) -> tuple[float, bool]:
         advice = probe(sample, state)
-        return advice.psi, advice.stopped
+        return advice.psi, advice.stopped or advice.finished
 
     return command
 
@@ -171,7 +174,10 @@ def run(task: tuple[int, str, float]) -> tuple[float, dict[str, Reached]]:
         "ramp": lambda t, *_: (min(0.1 * t, 0.5), t > 5),
     }
     return mu, {
-        name: steered(observer, RigWheel(seed, mu, rig), mu, target, commands[name]) for name in PATHS
+        name: steered(
+            observer, RigWheel(seed, mu, rig), mu, target, commands[name], decides=name == "probe"
+        )
+        for name in PATHS
     }
 
 
@@ -195,9 +201,11 @@ def report(outcomes: Sequence[tuple[float, dict[str, Reached]]]) -> None:
     everything = [outcome for _, outcome in outcomes]
     for name in PATHS:
         travels = np.array([one[name].travel for one in everything])
+        beyond = [abs(one[name].error) > 3 * one[name].predicted for one in everything]
         print(
             f"{name}: mean travel {np.nanmean(travels):.3f} rad, worst {np.nanmax(travels):.3f} rad,"
-            f" never {np.isnan(travels).sum()}, error rms, predicted {honesty(everything, name)}"
+            f" never {np.isnan(travels).sum()}, error rms, predicted {honesty(everything, name)},"
+            f" {sum(beyond)} beyond 3 sigma"
         )
 
 

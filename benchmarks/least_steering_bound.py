@@ -8,7 +8,8 @@ bound is that of [van Trees 1968], its Jacobian casadi's. The path turns at 0.06
 angle, back by a second turn and on by a third. Travel is least for a standard deviation of mu of 5 %:
 with the sensor's noise alone, and with the error of the model that the observer reckons with, by
 independent samples of a branch. Beside it, on the path of `plan`: the travel at which the observer's own
-deviation is within the target, and that at which it is usable too, as its model is confirmed.
+deviation is within the target, and that at which it is usable too, as its model is confirmed; between
+them the least travel that the rule of confirmation alone allows on any path.
 """
 
 import sys
@@ -21,7 +22,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.least_steering import DT, LIMITS, LOAD, NOISE, OFF, SLIDE, K, observer_of
 from observers import plan
-from observers.quality.branches import FRACTION, START
+from observers.quality.branches import FRACTION, START, sliding_turn
+from observers.quality.innovation_monitor import LEAST_SAMPLES, WINDOW
+from observers.quality.supervision import CONFIRMS
 from symbolic import virgin_torque
 from symbolic.parameters import EVEN
 
@@ -85,12 +88,24 @@ def least_turns(mu: float, error: float, least: float) -> np.ndarray:
     return min(found, key=lambda one: one[0])[1] if found else np.full(3, np.nan)
 
 
+def least_confirmed(mu: float) -> float:
+    """Least travel with which the supervision confirms a model, whatever the path [rad].
+
+    A branch counts by the logarithm of its turn from `CONFIRMS` of the turn at which the patch begins
+    to slide; so many independent samples as make `LEAST_SAMPLES` while older ones are forgotten are
+    spread evenly over some branches.
+    """
+    counts_from = CONFIRMS * float(sliding_turn(mu, LOAD, [K, 0.045, 0.009]))
+    samples = WINDOW * np.log(WINDOW / (WINDOW - LEAST_SAMPLES))
+    return min(n * counts_from * float(np.exp(samples * FRACTION / n)) for n in range(1, 6))
+
+
 def main() -> None:
     """Print the table."""
     observer = observer_of("measured")
     tuning = observer.effective_tuning
-    print("| mu | noise alone | with the model's error | its turns | deviation | usable |")
-    print("|---|---:|---:|---|---:|---:|")
+    print("| mu | noise alone | with the model's error | its turns | deviation | confirmed | usable |")
+    print("|---|---:|---:|---|---:|---:|---:|")
     for mu in GROUNDS:
         by_noise, by_error = (
             least_turns(mu, error, START * tuning.psi_noise) for error in (0.0, tuning.error)
@@ -98,8 +113,8 @@ def main() -> None:
         planned = plan(observer, TARGET, LIMITS, LOAD, mus=(mu,))
         known = planned.path.travel[int(np.argmax(planned.forecasts[0].deviation <= TARGET))]
         turns = ", ".join(f"{turn:.3f}" for turn in by_error)
-        print(f"| {mu} | {by_noise.sum():.3f} | {by_error.sum():.3f} | {turns} |"
-              f" {known:.3f} | {planned.travels[0]:.3f} |", flush=True)  # fmt: skip
+        print(f"| {mu} | {by_noise.sum():.3f} | {by_error.sum():.3f} | {turns} | {known:.3f} |"
+              f" {least_confirmed(mu):.3f} | {planned.travels[0]:.3f} |", flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -80,7 +80,10 @@ def run(seed: int, target: float) -> tuple[float, dict[str, Reached]]:
         "sine": lambda t, *_: (0.4 * np.sin(0.6 * t), False),
         "ramp": lambda t, *_: (min(0.1 * t, 0.5), t > SPREAD),
     }
-    return mu, {name: steered(observer, CarWheel(drawn), mu, target, commands[name]) for name in PATHS}
+    return mu, {
+        name: steered(observer, CarWheel(drawn), mu, target, commands[name], decides=name == "probe")
+        for name in PATHS
+    }
 
 
 def main() -> None:

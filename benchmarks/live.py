@@ -1,8 +1,9 @@
 """Live estimation at 1 kHz over UDP on the loopback: samples lost, memory, delay.
 
 ``python benchmarks/live.py [--seconds N] [--observer ekf|mhe]`` prints samples sent, estimated and lost,
-memory before and after, and the delay from sending to the estimate, and to the data of a page that is
-updated at 20 Hz. The sender is a process of its own; its times are the clock that both share.
+memory before and after with its slope, and the delay from sending to the estimate, and to the data of a
+page that is updated at 20 Hz. The sender is a process of its own; its times are the clock that both
+share. What is measured is kept in arrays of the size that they will have.
 """
 
 import argparse
@@ -53,7 +54,18 @@ def memory() -> float:
     return pages * 4096 / 1e6
 
 
+def report_memory(t: np.ndarray, size: np.ndarray) -> None:
+    """Print memory [MB] at the begin and the end, and its slope; t is the time [s]."""
+    half = slice(t.size // 2, None)
+    slope = 60 * np.polyfit(t[half], size[half], 1)[0]
+    print(
+        f"memory {size[0]:.1f} MB after {SETTLING:g} s, {size[-1]:.1f} MB at the end;"
+        f" {slope:.3f} MB a minute in the second half"
+    )
+
+
 def main() -> None:
+    """Print what was lost, what it cost and how long it took."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--seconds", type=int, default=30)
     parser.add_argument("--observer", default="ekf")
@@ -65,39 +77,40 @@ def main() -> None:
     session = Session(*follow(f"udp:{port}", locate_inputs(rig=RIG), factory))
     session.start()
     origin = time.monotonic()
-    view, shown, stop = View(session), list[float](), threading.Event()
+    view, stop, count = View(session), threading.Event(), given.seconds * RATE
+    # Ones, so that the memory is taken at once.
+    delays, shown, used = np.ones(count), np.ones(count), np.ones((2, count))
+    looks = updates = 0
 
     def update() -> None:
+        nonlocal updates
         while not stop.wait(PERIOD / 1000):
             before = view.newest
             view.update()
             if view.newest != before:
-                shown.append(time.monotonic() - origin - view.newest)
+                shown[updates] = time.monotonic() - origin - view.newest
+                updates += 1
 
     page = threading.Thread(target=update)
     page.start()
-    sender = multiprocessing.get_context("spawn").Process(
-        target=send, args=(port, given.seconds * RATE, origin)
-    )
+    sender = multiprocessing.get_context("spawn").Process(target=send, args=(port, count, origin))
     sender.start()
-    delays, at, first = list[float](), 0, 0.0
+    at = 0
     while sender.is_alive():
         sender.join(0.5)
         points = session.ring.since(at)
+        delays[at : points.end] = points.of("done") - origin - points.t
         at = points.end
-        delays += (points.of("done") - origin - points.t).tolist()
-        if not first and at > SETTLING * RATE:
-            first = memory()
+        if at > SETTLING * RATE:
+            used[:, looks], looks = (time.monotonic() - origin, memory()), looks + 1
     time.sleep(1.0)
     stop.set()
     page.join()
     session.stop()
-    sent, estimated = given.seconds * RATE, session.ring.end
-    print(
-        f"{sent} samples sent, {estimated} estimated, {sent - estimated} lost; {session.state().counts}"
-    )
-    print(f"memory {first:.0f} MB after {SETTLING:g} s, {memory():.0f} MB at the end")
-    for name, values in (("estimate", delays), ("data of the page", shown)):
+    lost = count - session.ring.end
+    print(f"{count} samples sent, {count - lost} estimated, {lost} lost; {session.state().counts}")
+    report_memory(*used[:, :looks])
+    for name, values in (("estimate", delays[:at]), ("data of the page", shown[:updates])):
         middle, high = 1e3 * np.quantile(values, [0.5, 0.99])
         print(f"from sending to the {name}: median {middle:.1f} ms, 99 % {high:.1f} ms")
 

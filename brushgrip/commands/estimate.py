@@ -48,7 +48,8 @@ class EstimateRequest(GroundRequest):
 
     Several recordings go to OUT_<recording>.csv, without pictures, and to rows of --summary. There
     friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground;
-    all columns of flags are shares of the samples, 0 to 1. What is wrong with a recording stands in its
+    usable is the share of usable ones among the samples with a torque, all columns of flags are shares
+    of the samples, 0 to 1. What is wrong with a recording stands in its
     row; the others are estimated all the same, and the exit status is 2. A text in --summary that a
     spreadsheet would take for a formula begins with an apostrophe.
     """

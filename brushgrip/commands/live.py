@@ -158,8 +158,7 @@ class LiveRequest:
             self.source, replace(inputs, signals=signals), factory, speed=self.speed, ground=self.ground,
             adviser=adviser,
         )  # fmt: skip
-        advice = (lambda _: "") if adviser is None else (lambda _: adviser.text)
-        return Session(opened, estimator, record=self.record, advice=advice, listeners=senders)
+        return Session(opened, estimator, record=self.record, adviser=adviser, listeners=senders)
 
     def _serve(self, session: "Session") -> None:
         """The page, until it is interrupted; the source is opened once it is there."""

@@ -30,14 +30,7 @@ class Adviser:
         """Advise on an observer from its next sample on, as long as no other one begins."""
         self._generation += 1
         self._waiting, self.text = deque(maxlen=MOST_WAITING), ""
-        try:
-            if not isinstance(observer, ModelObserver):
-                raise InvalidInputError("--target is for ekf and mhe, whose deviation it can forecast")
-            probe = Probe(observer, self._target, self._limits)
-        except InvalidInputError as error:
-            self.text = f"no advice: {error}"
-            return
-        arguments = (probe, self._generation, self._waiting)
+        arguments = (observer, self._generation, self._waiting)
         threading.Thread(target=self._follow, args=arguments, name="live-advise", daemon=True).start()
 
     def __call__(self, sample: Sample, state: Any) -> None:
@@ -45,24 +38,27 @@ class Adviser:
         self._waiting.append((sample, state))
         self._arrived.set()
 
-    def _follow(self, probe: Probe, own: int, waiting: deque[tuple[Sample, Any]]) -> None:
-        while own == self._generation:
-            if not waiting:
-                self._arrived.wait(0.1)
-                self._arrived.clear()
-                continue
-            if len(waiting) == MOST_WAITING:
-                waiting.clear()
-                probe.reset()
-                continue
-            sample, state = waiting.popleft()
-            try:
-                text = text_of(probe(sample, state), sample.psi, self._target)
-            except Exception as error:
-                self.text = f"no advice: {error}"
+    def _follow(self, observer: Observer, own: int, waiting: deque[tuple[Sample, Any]]) -> None:
+        try:
+            if not isinstance(observer, ModelObserver):
+                raise InvalidInputError("--target is for ekf and mhe, whose deviation it can forecast")
+            probe = Probe(observer, self._target, self._limits)
+            while own == self._generation:
+                if not waiting:
+                    self._arrived.wait(0.1)
+                    self._arrived.clear()
+                elif len(waiting) == MOST_WAITING:
+                    waiting.clear()
+                    probe.reset()
+                else:
+                    sample, state = waiting.popleft()
+                    text = text_of(probe(sample, state), sample.psi, self._target)
+                    if own == self._generation and not waiting:
+                        self.text = text
+        except Exception as error:
+            self.text = f"no advice: {error}"
+            if not isinstance(error, InvalidInputError):
                 raise
-            if own == self._generation and not waiting:
-                self.text = text
 
 
 def text_of(advice: Advice, psi: float, target: float) -> str:

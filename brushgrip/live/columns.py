@@ -1,10 +1,11 @@
 """Values of a source by the names it gives them, as columns of a recording in SI units."""
 
 from collections.abc import Mapping
+from math import inf
 
 from identification.reading.channels import map_hint, resolve
 from identification.reading.signal_map import SignalMap
-from identification.reading.table import columns_of
+from identification.reading.table import LARGEST, columns_of
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError
 
@@ -14,6 +15,12 @@ MOST_NAMES = 200
 """Names of a source that are remembered."""
 OF_WHEEL, OF_CAR = (("psi",), ("M_z", "M")), (("rack", "handwheel"), ("F_rack", "T_bar"))
 """Columns of angle and torque, of each the first that a source has."""
+
+
+def out_of_range(row: Row) -> list[str]:
+    """Columns with a value for which a file would be refused."""
+    sizes = {name: LARGEST.get(name, (inf,))[0] for name in row if name != "t"}
+    return [n for n, size in sizes.items() if abs(row[n]) > size or (n == "F_N" and row[n] <= 0)]
 
 
 class Columns:

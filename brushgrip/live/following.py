@@ -48,28 +48,23 @@ def follow(
     Raises:
         InvalidInputError: source, rig or model cannot be used.
     """
-    require_speed(speed)
-    car = inputs.vehicle is not None
-    where = spec.removeprefix("replay:")
-    columns = Columns(where, inputs.signals, car=car)
-    tables: list[Table] = []
-
-    def replay(name: str) -> Source:
-        if not tables:
-            tables.append(_table(name, inputs))
-        return FileSource(tables[0], speed)
-
-    open_source = opener(spec, columns, inputs.signals.dbc, replay)
-    if not spec.startswith(("udp:", "can:")) and spec != "-":
-        replay(where)
+    if not 0 < speed < np.inf:
+        raise InvalidInputError(f"--speed must be finite and greater than 0, got {speed:g}")
+    where, table = spec.removeprefix("replay:"), None
+    columns = Columns(where, inputs.signals, car=inputs.vehicle is not None)
+    if spec != "-" and not spec.startswith(("udp:", "can:")):
+        needed = ("t",) if inputs.vehicle else required_columns(torque_required=False)
+        located = locate(where, of_car=inputs.vehicle is not None)
+        table = read_table(located, needed, READERS, inputs.signals)
+    open_source = opener(spec, columns, inputs.signals.dbc, table, speed)
     found = inputs.found()
     if inputs.vehicle is not None:
         vehicle = read_vehicle(inputs.vehicle)
         observers = {brakes: _of_car(factory, found, vehicle, brakes) for brakes in (True, False)}
         return open_source, CarRowEstimator(vehicle, observers, where, adviser)
     nominal = None if inputs.rig is None else read_rig(inputs.rig)
-    if tables:
-        nominal, ground = rig_of_table(tables[0], nominal), ground or tables[0].ground
+    if table is not None:
+        nominal, ground = rig_of_table(table, nominal), ground or table.ground
     if nominal is None:
         raise InvalidInputError(f"{where}: needs the rig, --rig rig.toml, or --vehicle car.toml")
     rig, tyre = nominal
@@ -77,12 +72,6 @@ def follow(
         lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser
     )
     return open_source, estimator
-
-
-def _table(name: str, inputs: Inputs) -> Table:
-    needed = ("t",) if inputs.vehicle else required_columns(torque_required=False)
-    located = locate(name, of_car=inputs.vehicle is not None)
-    return read_table(located, needed, READERS, inputs.signals)
 
 
 def _of_car(
@@ -97,21 +86,13 @@ def _stub(rig: Rig, tyre: Tyre, torque: str, ground: str | None) -> Recording:
     """A recording that tells a factory what it has to know before there is one."""
     zeros, nothing = np.zeros(3), np.full(3, np.nan)
     return Recording(
-        name="live",
-        t=np.arange(3.0),
-        psi=zeros,
-        psi_dot=zeros,
-        F_N=np.ones(3),
-        M_z=zeros if torque == "M_z" else nothing,
-        M=zeros,
-        rig=rig,
-        tyre=tyre,
-        ground=ground,
-    )
+        name="live", t=np.arange(3.0), psi=zeros, psi_dot=zeros, F_N=np.ones(3),
+        M_z=zeros if torque == "M_z" else nothing, M=zeros, rig=rig, tyre=tyre, ground=ground,
+    )  # fmt: skip
 
 
 def opener(
-    spec: str, columns: Columns, dbc: Path | None, replay: Callable[[str], Source]
+    spec: str, columns: Columns, dbc: Path | None, table: Table | None, speed: float
 ) -> Callable[[], Source]:
     """What opens the source of a command line, again and again where it is lost.
 
@@ -119,35 +100,23 @@ def opener(
         spec: `udp:PORT`, `udp:HOST:PORT`, `can:INTERFACE:CHANNEL`, `-`, `replay:FILE` or the file.
         columns: of the source.
         dbc: database of a bus.
-        replay: opens a file.
+        table: content of a file, None for another source.
+        speed: of the clock of a file.
 
     Raises:
         InvalidInputError: it is none such.
     """
     kind, _, rest = spec.partition(":")
+    if table is not None:
+        return lambda: FileSource(table, speed)
     if spec == "-":
         return lambda: LineSource(0, columns)
     if kind == "udp":
         address = address_of(spec, rest)
         return lambda: UdpSource(address, columns)
-    if kind == "can":
-        interface, _, channel = rest.partition(":")
-        if not interface or not channel:
-            raise InvalidInputError(
-                f"{spec}: expected can:INTERFACE:CHANNEL, such as can:socketcan:can0"
-            )
-        if dbc is None:
-            raise InvalidInputError(f"{spec}: --dbc names the database of the bus, such as car.dbc")
-        return lambda: CanSource(interface, channel, dbc, columns)
-    return lambda: replay(rest if kind == "replay" else spec)
-
-
-def require_speed(speed: float) -> float:
-    """The speed of a clock.
-
-    Raises:
-        InvalidInputError: it is not finite and greater than 0.
-    """
-    if not 0 < speed < np.inf:
-        raise InvalidInputError(f"--speed must be finite and greater than 0, got {speed:g}")
-    return speed
+    interface, _, channel = rest.partition(":")
+    if not interface or not channel:
+        raise InvalidInputError(f"{spec}: expected can:INTERFACE:CHANNEL, such as can:socketcan:can0")
+    if dbc is None:
+        raise InvalidInputError(f"{spec}: --dbc names the database of the bus, such as car.dbc")
+    return lambda: CanSource(interface, channel, dbc, columns)

@@ -110,10 +110,16 @@ class View:
 
     def _friction(self) -> Any:
         figure = _figure("time [s]", "friction μ_eff", y_range=self._top)
-        for low, high, alpha in (("low", "high", 0.1), ("usable_low", "usable_high", 0.3)):
-            figure.varea("t", low, high, source=self.points, fill_color="#0072b2", fill_alpha=alpha)
-        figure.line("t", "mu", source=self.points, color="#555555", line_width=2)
-        figure.line("t", "usable_mu", source=self.points, color="#0072b2", line_width=5)
+        for begin, colour, name, line in (
+            ("", "#777777", "not usable", {"line_width": 2, "line_dash": "dotted"}),
+            ("usable_", "#0072b2", "usable, with its 95 % band", {"line_width": 5}),
+        ):
+            drawn = {"source": self.points, "legend_label": name}
+            band = {"fill_color": colour, "fill_alpha": 0.3 if begin else 0.1}
+            low, high = (f"{begin}{end}" for end in ("low", "high"))
+            figure.varea("t", low, high, **band, **drawn)
+            figure.line("t", f"{begin}mu", color=colour, **line, **drawn)
+        figure.legend.location, figure.legend.orientation = "bottom_right", "horizontal"
         return figure
 
     def _torque(self) -> Any:
@@ -130,7 +136,6 @@ def friction_html(state: State, columns: tuple[str, ...]) -> str:
     value, sign, within = ("–" if std >= mu else with_95_band(mu, std)).partition(" ± ")
     counts = ", ".join(f"{count} {name}" for name, count in state.counts.items())
     lines = [
-        "the source has ended" * state.ended,
         state.status,
         state.recording and f"recording {state.recording}",
         counts,
@@ -140,9 +145,9 @@ def friction_html(state: State, columns: tuple[str, ...]) -> str:
     data = {"t": state.t, "mu": mu, "std": std}
     digits = " ".join(f'data-{name}="{float(value)!r}"' for name, value in data.items())
     return (
-        f'<div class="now {"yes" if state.usable else "no"}" {digits}>'
+        f'<div class="now {usability_of(state).replace(" ", "-")}" {digits}>'
+        "<p>friction μ_eff ± 95 % band</p>"
         f'<div class="mu">{value} <small>{sign}{within}</small></div>'
-        "<p>friction μ_eff, ± 95 % band</p>"
         f'<div class="verdict">{usability_of(state)}</div>'
         f'<p class="advice">{escape(state.advice)}</p>{small}</div>'
     )

@@ -11,15 +11,16 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgrip.live.adviser import Adviser
 from brushgrip.live.clock import Clock
-from brushgrip.live.columns import Row
+from brushgrip.live.columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator
-from brushgrip.live.session_state import State
+from brushgrip.live.session_state import State, friction_of
 from brushgrip.live.sources import WAIT, Source
-from identification.reading.table import LARGEST
-from observers import ESTIMATE, Estimate
+from brushgrip.wording.friction import with_95_band
+from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
 
 CAPACITY = 200_000
@@ -34,10 +35,6 @@ LOOKS = 1.0
 """Between looks at whether the columns are plausible [s]."""
 AGAIN = 1.0
 """Between attempts to open a source that is lost [s]."""
-Advice = Callable[[Estimate], str]
-"""What to do next, in a sentence; empty for nothing."""
-Listener = Callable[[State], None]
-"""Is told the state after each batch of samples, and now and then without any; must not block."""
 
 
 class Session:
@@ -55,8 +52,8 @@ class Session:
         estimator: RowEstimator,
         *,
         record: Path | None = None,
-        advice: Advice = lambda _: "",
-        listeners: tuple[Listener, ...] = (),
+        adviser: Adviser | None = None,
+        listeners: tuple[Callable[[State], None], ...] = (),
     ) -> None:
         """Prepare; nothing runs before `start`.
 
@@ -64,11 +61,11 @@ class Session:
             open_source: opens the source, and again where it is lost.
             estimator: turns its samples into estimates.
             record: file to record to from the beginning; None waits until `record` is called.
-            advice: of the newest estimate.
-            listeners: are told of every batch.
+            adviser: says what to do next.
+            listeners: are told the state after every batch, and now and then without; must not block.
         """
         self.ring, self.estimator = Ring(CAPACITY), estimator
-        self._open, self._advice, self._listeners = open_source, advice, listeners
+        self._open, self._adviser, self._listeners = open_source, adviser, listeners
         self._file, self._wanted = record, record is not None
         self._recorder: Recorder | None = None
         self.recorded: list[Path] = []
@@ -80,6 +77,7 @@ class Session:
         self._looked, self._implausible = 0.0, ""
         self._t, self._fault, self._ended = nan, "", False
         self._newest: Estimate | None = None
+        self._measured, self._last_usable = -np.inf, ""
 
     def start(self) -> None:
         """Open the source and run.
@@ -109,8 +107,7 @@ class Session:
     def record(self, wanted: bool) -> None:
         """Begin a recording or end it.
 
-        A new one begins with what is still in memory of the present stretch, so that the observer of
-        who reads it begins where ours did.
+        A new one begins with what is in memory of the present stretch, as did our observer.
         """
         self._wanted = wanted
 
@@ -136,7 +133,7 @@ class Session:
             usable=usable,
             age=age,
             status=self._words(estimate, age),
-            advice="" if estimate is None or age >= OLD else self._advice(estimate),
+            advice=self._adviser.text if self._adviser and age < OLD else "",
             counts={name: number for name, number in counts.items() if number},
             recording=f"{recorder.path}, {recorder.samples} samples" if recorder else "",
             ended=self._ended and not self._waiting,
@@ -144,7 +141,9 @@ class Session:
 
     def _words(self, estimate: Estimate | None, age: float) -> str:
         parts = [self._fault, self._implausible]
-        if age >= OLD:
+        if self._ended and not self._waiting:
+            parts.append("the source has ended: " + (self._last_usable or "friction was never usable"))
+        elif age >= OLD:
             parts.append("no sample has come yet" if estimate is None else f"no sample for {age:.0f} s")
         elif estimate is not None:
             parts += [estimate.status.remedy, *self.estimator.suspicions]
@@ -177,12 +176,9 @@ class Session:
         refused = 0
         while not self._stop.is_set():
             rows = source.read()
-            if source.refused > refused:
-                self._counts["unreadable"] += source.refused - refused
-                self._fault, refused = (
-                    f"{source.refused} not readable, the last: {source.fault}",
-                    source.refused,
-                )
+            if new := source.refused - refused:
+                self._counts["unreadable"], refused = self._counts["unreadable"] + new, source.refused
+                self._fault = f"{refused} not readable, the last: {source.fault}"
             elif rows:
                 self._fault = ""
             while source.waits and len(self._waiting) > MOST_WAITING - len(rows):
@@ -222,27 +218,19 @@ class Session:
         for timed in self._clock(row):
             if timed.begins:
                 self._begin_stretch()
-            usable = {name: self._within(name, value) for name, value in timed.row.items()}
+            wrong = out_of_range(timed.row)
+            self._counts["out of range"] += len(wrong)
             try:
-                self._store(self.estimator(usable))
+                self._store(self.estimator({**timed.row, **dict.fromkeys(wrong, nan)}))
             except InvalidInputError as error:
                 self._counts["unreadable"] += 1
                 self._fault = str(error)
-
-    def _within(self, name: str, value: float) -> float:
-        """The value, NaN where a file would be refused for it."""
-        if value != value or name == "t":
-            return value
-        if abs(value) <= LARGEST.get(name, (np.inf,))[0] and not (name == "F_N" and value <= 0):
-            return value
-        self._counts["out of range"] += 1
-        return nan
 
     def _begin_stretch(self) -> None:
         if self._stretch:
             self._counts["begun anew"] += 1
         self._end_recording()
-        self._stretch += 1
+        self._stretch, self._measured = self._stretch + 1, -np.inf
         self.estimator.reset()
 
     def _store(self, points: list[Point]) -> None:
@@ -250,9 +238,25 @@ class Session:
             return
         begin, now = self.ring.end, time.monotonic()
         self.ring.append(points, self._stretch, now)
-        self._newest, self._t, self._done = points[-1].estimate, points[-1].recorded[0], now
+        self._done = now
+        for point in points:
+            self._see(point)
         if self._recorder is not None:
             self._write(self.ring.since(begin))
+
+    def _see(self, point: Point) -> None:
+        """Count a sample; the newest one counts, where torques come more slowly that with the last."""
+        t, estimate = point.recorded[0], point.estimate
+        self._counts["without a torque"] += bool(estimate.status & Status.MISSING)
+        if estimate.usable and not self._implausible:
+            self._counts["usable"] += 1
+            friction = with_95_band(*friction_of(estimate))
+            self._last_usable = f"friction was {friction} at {t:.4g} s, last usable"
+        if estimate.status != Status.MISSING:
+            self._measured = t
+        elif t - self._measured < OLD:
+            return
+        self._newest, self._t = estimate, t
 
     def _look_back(self) -> None:
         """Now and then, see whether the columns are what they are taken for."""

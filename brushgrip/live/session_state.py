@@ -45,7 +45,9 @@ def friction_of(estimate: Estimate | None) -> tuple[float, float]:
 
 
 def usability_of(state: State) -> str:
-    """Whether friction may be used now."""
+    """Whether friction may be used now; of a source that has ended nothing may."""
+    if state.ended:
+        return "ended"
     return "usable" if state.usable else "not usable"
 
 

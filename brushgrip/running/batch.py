@@ -62,8 +62,9 @@ COLUMNS = (
     *FLAGS,
     *("changes", "fault"),
 )
-"""Columns of the summary; duration and last_usable [s], share of usable and of informed samples [1],
-number of changes of the ground, and what is wrong with a recording."""
+"""Columns of the summary; duration and last_usable [s], share of usable ones among the samples with a
+torque, and of informed ones among all [1], number of changes of the ground, and what is wrong with a
+recording."""
 DIGITS = 5
 """Significant digits of a number in the summary."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -216,6 +217,8 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
     def share(flag: Status) -> float:
         return float(np.count_nonzero(estimates.status & flag)) / estimates.t.size
 
+    # Where the torque comes more slowly than the angle, most samples have none and could not be usable.
+    measured = np.count_nonzero(estimates.status & Status.MISSING == 0)
     return {
         "recording": recording.name,
         "ground": recording.ground or "",
@@ -223,7 +226,7 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
         "duration": float(estimates.t[-1] - estimates.t[0]),
         **{name: nan if at is None else float(getattr(estimates, name)[at]) for name in FRICTION},
         "last_usable": nan if at is None else float(estimates.t[at]),
-        "usable": float(estimates.usable.mean()),
+        "usable": float(estimates.usable.sum() / max(measured, 1)),
         "informed": float(estimates.informed.mean()),
         **{name: share(flag) for name, flag in FLAGS.items()},
         "changes": int(np.count_nonzero(estimates.status & Status.RESET)),

@@ -96,8 +96,9 @@ class SteeringPath:
 
 
 def steer(
-    points: Sequence[float], rate: float, acceleration: float, dt: float, time: float, speed: float = 0.0
-) -> SteeringPath:
+    points: Sequence[float], rate: float, acceleration: float, dt: float, time: float,
+    speed: float = 0.0, *, rest: float = 0.0,
+) -> SteeringPath:  # fmt: skip
     """From one angle to the next, with a stop at each, as quickly as rate and acceleration allow.
 
     Args:
@@ -107,9 +108,10 @@ def steer(
         dt: between samples; the first sample is one step after the present [s].
         time: the path ends here at the latest [s]; earlier where the last point is reached.
         speed: present rate toward the second point, which is not nearer than the way to stop [rad/s].
+        rest: time before the wheel turns, where it has no speed [s].
     """
     begin = points[0] - np.sign(points[1] - points[0]) * speed**2 / (2 * acceleration)
-    at = -speed / acceleration
+    at = rest - speed / acceleration
     legs: list[tuple[float, ...]] = []
     for i, (start, end) in enumerate(pairwise([begin, *points[1:]])):
         if (length := abs(end - start)) == 0:
@@ -122,7 +124,7 @@ def steer(
             break
     t = dt * np.arange(1, int(min(at, time) / dt + 1e-6) + 1)
     columns = np.array(legs).T
-    begun, start, v, cruise, ramp, leg = columns[:, np.searchsorted(columns[0], t, side="right") - 1]
+    begun, start, v, cruise, ramp, leg = columns[:, np.searchsorted(columns[0, 1:], t, side="right")]
     tau = t - begun
     # A trapezium of the rate: its integral is the difference of two ramps.
     psi = start + v * (_ramp(tau, ramp) - _ramp(tau - cruise, ramp))

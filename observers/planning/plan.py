@@ -1,9 +1,9 @@
 """The path with the least steering after which friction is known to a target, whatever it is.
 
-A path swings to either side at a rate, evenly growing from a first turning point to a farthest one. Its
-cost on a ground is the travel (or the time, or the greatest angle) until the observer's own forecast is
-usable with a deviation within the target; over a prior of mu, even in its logarithm, the worst or the
-mean counts.
+A path rests, unless time is to be least, and swings to either side at a rate, evenly growing from a
+first turning point to a farthest one. Its cost on a ground is the travel (or the time, or the greatest
+angle) until the observer's own forecast is usable with a deviation within the target; over a prior of
+mu, even in its logarithm, the worst or the mean counts.
 
 The paths are a family that does not depend on the limits. A path counts up to where it exceeds one of
 them, so that a wider limit only adds to what may be chosen: it never makes the plan worse. The best of
@@ -35,6 +35,8 @@ MUS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.2)
 """Prior of mu: a car's grounds from ice to dry asphalt [1]."""
 RAMP = 0.2
 """Time in which a path comes to its rate [s]: a limit of the acceleration is one of the rate."""
+REST = 0.5
+"""Time before the first turn in which the torque tells its zero [s]."""
 LEAST_FIRST, A_DECADE = 10**-2.5, 10
 """Least first turning point [rad], and how many there are up to ten times as much."""
 LEGS = 4
@@ -180,7 +182,8 @@ class _Search:
         many = LEGS + int(self.limits.time * rate / angles[-1]) + 1
         angles = np.pad(angles, (0, many - LEGS), mode="edge")
         points = [self.psi, *(self.psi + angles * (-1.0) ** np.arange(many))]
-        path = steer(points, rate, rate / RAMP, self.dt, self.limits.time)
+        rest = 0.0 if self.objective == "time" else REST
+        path = steer(points, rate, rate / RAMP, self.dt, self.limits.time, rest=rest)
         beyond = np.abs(path.psi - self.psi) > self.limits.angle * (1 + 1e-9)
         return path.upto(max(1, int(np.argmax(beyond)))) if beyond.any() else path
 

@@ -4,12 +4,15 @@ A `Probe` begins with the plan over its prior, see `observers.planning.plan`. Te
 forecasts from the observer's present state, on the frictions that this still holds for likely, what
 remains of its path and a few changes of it: turn back now or sooner, go on further, swing wider or
 narrower, faster or slower. It takes the one with the least mean travel until the target.
+
+An estimate moves by no more than the deviation that it had: where one has, the observer's errors are not
+what it takes them for, and the probe asks for a second value, half as much travel later.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle, islice
-from math import exp, hypot, isfinite, nan, sqrt
+from math import exp, hypot, inf, isfinite, log, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +24,7 @@ from observers.layout import ObserverState
 from observers.planning.changes import KINDS, PathNow, changed
 from observers.planning.forecast import Forecaster, Lane, least_deviation
 from observers.planning.path import SteeringLimits, SteeringPath
-from observers.planning.plan import MUS, NEVER, Plan, plan
+from observers.planning.plan import MUS, NEVER, REST, Plan, plan
 from observers.protocol import Estimate, Sample
 from observers.quality.acquisition import OWN
 from observers.quality.verdict import VERDICT
@@ -41,7 +44,10 @@ ASTRAY = (0.02, 0.3)
 the rate [s]: the path then begins anew where it is."""
 LEAST_SWING = 1e-3
 """Bounds of the angle closer than this leave nothing to steer [rad]."""
-_ACQUIRING = OWN.index("acquiring")
+_ACQUIRING, _EXCESS = OWN.index("acquiring"), OWN.index("excess")
+MOVES, AGAIN = 3.0, 1.5
+"""Deviations by which an estimate has moved since it first was within the target if that deviation is
+too small, and the travel at which it may then be believed, over that so far [1]."""
 GAIN = 0.97
 """A changed path is taken where its cost is below this share of the present one [1]."""
 
@@ -87,14 +93,9 @@ class Probe:
     """
 
     def __init__(
-        self,
-        observer: ModelObserver,
-        target: float,
-        limits: SteeringLimits,
-        *,
-        mus: Sequence[float] = MUS,
-        dt: float = 0.01,
-    ) -> None:
+        self, observer: ModelObserver, target: float, limits: SteeringLimits, *,
+        mus: Sequence[float] = MUS, dt: float = 0.01,
+    ) -> None:  # fmt: skip
         """Begin without a sample; dt is the time between samples of the forecasts [s]."""
         if observer.channel != "M_z":
             raise InvalidInputError(
@@ -127,7 +128,9 @@ class Probe:
         """Forget all samples."""
         self._path: SteeringPath | None = None
         self._time = self._travel = self._since = 0.0
+        self._due = REST + EVERY
         self._counted = self._start = nan
+        self._second, self._within = 0.0, (-inf, inf)
         self._left, self._bounds = nan, (nan, nan)
         self._kinds = cycle(KINDS[1:])
         self._ended: Advice | None = None
@@ -144,18 +147,33 @@ class Probe:
             estimate = self.observer.prior if state is None else self.observer.estimate(state)
             return self._advice(sample.psi, estimate, "")
         estimate = self.observer.estimate(state)
-        reason = self._floor(sample, estimate)
+        reason = self._floor(sample, estimate, state)
         if not reason:
             self._follow(sample)
             reason = self._obstacle(estimate)
-        known = estimate.usable and estimate.mu_std <= self.target * estimate.mu
+        known = self._known(estimate, state)
         if known or reason:
             self._ended = self._advice(sample.psi, estimate, "" if known else reason, ends=True)
             return self._ended
         assert self._path is not None
-        if self._since >= EVERY or self._since >= self._path.t[-1]:
+        if self._since >= self._due or self._since >= self._path.t[-1]:
             self._replan(sample, self._twin.state if self._twin else state)
         return self._advice(sample.psi, estimate, "", sample.dt)
+
+    def _known(self, estimate: Estimate, state: ObserverState) -> bool:
+        """Whether the target is reached, the second time where the first one may not be believed."""
+        deviation = estimate.mu_std / estimate.mu
+        if state["own"][_ACQUIRING] or deviation > self.target:
+            return False
+        log_mu = log(estimate.mu)
+        low, high = (log_mu + side * MOVES * deviation for side in (-1, 1))
+        self._within = (max(self._within[0], low), min(self._within[1], high))
+        if not estimate.usable or self._travel < self._second:
+            return False
+        if self._within[0] <= log_mu <= self._within[1]:
+            return True
+        self._second, self._within = AGAIN * self._travel, (low, high)
+        return False
 
     def _follow(self, sample: Sample) -> None:
         """Time, travel and the bounds of the angle after a sample; the first plan at the first one."""
@@ -183,10 +201,13 @@ class Probe:
             self._bounds = (low, sample.psi) if outward else (sample.psi, high)
             self._since = max(self._since, EVERY)
 
-    def _floor(self, sample: Sample, estimate: Estimate) -> str:
+    def _floor(self, sample: Sample, estimate: Estimate, state: ObserverState) -> str:
         """Why no steering reaches the target; empty where one may."""
         likely = estimate.mu if estimate.mu_std < VAGUE * estimate.mu else max(self.mus)
         causes = least_deviation(self.observer, likely, sample.F_N)
+        if not state["own"][_ACQUIRING]:
+            # From the handover on it stays.
+            causes["a stiffness that is not the declared one"] = float(state["own"][_EXCESS])
         if (floor := hypot(*causes.values())) >= self.target:
             cause = max(causes, key=lambda name: causes[name])
             return (
@@ -218,8 +239,8 @@ class Probe:
             cost = self._cost(path, lanes, sample.F_N, best)
             if cost < best * (1 if kind == KINDS[0] else GAIN):
                 best, self._path = cost, path
-        self._since = 0.0
-        self._left = best if best < NEVER else nan
+        self._since, self._due = 0.0, EVERY
+        self._left = max(best, self._second - self._travel) if best < NEVER else nan
 
     def _present(self, sample: Sample) -> PathNow:
         """Where the path is; where the wheel is, if that has left it."""

@@ -1,5 +1,6 @@
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,12 @@ import pytest
 
 from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.live.clock import Clock
-from brushgrip.live.row_estimation import WheelRowEstimator
+from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
-from observers import Status
+from brushgrip.live.session_state import usability_of
+from observers import Ekf, Status
+from observers.protocol import prior_estimate
+from symbolic import Model, Rig
 from tests.brushgrip.helpers import Run
 from tests.brushgrip.live.sessions import (
     RECORDINGS,
@@ -26,6 +30,7 @@ from tests.simulated_car import SimulatedCar, steering, vehicle_text
 
 pytest.importorskip("pyarrow", reason="needs brushgrip[live]")
 pytestmark = pytest.mark.usefixtures("interpreted")
+OBSERVER = Ekf(model=Model(), values={"k": 2.4e6}, rig=Rig(a=0.045, e=0.009))
 
 
 def session_over(rows: list[dict[str, float]], observer: str, record: Path) -> Session:
@@ -66,7 +71,7 @@ def test_says_what_estimate_says_of_the_recording(tmp_path: Path, observer: str,
     counts = session.state().counts
     if spoil:
         assert counts == {
-            "samples": 322, "out of range": 5, "late": 2, "wrong time": 3,
+            "samples": 322, "without a torque": 5, "out of range": 5, "late": 2, "wrong time": 3,
         }  # fmt: skip
         assert session.ring.end == 322 - 2 - 3 - 2
     else:
@@ -324,3 +329,43 @@ def test_nothing_is_read_before_the_page_is_there(run: Run, monkeypatch: pytest.
     outcome = run("live", RECORDINGS / "train_a.csv", "--rig", RIG, "--no-browser")
 
     outcome.refused("the page needs Bokeh; pip install 'brushgrip[live]'")
+
+
+def test_between_torques_the_last_one_says_what_is_usable() -> None:
+    session = session_of("udp:5005")
+    known = replace(prior_estimate(OBSERVER), informed=True, status=Status.USED)
+    without = replace(known, status=Status.MISSING)
+    usable = []
+    for step in range(200):
+        estimate = known if step % 10 == 0 and step < 100 else without
+        session._store([Point((0.01 * step,), 0.0, 1.0, estimate)])
+        usable.append(session.state().usable)
+
+    # Half a second after the last torque nothing is usable any more.
+    assert usable == [0.01 * step - 0.9 < OLD for step in range(200)]
+    assert session.state().counts == {"without a torque": 190, "usable": 10}
+
+
+def test_a_flag_between_torques_is_told_at_once() -> None:
+    session = session_of("udp:5005")
+    known = replace(prior_estimate(OBSERVER), informed=True, status=Status.USED)
+    for status in (Status.USED, Status.MISSING | Status.IMPLAUSIBLE):
+        session._store([Point((float(status),), 0.0, 1.0, replace(known, status=status))])
+
+    assert not session.state().usable
+
+
+def test_the_end_of_a_source_is_no_dead_sensor(tmp_path: Path) -> None:
+    session = session_over(rows_of(20), "ekf", tmp_path / "live.parquet")
+    run_to_end(session)
+    state = replace(session.state(), age=60.0)
+
+    assert state.status == "the source has ended: friction was never usable"
+    assert usability_of(state) == "ended"
+    known = replace(
+        prior_estimate(OBSERVER), informed=True, status=Status.USED, mu_eff=0.8, mu_eff_std=0.1
+    )
+    session._store([Point((1.5,), 0.0, 1.0, known)])
+    assert (
+        session.state().status == "the source has ended: friction was 0.80 ± 0.20 at 1.5 s, last usable"
+    )

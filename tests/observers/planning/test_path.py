@@ -31,6 +31,14 @@ def test_a_path_is_continued_from_its_middle() -> None:
     assert rest.psi_dot == pytest.approx(whole.psi_dot[at + 1 :])
 
 
+def test_a_path_may_rest_before_it_turns() -> None:
+    at_once, rested = (steer([0.0, 0.2, -0.1], 0.4, 5.0, 0.01, 10.0, rest=rest) for rest in (0.0, 0.5))
+
+    assert not rested.psi[:50].any()
+    assert rested.psi[50:] == pytest.approx(at_once.psi)
+    assert not steer([0.0, 0.2], 0.4, 5.0, 0.01, 0.3, rest=0.5).travel.any()
+
+
 def test_a_path_ends_with_the_time() -> None:
     assert steer([0.0, 0.2, -0.1], 0.4, 5.0, 0.01, 0.5).t[-1] == pytest.approx(0.5)
 

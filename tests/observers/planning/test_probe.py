@@ -4,13 +4,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from observers import Advice, Ekf, Loop, Mhe, Probe, Sample, SteeringLimits, SteeringTorque
+from observers import Advice, Ekf, Loop, Mhe, Probe, Sample, Status, SteeringLimits, SteeringTorque
+from observers.quality.acquisition import OWN
 from reference_rig import RigTyre, SteeredWheel
 from symbolic import InvalidInputError
 from tests.observers.planning.conftest import LOAD, RIG, K
 
 LIMITS = SteeringLimits(angle=0.3, rate=0.4, time=6.0)
+Array = NDArray[np.float64]
 
 
 def wheel_on(mu: float) -> SteeredWheel:
@@ -115,6 +118,43 @@ def test_the_torque_limit_is_kept(acquiring: Ekf) -> None:
 
     # A sample late at most.
     assert max(abs(wheel.turn(psi)) for psi, _ in steered) < 2.0 + 1.0
+
+
+def tracked(**own: float) -> dict[str, Array]:
+    """A state after the handover, as far as a Probe looks at it."""
+    return {"own": np.array([own.get(name, 0.0) for name in OWN])}
+
+
+def test_an_estimate_that_moved_by_more_than_its_deviation_is_believed_half_as_much_later(
+    acquiring: Ekf,
+) -> None:
+    probe, known = Probe(acquiring, 0.05, LIMITS), replace(acquiring.prior, informed=True)
+    first = replace(known, mu=0.69, mu_std=0.02 * 0.69, status=Status.ACQUIRING)
+    later = replace(known, mu=0.75, mu_std=0.012 * 0.75, status=Status.USED)
+    probe._travel = 0.1
+
+    assert not probe._known(first, tracked())
+    assert not probe._known(later, tracked())
+    probe._travel = 0.149
+    assert not probe._known(later, tracked())
+    probe._travel = 0.151
+    assert probe._known(later, tracked())
+    probe.reset()
+    # While friction is acquired it may move, and 2 % within 3 times 2 % is no movement.
+    assert not probe._known(first, tracked(acquiring=1.0))
+    assert probe._known(later, tracked())
+    probe.reset()
+    assert not probe._known(replace(first, mu=0.735, mu_std=0.02 * 0.735), tracked())
+    assert probe._known(later, tracked())
+
+
+def test_what_the_stiffness_adds_no_steering_lowers(acquiring: Ekf) -> None:
+    probe, sample = Probe(acquiring, 0.05, LIMITS), Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=0.01)
+
+    assert probe._floor(sample, acquiring.prior, tracked(excess=0.03)) == ""
+    assert "6.8% remains, most of it by a stiffness that is not the declared one" in probe._floor(
+        sample, acquiring.prior, tracked(excess=0.06)
+    )
 
 
 def test_it_waits_for_the_observer(acquiring: Ekf) -> None:
