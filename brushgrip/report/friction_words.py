@@ -3,18 +3,44 @@
 from collections.abc import Callable, Mapping
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import FIGURES, FrictionOutcome
+from brushgrip.estimation.friction_outcome import FIGURES, FOUND, FrictionOutcome
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction import meaning, with_95_band
+from brushgrip.wording.friction import meaning, narrowed_by, with_95_band
 
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
 """Labels of `FrictionOutcome.groups`."""
+
+
+LEAST_TOLD = 0.01
+"""Share of a variance below which a part of it is not told [1]."""
 
 
 def known_friction(track: FrictionTrack) -> str:
     """Friction by the last usable sample with its 95 % band; a dash where there is none."""
     at = track.last_usable
     return "–" if at is None else with_95_band(float(track.mu[at]), float(track.mu_std[at]))
+
+
+def band_shares(outcome: FrictionOutcome) -> dict[str, float]:
+    """Shares of the variance of the last usable friction by cause, over all recordings [1]."""
+    squares: dict[str, float] = {}
+    for track in outcome.by(FOUND).values():
+        for cause, half in track.budget.items():
+            squares[cause] = squares.get(cause, 0.0) + half**2
+    whole = sum(squares.values())
+    return {cause: square / whole for cause, square in sorted(squares.items(), key=lambda s: -s[1])}
+
+
+def widest_causes(outcome: FrictionOutcome) -> str:
+    """What the bands are made of and what narrows them; empty where that is not known."""
+    shares = band_shares(outcome)
+    if not shares:
+        return ""
+    told = [f"{cause} {100 * share:.0f} %" for cause, share in shares.items() if share >= LEAST_TOLD]
+    return (
+        f"Variance of the bands by cause: {', '.join(told)}. To narrow them, "
+        f"{narrowed_by(next(iter(shares)), with_model=not outcome.of_car)}."
+    )
 
 
 def usable_until(track: FrictionTrack) -> str:
@@ -32,7 +58,7 @@ def usable_until(track: FrictionTrack) -> str:
 
 
 def _share(track: FrictionTrack) -> str:
-    return f"{100 * track.usable.mean():.0f} %"
+    return f"{100 * track.usable_share:.0f} %"
 
 
 def _percent(share: float | None, digits: int) -> str:

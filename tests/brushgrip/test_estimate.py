@@ -256,7 +256,11 @@ def test_without_a_file_to_write_the_line_suffices(
     before = contents(tmp_path)
     outcome = run("estimate", "--rig", rig, simulated)  # The default observer is the EKF.
 
-    assert (outcome.status, outcome.out) == (0, f"{told}\n")
+    line, budget, *more = outcome.out.splitlines()
+    assert (outcome.status, line, more) == (0, told, [])
+    assert budget.startswith(
+        "run: the band ± 0.16 is made of (the squares add up): noise and the model's"
+    )
     assert contents(tmp_path) == before
     assert run("estimate", "--rig", rig, simulated, "--picture", "only.png").status == 0
     assert (tmp_path / "only.png").read_bytes().startswith(b"\x89PNG")
