@@ -139,7 +139,7 @@ class EstimateRequest(GroundRequest):
             if self.summary:
                 write_text(stages[0], summary_table([outcome.row for outcome in outcomes]))
         if found := inputs.found():
-            say(f"{self.model} gives {model_taken(found)}.")
+            say(f"From {self.model}: {model_taken(found)}.")
         self._say(outcomes, finals)
 
     def _say(self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path]) -> None:

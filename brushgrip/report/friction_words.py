@@ -36,9 +36,9 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     shares = band_shares(outcome)
     if not shares:
         return ""
-    told = [f"{cause} {100 * share:.0f} %" for cause, share in shares.items() if share >= LEAST_TOLD]
+    told = [f"{cause} {100 * share:.0f}" for cause, share in shares.items() if share >= LEAST_TOLD]
     return (
-        f"Variance of the bands by cause: {', '.join(told)}. To narrow them, "
+        f"Variance of the bands by cause, in %: {', '.join(told)}. To narrow them, "
         f"{narrowed_by(next(iter(shares)), with_model=not outcome.of_car)}."
     )
 

@@ -36,9 +36,10 @@ def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     one_more = ", and that of one further recording made like these," * any(further)
     return " ".join(
         [
-            "The coefficient of friction between tyre and ground, from"
-            f" {count} recording{'s' * (count != 1)} of a wheel that was steered while it stood still,"
-            f" is {'; '.join(_on_ground(outcome, ground) for ground in outcome.grounds)}.",
+            "The coefficient of friction between tyre and ground is"
+            f" {'; '.join(_on_ground(outcome, ground) for ground in outcome.grounds)}, from"
+            f" {count} recording{'s' * (count != 1)} of a wheel that was steered while it stood still."
+            " For comparison: ice has about 0.1, dry asphalt about 1.",
             f"In 95 of 100 cases the true value{one_more} lies within the ±, as far as loads, lengths"
             " and the model's error are stated rightly.",
             *_widest(outcome),
@@ -82,7 +83,8 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if weak := [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]:
         return f"Next: more recordings, which settle whether {listed(weak)} is there."
     return (
-        "Next: nothing has to be measured; give model.json to estimate for recordings made like these."
+        "Next: nothing has to be measured; brushgrip estimate --model model.json gives the friction of"
+        " recordings made like these."
     )
 
 
@@ -90,7 +92,8 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
     where, further = f"on {ground} " * bool(ground), outcome.further().get(ground)
     if further and further.further is not None:
-        return f"{where}{further_band(further)} (from {further.recordings} recordings)"
+        of = f" (from {further.recordings} recordings)" * (further.recordings < len(outcome.before))
+        return f"{where}{further_band(further)}{of}"
     tracks = outcome.by(FOUND)
     own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
     known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])

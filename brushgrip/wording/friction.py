@@ -207,7 +207,7 @@ def _plural(count: int, noun: str) -> str:
 def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
     """What `estimate` makes of the model of a diagnosis."""
     if not diagnosis.of_car:
-        return f"model.json gives estimate {model_taken(found)}."
+        return f"From model.json, estimate takes {model_taken(found)}."
     return (
         "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
         " a car. Declare what was found, with its tolerance, in the vehicle file."

@@ -272,7 +272,7 @@ def test_says_what_a_model_gives(estimate: Run, simulated: Path, tmp_path: Path)
     (tmp_path / "model.json").write_text(MODEL.replace('"effects"', f'{basis}, "effects"'))
 
     assert estimate(simulated, "--model", "model.json").out.startswith(
-        "model.json gives k = 2.4·10⁶ N/m². It stands on 1 recording, nothing judged it."
+        "From model.json: k = 2.4·10⁶ N/m². It stands on 1 recording, nothing judged it."
     )
 
 

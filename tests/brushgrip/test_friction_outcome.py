@@ -71,11 +71,11 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     tracks = (replace(TRACKS[0], budget={OF_LENGTHS: 0.03, OF_LOAD: 0.04}), *TRACKS[1:])
     judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
     assert widest_causes(judged).startswith(
-        f"Variance of the bands by cause: {OF_LOAD} 64 %, {OF_LENGTHS} 36 %. To narrow them, weigh"
+        f"Variance of the bands by cause, in %: {OF_LOAD} 64, {OF_LENGTHS} 36. To narrow them, weigh"
     )
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
-    assert "is on ice 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a). In 95 of 100 cases" in text
+    assert "is on ice 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a), from 4 recordings" in text
     assert "9.00" not in text
     assert "of its range, 4.30 % without what was found, on recordings to which" in text
     assert "comes from this: how well the load is known." in text
@@ -99,7 +99,7 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"
     ]
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
-    assert f"is on ice 1.20 ± {half:.2f} (from 3 recordings); not known." in text
+    assert f"is on ice 1.20 ± {half:.2f} (from 3 recordings); not known, from 4" in text
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
 
