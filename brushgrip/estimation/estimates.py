@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.tunings import ChosenTuning
+from brushgrip.wording.friction import uncontradicted
 from identification import FoundModel, Recording, Standstills
 from observers import (
     AligningTorque,
@@ -75,10 +76,9 @@ class FrictionTrack:
 
     @property
     def last_usable(self) -> int | None:
-        """The last sample on the last ground on which a controller may act; None for none."""
-        since = self.changes[-1] if self.changes.size else -np.inf
-        known = np.flatnonzero(self.usable & (self.t >= since))
-        return int(known[-1]) if known.size else None
+        """As `brushgrip.wording.friction.last_usable`."""
+        begin = int(np.searchsorted(self.t, self.changes[-1])) if self.changes.size else 0
+        return uncontradicted(self.usable, self.inconsistent, begin)
 
 
 def model_observer(

@@ -6,6 +6,7 @@ from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_outcome import FIGURES, FOUND, FrictionOutcome
 from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction import meaning, narrowed_by, with_95_band
+from observers import Status
 
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
 """Labels of `FrictionOutcome.groups`."""
@@ -49,6 +50,8 @@ def usable_until(track: FrictionTrack) -> str:
     if at == end:
         return f"{_share(track)}, to the end"
     why = meaning(track.last_status)
+    if at is None and track.usable.any() and not track.changes.size:
+        return f"{_share(track)}, but contradicted by what follows: {meaning(Status.INCONSISTENT)}"
     if at is None and track.usable.any():
         since = f"{track.changes[-1]:.1f} s"
         return f"{_share(track)}, but not since a new ground was noticed at {since}: {why}"

@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgrip.wording.diagnosis_in_words import GRADES
 from brushgrip.wording.formatting import listed, percent, plain, quantity
@@ -55,6 +56,9 @@ OF_CAR = {
     "(brushgrip diagnose)": "(brushgrip diagnose --vehicle)",
 }
 """What a remedy names, as a vehicle file calls it."""
+CONTRADICTED = 3.0
+"""Inconsistent samples after the last usable one, over the usable ones, beyond which friction is not
+told [1]: what was usable for a moment, and does not explain the torque afterwards, was wrong."""
 LEAST_PART = 0.1
 """Share of a band below which a part of it is not told [1]."""
 
@@ -91,11 +95,22 @@ def further_recording(ground: str, friction: GroundFriction | None, recordings: 
 
 
 def last_usable(estimates: Estimates) -> int | None:
-    """The last sample on the last ground on which a controller may act; None for none."""
+    """The last usable sample on the last ground, unless what follows contradicts it; None for none."""
     changes = np.flatnonzero(estimates.status & Status.RESET)
-    known = np.flatnonzero(estimates.usable)
-    known = known[known >= (changes[-1] if changes.size else 0)]
-    return int(known[-1]) if known.size else None
+    begin = int(changes[-1]) if changes.size else 0
+    return uncontradicted(estimates.usable, estimates.status & Status.INCONSISTENT != 0, begin)
+
+
+def uncontradicted(
+    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int
+) -> int | None:
+    """The last usable sample from `begin` on; None for none, or if too many inconsistent ones follow."""
+    known = begin + np.flatnonzero(usable[begin:])
+    if not known.size:
+        return None
+    last = int(known[-1])
+    after = 0 if inconsistent is None else int(inconsistent[last + 1 :].sum())
+    return last if after <= CONTRADICTED * known.size else None
 
 
 def told_parts(budget: Mapping[str, float]) -> dict[str, float]:
@@ -186,9 +201,12 @@ def _last_friction(estimates: Estimates) -> str:
     )
     if at is None:
         changes = estimates.t[estimates.status & Status.RESET != 0]
-        since = (
-            f" since a new ground was noticed at {changes[-1]:.4g} s" if estimates.usable.any() else ""
-        )
+        since = ""
+        if changes.size and estimates.usable.any():
+            since = f" since a new ground was noticed at {changes[-1]:.4g} s"
+        elif estimates.usable.any():
+            last = estimates.t[np.flatnonzero(estimates.usable)[-1]]
+            since = f": what was usable up to {last:.4g} s does not explain the torque that follows"
         return f"friction is not known{since}, {share}"
     mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
     friction = f"mu_eff = {with_95_band(mu, std)}" + " (95 % band)" * math.isfinite(std)

@@ -68,7 +68,7 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
 
     for one in (noisy, slower):
         told = excess_noise(model_observer(Ekf, one), one)
-        assert told.startswith("torque noise seen 0.3 N m, stated 0.14: declare [sensor] noise = 0.3 ")
+        assert told.startswith("torque noise seen 0.3 N m, none declared: declare [sensor] noise = 0.3 ")
     assert excess_noise(model_observer(Ekf, declared), declared) == ""
     assert own_rate(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"
     assert own_rate(noisy) == ""

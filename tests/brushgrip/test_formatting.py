@@ -21,7 +21,7 @@ from brushgrip.wording.formatting import (
     sentence,
     torque,
 )
-from brushgrip.wording.friction import estimates_summary, model_taken, with_95_band
+from brushgrip.wording.friction import estimates_summary, last_usable, model_taken, with_95_band
 from identification import FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from symbolic import Model, ModelBasis, ModelError, effects_named
@@ -160,6 +160,19 @@ def estimates(
 )
 def test_friction_at_the_end(options: dict[str, Any], words: str) -> None:
     assert estimates_summary(estimates(*[Status.USED] * 4, **options)) == words
+
+
+@pytest.mark.parametrize(("after", "is_told"), [(30, True), (31, False)])
+def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told: bool) -> None:
+    seen = estimates(*[Status.USED] * 10, *[Status.INCONSISTENT] * after)
+    usable = replace(seen, usable=seen.status == 0)
+
+    assert (last_usable(usable) == 9) == is_told == ("mu_eff = " in estimates_summary(usable))
+    told = "friction is not known: what was usable up to 0.09 s does not explain the torque that follows"
+    assert estimates_summary(usable).startswith(told) != is_told
+    # Another ground since then makes it a fault of that ground.
+    again = replace(usable, status=np.where(seen.t == 0, int(Status.RESET), seen.status))
+    assert (last_usable(again) == 9) == is_told
 
 
 def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
