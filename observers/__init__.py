@@ -20,6 +20,7 @@ from observers.measurement.steering_torque import SteeringTorque
 from observers.planning.path import SteeringLimits
 from observers.planning.plan import Plan, plan
 from observers.planning.probe import Advice, Probe
+from observers.planning.uncertainty_budget import uncertainty_budget
 from observers.protocol import (
     ESTIMATE,
     OUTPUT,
@@ -92,6 +93,7 @@ __all__ = [
     "smooth",
     "suspicions_of",
     "tuning_for",
+    "uncertainty_budget",
     "zone_history",
 ]
 __dir__ = __all__.copy

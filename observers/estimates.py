@@ -36,6 +36,16 @@ class Estimates:
     nis: Array
     status: NDArray[np.int64]
 
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """True where the sample carried a torque: not all do where channels have rates of their own."""
+        return np.asarray(self.status & Status.MISSING == 0, dtype=np.bool_)
+
+    @property
+    def usable_share(self) -> float:
+        """Share of the samples with a torque that are usable [1]."""
+        return float(self.usable.sum()) / max(1, int(self.measured.sum()))
+
     def __repr__(self) -> str:
         """One line: how many samples, how long, and friction at the end."""
         count = self.t.size
@@ -49,7 +59,7 @@ class Estimates:
             return html_table("Estimates of no sample", [])
         known = np.flatnonzero(self.usable)
         since = (
-            f"from {self.t[known[0]]:g} s, {known.size} of {self.t.size} samples"
+            f"from {self.t[known[0]]:g} s, {known.size} of {self.measured.sum()} samples with a torque"
             if known.size
             else "never"
         )

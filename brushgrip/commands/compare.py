@@ -55,7 +55,7 @@ class CompareRequest(RecordingRequest):
         from brushgrip.comparison.methods import default_methods
         from brushgrip.comparison.networks import trained_methods
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
-        from brushgrip.estimation.estimates import implausible
+        from brushgrip.estimation.suspected import implausible
         from brushgrip.inputs.command_inputs import staged_files, write_text
         from brushgrip.outputs.console import progress, say, show, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment

@@ -59,8 +59,8 @@ class DiagnoseRequest(RecordingRequest):
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
         import identification
-        from brushgrip.estimation.estimates import implausible
         from brushgrip.estimation.friction_outcome import friction_outcome
+        from brushgrip.estimation.suspected import implausible
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress, say, warn
         from brushgrip.outputs.provenance import require_own_folder

@@ -47,9 +47,9 @@ class EstimateRequest(GroundRequest):
     direction that loads the patch. The torque's zero is taken for 0, and friction begins at the prior.
 
     Several recordings go to OUT_<recording>.csv, without pictures, and to rows of --summary. There
-    friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground;
-    usable is the share of usable ones among the samples with a torque, all columns of flags are shares
-    of the samples, 0 to 1. What is wrong with a recording stands in its
+    friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground.
+    usable, informed and the flags are shares, 0 to 1, of the samples with a torque, whose number is
+    measured; implausible is that of all samples. What is wrong with a recording stands in its
     row; the others are estimated all the same, and the exit status is 2. A text in --summary that a
     spreadsheet would take for a formula begins with an apostrophe.
     """
@@ -113,6 +113,7 @@ class EstimateRequest(GroundRequest):
                 smooth=self.smooth,
                 by_direction=self.by_direction,
                 out=self.out and table_path(self.out, name, len(inputs.paths)).absolute(),
+                budget=alone,
             )
             for name, one in inputs.one_by_one().items()
         ]
@@ -138,7 +139,7 @@ class EstimateRequest(GroundRequest):
             if self.summary:
                 write_text(stages[0], summary_table([outcome.row for outcome in outcomes]))
         if found := inputs.found():
-            say(f"{self.model} gives {model_taken(found)}.")
+            say(f"From {self.model}: {model_taken(found)}.")
         self._say(outcomes, finals)
 
     def _say(self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path]) -> None:
@@ -160,7 +161,10 @@ class EstimateRequest(GroundRequest):
                 say(line)
         else:
             if not self.summary:
-                print_table("Friction ± 95 % band, last usable", *printed_rows(rows), overflow="fold")
+                title = (
+                    "Friction ± 95 % band, last usable, and share usable of the samples with a torque"
+                )
+                print_table(title, *printed_rows(rows), overflow="fold")
             say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings")
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")

@@ -1,6 +1,6 @@
 """Friction over recordings: observers by name, their estimates, and tracks of friction to draw."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.suggested_map import with_remedy
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.tunings import ChosenTuning
+from brushgrip.wording.friction import uncontradicted
 from identification import FoundModel, Recording, Standstills
 from observers import (
     AligningTorque,
@@ -29,7 +29,6 @@ from observers import (
     run,
     run_standstills,
     smooth,
-    suspicions_of,
     tuning_for,
 )
 from symbolic import InvalidInputError, Model, rig_of
@@ -56,6 +55,9 @@ class FrictionTrack:
         reference: effective friction to compare with [1], None where unknown.
         reference_label: where the reference comes from.
         last_status: of the last sample.
+        usable_share: share of usable samples among those with a torque [1].
+        budget: half of the 95 % band at the last usable sample by cause [1], see
+            `observers.uncertainty_budget`; empty where it was not asked for.
     """
 
     name: str
@@ -69,13 +71,14 @@ class FrictionTrack:
     reference: float | None = None
     reference_label: str = "declared μ"
     last_status: Status = Status.USED
+    usable_share: float = 0.0
+    budget: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def last_usable(self) -> int | None:
-        """The last sample on the last ground on which a controller may act; None for none."""
-        since = self.changes[-1] if self.changes.size else -np.inf
-        known = np.flatnonzero(self.usable & (self.t >= since))
-        return int(known[-1]) if known.size else None
+        """As `brushgrip.wording.friction.last_usable`."""
+        begin = int(np.searchsorted(self.t, self.changes[-1])) if self.changes.size else 0
+        return uncontradicted(self.usable, self.inconsistent, begin)
 
 
 def model_observer(
@@ -190,31 +193,32 @@ def observe(
         raise InvalidInputError(
             "--smooth works on the stored states of the filter; take --observer ekf, not --by-direction"
         )
-    return smooth(observer, **_channels(recording))
+    return smooth(observer, **channels_of(recording))
 
 
 def _over_standstills(
     factory: ObserverFactory, recording: Recording, standstills: Standstills, found: FoundModel | None
 ) -> Estimates:
     """Friction of a car, each standstill by an observer of its own."""
-    of_brakes = {}
-    for brakes in set(standstills.brakes):
-        rig, tyre = rig_of(standstills.vehicle, brakes=brakes)
-        of_brakes[brakes] = factory(
-            replace(recording, rig=rig, tyre=tyre, standstills=replace(standstills, brakes=(brakes,))),
-            found,
-        )
+    of_brakes = {b: factory(held_wheel(recording, standstills, b), found) for b in standstills.brakes}
     observers = [of_brakes[brakes] for brakes in standstills.brakes]
     channels = {name: getattr(recording, name) for name in ("t", "F_N", "M_z")}
     return run_standstills(observers, standstills.stretch, psi=measured_angle(recording), **channels)
 
 
+def held_wheel(recording: Recording, standstills: Standstills, brakes: bool) -> Recording:
+    """The recording of a car with the wheel that stands for both, brakes held or not."""
+    rig, tyre = rig_of(standstills.vehicle, brakes=brakes)
+    own = replace(standstills, brakes=(brakes,))
+    return replace(recording, rig=rig, tyre=tyre, standstills=own)
+
+
 def run_observer(observer: Observer, recording: Recording, *, one_by_one: bool = False) -> Estimates:
     """The estimates of an observer over a recording; see `observers.run`."""
-    return run(observer, **_channels(recording), one_by_one=one_by_one)
+    return run(observer, **channels_of(recording), one_by_one=one_by_one)
 
 
-def _channels(recording: Recording) -> dict[str, Any]:
+def channels_of(recording: Recording) -> dict[str, Any]:
     """What `observers.run` takes, by name; the aligning torque where there is one."""
     M_z, M = (recording.M_z, None) if has_aligning_torque(recording) else (None, recording.M)
     return {
@@ -236,26 +240,6 @@ def measured_angle(recording: Recording) -> Array:
     """The yaw angle as measured, NaN where it was imputed [rad]."""
     measured = True if recording.psi_recorded is None else recording.psi_recorded
     return np.where(measured, recording.psi, np.nan)
-
-
-def require_plausible(recording: Recording) -> None:
-    """Refuses a recording that looks like one in other units, or of the other sign.
-
-    Raises:
-        InvalidInputError: the message names the suspected cause.
-    """
-    for line in implausible([recording]):
-        raise InvalidInputError(line)
-
-
-def implausible(recordings: Sequence[Recording]) -> list[str]:
-    """A line for each recording that looks like one in other units, or of the other sign."""
-    return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
-
-
-def _suspects(recording: Recording) -> str:
-    channel = "M_z" if has_aligning_torque(recording) else "M"
-    return with_remedy(recording, suspicions_of(samples_of(recording), recording.rig, channel), channel)
 
 
 def samples_of(recording: Recording) -> Iterator[Sample]:
@@ -297,4 +281,5 @@ def friction_track(
         inconsistent=estimates.status & Status.INCONSISTENT != 0,
         reference=recording.tyre.mu,
         last_status=Status(int(estimates.status[-1])),
+        usable_share=estimates.usable_share,
     )

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from brushgrip.estimation.budget import friction_budget
 from brushgrip.estimation.estimates import (
     OBSERVERS,
     FrictionTrack,
@@ -39,6 +40,7 @@ class FrictionOutcome:
         holdout: names of the recordings to which no shared parameter was fitted; their errors still
             chose the effects.
         tracks: friction over time of every recording by `DECLARED` and `FOUND`, and of some by `WINDOW`.
+        of_car: friction is by the vehicle as declared, before and after alike.
     """
 
     before: Stage
@@ -46,6 +48,7 @@ class FrictionOutcome:
     grounds: Mapping[str, tuple[str, ...]]
     holdout: tuple[str, ...] = ()
     tracks: tuple[FrictionTrack, ...] = ()
+    of_car: bool = False
 
     @property
     def stages(self) -> Mapping[str, Stage]:
@@ -119,7 +122,7 @@ def usable_part(track: FrictionTrack | None) -> dict[str, float | None]:
     at = track.last_usable
     known = {"last_usable": track.t, "usable_mu_eff": track.mu, "usable_mu_eff_std": track.mu_std}
     return {
-        "usable": float(track.usable.mean()),
+        "usable": track.usable_share,
         **{name: None if at is None else float(values[at]) for name, values in known.items()},
     }
 
@@ -161,15 +164,18 @@ def friction_outcome(
         runs += [(ObserverName.MHE, found)] if name in compared else []
         # A car's observer knows its gear as declared, and takes no other model.
         of_car = recording.standstills is not None
-        estimates = [observe(OBSERVERS[o], recording, None if of_car else m) for o, m in runs]
+        used = [(o, None if of_car else m) for o, m in runs]
+        estimates = [observe(OBSERVERS[o], recording, m) for o, m in used]
         before[name], after[name] = (friction_quality(one, reference) for one in estimates[:2])
+        budget = friction_budget(OBSERVERS[ObserverName.EKF], recording, used[1][1], estimates[1])
         tracks += [
             replace(
                 friction_track(observer, recording, one, MODELS[model is not None]),
                 reference=reference,
                 reference_label="μ_eff fitted to the whole recording",
+                budget=budget if i == 1 else {},
             )
-            for (observer, model), one in zip(runs, estimates, strict=True)
+            for i, ((observer, model), one) in enumerate(zip(runs, estimates, strict=True))
         ]
     grounds: dict[str, tuple[str, ...]] = {}
     for recording in recordings:
@@ -177,8 +183,9 @@ def friction_outcome(
         grounds[ground] = (*grounds.get(ground, ()), recording.name)
     held_out = tuple(recording.name for recording in holdout)
     return FrictionOutcome(
-        before=before, after=after, grounds=grounds, holdout=held_out, tracks=tuple(tracks)
-    )
+        before=before, after=after, grounds=grounds, holdout=held_out, tracks=tuple(tracks),
+        of_car=diagnosis.of_car,
+    )  # fmt: skip
 
 
 def offline_friction(found: FoundModel, recording: Recording) -> float:

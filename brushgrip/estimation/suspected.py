@@ -1,5 +1,6 @@
-"""What an observer suspects of a recording, in words, where no sample of it could be used."""
+"""What looks wrong with a recording, in words: before it is estimated, or where no sample was usable."""
 
+from collections.abc import Sequence
 from itertools import islice
 
 import numpy as np
@@ -8,10 +9,31 @@ from brushgrip.estimation.estimates import ObserverFactory, has_aligning_torque,
 from brushgrip.estimation.suggested_map import with_remedy
 from brushgrip.wording.friction import LASTING
 from identification import FoundModel, Recording
-from observers import Estimates, Loop, Status
+from observers import Estimates, Loop, Status, suspicions_of
+from symbolic import InvalidInputError
 
 MOST_REPLAYED = 20_000
 """Samples that go through the observer once more, one by one."""
+
+
+def require_plausible(recording: Recording) -> None:
+    """Refuses a recording that looks like one in other units, or of the other sign.
+
+    Raises:
+        InvalidInputError: the message names the suspected cause.
+    """
+    for line in implausible([recording]):
+        raise InvalidInputError(line)
+
+
+def implausible(recordings: Sequence[Recording]) -> list[str]:
+    """A line for each recording that looks like one in other units, or of the other sign."""
+    return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
+
+
+def _suspects(recording: Recording) -> str:
+    channel = "M_z" if has_aligning_torque(recording) else "M"
+    return with_remedy(recording, suspicions_of(samples_of(recording), recording.rig, channel), channel)
 
 
 def suspected_cause(

@@ -36,8 +36,9 @@ def excess_noise(observer: Observer, recording: Recording) -> str:
     stated = observer.tuning.noise * slide if rig.noise is None else rig.noise
     if seen <= BEYOND * stated:
         return ""
+    against = "none declared" if rig.noise is None else f"{stated:.2g} declared"
     return (
-        f"torque noise seen {seen:.2g} N m, stated {stated:.2g}: declare [sensor] noise = {seen:.2g}"
+        f"torque noise seen {seen:.2g} N m, {against}: declare [sensor] noise = {seen:.2g}"
         " in the rig file"
     )
 

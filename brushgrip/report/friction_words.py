@@ -3,12 +3,17 @@
 from collections.abc import Callable, Mapping
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import FIGURES, FrictionOutcome
+from brushgrip.estimation.friction_outcome import FIGURES, FOUND, FrictionOutcome
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction import meaning, with_95_band
+from brushgrip.wording.friction import meaning, narrowed_by, with_95_band
+from observers import Status
 
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
 """Labels of `FrictionOutcome.groups`."""
+
+
+LEAST_TOLD = 0.01
+"""Share of a variance below which a part of it is not told [1]."""
 
 
 def known_friction(track: FrictionTrack) -> str:
@@ -17,12 +22,36 @@ def known_friction(track: FrictionTrack) -> str:
     return "–" if at is None else with_95_band(float(track.mu[at]), float(track.mu_std[at]))
 
 
+def band_shares(outcome: FrictionOutcome) -> dict[str, float]:
+    """Shares of the variance of the last usable friction by cause, over all recordings [1]."""
+    squares: dict[str, float] = {}
+    for track in outcome.by(FOUND).values():
+        for cause, half in track.budget.items():
+            squares[cause] = squares.get(cause, 0.0) + half**2
+    whole = sum(squares.values())
+    return {cause: square / whole for cause, square in sorted(squares.items(), key=lambda s: -s[1])}
+
+
+def widest_causes(outcome: FrictionOutcome) -> str:
+    """What the bands are made of and what narrows them; empty where that is not known."""
+    shares = band_shares(outcome)
+    if not shares:
+        return ""
+    told = [f"{cause} {100 * share:.0f}" for cause, share in shares.items() if share >= LEAST_TOLD]
+    return (
+        f"Variance of the bands by cause, in %: {', '.join(told)}. To narrow them, "
+        f"{narrowed_by(next(iter(shares)), with_model=not outcome.of_car)}."
+    )
+
+
 def usable_until(track: FrictionTrack) -> str:
     """How much of a track is usable, until when, and what is wrong at its end."""
     at, end = track.last_usable, track.t.size - 1
     if at == end:
         return f"{_share(track)}, to the end"
     why = meaning(track.last_status)
+    if at is None and track.usable.any() and not track.changes.size:
+        return f"{_share(track)}, but contradicted by what follows: {meaning(Status.INCONSISTENT)}"
     if at is None and track.usable.any():
         since = f"{track.changes[-1]:.1f} s"
         return f"{_share(track)}, but not since a new ground was noticed at {since}: {why}"
@@ -32,7 +61,7 @@ def usable_until(track: FrictionTrack) -> str:
 
 
 def _share(track: FrictionTrack) -> str:
-    return f"{100 * track.usable.mean():.0f} %"
+    return f"{100 * track.usable_share:.0f} %"
 
 
 def _percent(share: float | None, digits: int) -> str:

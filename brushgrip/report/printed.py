@@ -2,7 +2,12 @@
 
 from brushgrip.estimation.friction_outcome import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
-from brushgrip.report.friction_words import friction_figures, friction_groups, ground_spreads
+from brushgrip.report.friction_words import (
+    friction_figures,
+    friction_groups,
+    ground_spreads,
+    widest_causes,
+)
 from brushgrip.report.tables import friction_by_ground
 from brushgrip.report.to_send import friction_lines, paragraph_to_send
 from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism
@@ -35,6 +40,8 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
     if outcome:
         friction = friction_by_ground(outcome)
         print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
+        if causes := widest_causes(outcome):
+            print_text(causes)
     stages = {"declared": diagnosis.declared, "before": diagnosis.before, "after": diagnosis.after}
     print_table(
         "Torque error, root mean square: declared as given; before: k and μ refitted; after: found",

@@ -61,7 +61,9 @@ def friction_by_ground(friction: FrictionOutcome) -> ReportTable:
     ]
     return ReportTable(
         caption="Friction μ_eff ± 95 % band at the last usable sample, and share of usable samples"
-        + "; --ground NAME says it for a further recording too" * (not named),
+        " among those with a torque"
+        + "; --ground NAME says it for a further recording too"
+        * (not named),
         headings=("recording", *["ground"][:named], "μ_eff", "usable"),
         rows=rows,
         words=(1, 3) if named else (2,),

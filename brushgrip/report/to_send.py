@@ -1,11 +1,22 @@
 """The results for somebody who knows no tyre model: friction by ground, and a paragraph for a mail."""
 
 from brushgrip.estimation.friction_outcome import FOUND, FrictionOutcome
-from brushgrip.report.friction_words import known_friction
+from brushgrip.report.friction_words import band_shares, known_friction
 from brushgrip.wording.formatting import error_percentages, listed, percent, plain
 from brushgrip.wording.friction import further_band, further_recording
-from identification import Diagnosis
+from identification import Diagnosis, FoundEffect
+from observers.planning.uncertainty_budget import REST, SLOPE
+from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
+from symbolic import EFFECTS
 
+IN_PLAIN_WORDS = {
+    SLOPE: "the torque rises with the angle otherwise than the tyre's stiffness says",
+    REST: "noise of the torque, and what the model gets wrong",
+    OF_LENGTHS: "how well the length of the contact patch is known",
+    OF_LOAD: "how well the load is known",
+    OF_TUNING: "a share that is always added",
+}
+"""Causes of a band for somebody who knows no tyre model."""
 MOST_NAMED = 3
 """Recordings of a ground that are named one by one."""
 
@@ -22,20 +33,31 @@ def friction_lines(outcome: FrictionOutcome | None) -> list[str]:
 def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """Friction by ground, the cause, the error before and after, and what is not known."""
     count, further = len(outcome.before), [g.further for g in outcome.further().values()]
-    one_more = " and that of one further recording made like these" * any(further)
+    one_more = ", and that of one further recording made like these," * any(further)
     return " ".join(
         [
-            f"From {count} recording{'s' * (count != 1)} of a wheel that was steered while standing"
-            " still: the coefficient of friction between tyre and ground is"
-            f" {'; '.join(_on_ground(outcome, ground) for ground in outcome.grounds)}.",
-            f"The ± is the 95 % band: it holds the true value{one_more} in 95 of 100 cases, as far as"
-            " loads, lengths and the model's error are stated rightly.",
+            "The coefficient of friction between tyre and ground is"
+            f" {'; '.join(_on_ground(outcome, ground) for ground in outcome.grounds)}, from"
+            f" {count} recording{'s' * (count != 1)} of a wheel that was steered while it stood still."
+            " For comparison: ice has about 0.1, dry asphalt about 1.",
+            f"In 95 of 100 cases the true value{one_more} lies within the ±, as far as loads, lengths"
+            " and the model's error are stated rightly.",
+            *_widest(outcome),
             *_cause(diagnosis),
             _errors(diagnosis),
             *_unknown(diagnosis, outcome),
             next_step(diagnosis, outcome),
         ]
     )
+
+
+def _widest(outcome: FrictionOutcome) -> list[str]:
+    """What most of the bands comes from, in one sentence; none where that is not known."""
+    shares = band_shares(outcome)
+    cause = next(iter(shares), "")
+    if cause not in IN_PLAIN_WORDS:
+        return [f"The largest part of the ± comes from this: {cause}."] if cause else []
+    return [f"The largest part of the ± comes from this: {IN_PLAIN_WORDS[cause]}."]
 
 
 def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
@@ -61,7 +83,8 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if weak := [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]:
         return f"Next: more recordings, which settle whether {listed(weak)} is there."
     return (
-        "Next: nothing has to be measured; give model.json to estimate for recordings made like these."
+        "Next: nothing has to be measured; brushgrip estimate --model model.json gives the friction of"
+        " recordings made like these."
     )
 
 
@@ -69,7 +92,8 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
     where, further = f"on {ground} " * bool(ground), outcome.further().get(ground)
     if further and further.further is not None:
-        return f"{where}{further_band(further)} (from {further.recordings} recordings)"
+        of = f" (from {further.recordings} recordings)" * (further.recordings < len(outcome.before))
+        return f"{where}{further_band(further)}{of}"
     tracks = outcome.by(FOUND)
     own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
     known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])
@@ -87,23 +111,29 @@ def _cause(diagnosis: Diagnosis) -> list[str]:
     for e in clear:
         # What was found beside it needs no second mention.
         names = [e.name, *(name for name in e.indistinguishable_from if name not in found)]
-        causes.append(f"{listed([*map(plain, names)], 'or')} ({e.summary.partition(';')[0]})")
+        causes.append(listed([_explained(name, e) for name in names], "or"))
     return [f"The tyre model as it was declared leaves out {listed(causes)}."] if clear else []
+
+
+def _explained(name: str, found: FoundEffect) -> str:
+    """An effect, or one that a found one cannot be told from, with what it is."""
+    known = found.summary if name == found.name else EFFECTS[name].summary if name in EFFECTS else ""
+    return f"{plain(name)} ({known.partition(';')[0]})" if known else plain(name)
 
 
 def _errors(diagnosis: Diagnosis) -> str:
     """Error before and after, and what judged it."""
     kind, before, after = error_percentages(diagnosis)
     judged = {
-        "validation": "on validation recordings, to which the tyre's parameters were not fitted,"
-        " though they chose the effects",
-        "left-out": "on each recording by the parameters of the others",
+        "validation": "on recordings to which the tyre's parameters were not fitted, though they chose"
+        " the effects",
+        "left-out": "on each recording with the parameters that the others gave",
         "training": "on the very recordings that it was fitted to, as none was left to judge it",
     }[kind]
     size = f"{after} of its range"
     if diagnosis.effects:
-        size += f" instead of {before} with the declared structure, k and friction refitted"
-    return f"The model now predicts the torque to {size}, {judged}."
+        size += f", {before} without what was found"
+    return f"The model now predicts the steering torque to {size}, {judged}."
 
 
 def _unknown(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:

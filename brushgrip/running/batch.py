@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgrip.estimation.budget import friction_budget
 from brushgrip.estimation.estimates import (
     friction_track,
     has_aligning_torque,
     has_steering_torque,
     observe,
     observer_factory,
-    require_plausible,
 )
-from brushgrip.estimation.suspected import suspected_cause
+from brushgrip.estimation.suspected import require_plausible, suspected_cause
 from brushgrip.estimation.torque_channel import excess_noise, own_rate
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs, staged_files, write_text
@@ -30,6 +30,7 @@ from brushgrip.running.cluster import executor_at
 from brushgrip.wording.declared_values import rests_on
 from brushgrip.wording.formatting import csv_text
 from brushgrip.wording.friction import (
+    band_parts,
     estimates_summary,
     further_recording,
     last_usable,
@@ -56,15 +57,15 @@ FRICTION = ("mu_eff", "mu_eff_std", "mu", "mu_std")
 """Columns of the summary with friction by the last usable sample on the last ground [1]; empty without
 one."""
 COLUMNS = (
-    *("recording", "ground", "samples", "duration"),
+    *("recording", "ground", "samples", "measured", "duration"),
     *FRICTION,
     *("last_usable", "usable", "informed"),
     *FLAGS,
     *("changes", "fault"),
 )
-"""Columns of the summary; duration and last_usable [s], share of usable ones among the samples with a
-torque, and of informed ones among all [1], number of changes of the ground, and what is wrong with a
-recording."""
+"""Columns of the summary; measured are the samples with a torque, of which usable, informed and the
+flags are shares [1], implausible that of all samples; duration and last_usable [s], number of changes of
+the ground, and what is wrong with a recording."""
 DIGITS = 5
 """Significant digits of a number in the summary."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -84,6 +85,7 @@ class EstimateTask:
         by_direction: friction for each direction of turning.
         out: table to write, None for none.
         picture: picture to draw, None for none.
+        budget: whether to say what the band is made of.
     """
 
     inputs: Inputs
@@ -93,6 +95,7 @@ class EstimateTask:
     by_direction: bool
     out: Path | None
     picture: Path | None = None
+    budget: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,7 +196,11 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
     ground = found.ground_taken(recording.ground) if found else ""
     noise = excess_noise(factory(recording, found), recording)
-    told = [ground, estimates_summary(estimates, noise, own_rate(recording))]
+    of_car = recording.standstills is not None
+    told = [ground, estimates_summary(estimates, noise, own_rate(recording), of_car=of_car)]
+    if task.budget and not task.smooth:
+        budget = friction_budget(factory, recording, found, estimates)
+        told.append(band_parts(budget, with_model=found is not None))
     if last_usable(estimates) is None:
         told.append(suspected_cause(factory, recording, found, estimates))
     elif car := recording.standstills:
@@ -214,20 +221,26 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
     """The row of a recording that has been estimated."""
     at = last_usable(estimates)
 
-    def share(flag: Status) -> float:
-        return float(np.count_nonzero(estimates.status & flag)) / estimates.t.size
+    measured = estimates.measured
+    count = max(1, int(measured.sum()))
 
-    # Where the torque comes more slowly than the angle, most samples have none and could not be usable.
-    measured = np.count_nonzero(estimates.status & Status.MISSING == 0)
+    def share(flag: Status) -> float:
+        flagged = estimates.status & flag != 0
+        # An implausible torque is left out, and then missing.
+        if flag is Status.IMPLAUSIBLE:
+            return float(flagged.mean())
+        return float((flagged & measured).sum()) / count
+
     return {
         "recording": recording.name,
         "ground": recording.ground or "",
         "samples": estimates.t.size,
+        "measured": int(measured.sum()),
         "duration": float(estimates.t[-1] - estimates.t[0]),
         **{name: nan if at is None else float(getattr(estimates, name)[at]) for name in FRICTION},
         "last_usable": nan if at is None else float(estimates.t[at]),
-        "usable": float(estimates.usable.sum() / max(measured, 1)),
-        "informed": float(estimates.informed.mean()),
+        "usable": estimates.usable_share,
+        "informed": float((estimates.informed & measured).sum()) / count,
         **{name: share(flag) for name, flag in FLAGS.items()},
         "changes": int(np.count_nonzero(estimates.status & Status.RESET)),
         "fault": "",
@@ -257,7 +270,7 @@ def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ..
         remark = str(row["fault"]) or ("" if known else _why_unknown(row))
         friction = with_95_band(float(mu), float(std)) if known else "–"
         cells.append((str(row["recording"]), str(row["ground"]) or "–", friction, usable, remark))
-    return ("recording", "ground", "mu_eff", "usable samples", "remark"), cells
+    return ("recording", "ground", "mu_eff", "usable", "remark"), cells
 
 
 def _why_unknown(row: Row) -> str:

@@ -2,14 +2,18 @@
 
 import math
 import re
+from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgrip.wording.diagnosis_in_words import GRADES
 from brushgrip.wording.formatting import listed, percent, plain, quantity
 from identification import Diagnosis, FoundModel, ParameterEstimate
 from observers import Estimates, GroundFriction, Status
+from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.quality.ground_friction import LEAST_RECORDINGS
+from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
 BAND = 2.0
 """Standard deviations to either side that hold 95 of 100 values [1]."""
@@ -25,6 +29,38 @@ REASONS = {
     Status.RESET: "the ground has changed",
 }
 """Why a sample is not usable, the gravest first; of others the remedy says it."""
+NARROWED_BY = {
+    SLOPE: "identify k (brushgrip identify), check the torque's scale with a weight, or find what the"
+    " model lacks (brushgrip diagnose)",
+    REST: "turn to and fro more often, or have the model's error measured (brushgrip diagnose)",
+    OF_LENGTHS: "measure a and e, and declare them with their tolerances",
+    OF_LOAD: "weigh the load, and declare its tolerance ([rig] load = { tolerance = ... })",
+    OF_TUNING: "declare the tolerances of a, e and load, then --tune mu_floor=0",
+    "dry friction": "declare that of the sensor's bearings ([sensor] dry_friction)",
+    "axle load": "weigh the axle, and declare front_axle_load with its tolerance: 5 % of load are 6 % of"
+    " mu where half_length follows from it",
+    "half-length of the contact": "measure it on a print, and declare half_length with its tolerance",
+}
+"""What narrows a band, by the largest part of it."""
+WITH_MODEL = {
+    SLOPE: "check a, e and the torque's scale; a part of it stays, as friction is acquired on a patch"
+    " without effects",
+    REST: "turn to and fro more often",
+}
+"""The same where a model is given."""
+OF_CAR = {
+    "[sensor] noise": "force_noise",
+    "a, F_N and k": "front_axle_load, half_length and stiffness",
+    "k, a, F_N": "front_axle_load, half_length, stiffness",
+    "k, a and F_N": "front_axle_load, half_length and stiffness",
+    "(brushgrip diagnose)": "(brushgrip diagnose --vehicle)",
+}
+"""What a remedy names, as a vehicle file calls it."""
+CONTRADICTED = 3.0
+"""Inconsistent samples after the last usable one, over the usable ones, beyond which friction is not
+told [1]: what was usable for a moment, and does not explain the torque afterwards, was wrong."""
+LEAST_PART = 0.1
+"""Share of a band below which a part of it is not told [1]."""
 
 
 def with_95_band(value: float, std: float) -> str:
@@ -59,11 +95,47 @@ def further_recording(ground: str, friction: GroundFriction | None, recordings: 
 
 
 def last_usable(estimates: Estimates) -> int | None:
-    """The last sample on the last ground on which a controller may act; None for none."""
+    """The last usable sample on the last ground, unless what follows contradicts it; None for none."""
     changes = np.flatnonzero(estimates.status & Status.RESET)
-    known = np.flatnonzero(estimates.usable)
-    known = known[known >= (changes[-1] if changes.size else 0)]
-    return int(known[-1]) if known.size else None
+    begin = int(changes[-1]) if changes.size else 0
+    return uncontradicted(estimates.usable, estimates.status & Status.INCONSISTENT != 0, begin)
+
+
+def uncontradicted(
+    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int
+) -> int | None:
+    """The last usable sample from `begin` on; None for none, or if too many inconsistent ones follow."""
+    known = begin + np.flatnonzero(usable[begin:])
+    if not known.size:
+        return None
+    last = int(known[-1])
+    after = 0 if inconsistent is None else int(inconsistent[last + 1 :].sum())
+    return last if after <= CONTRADICTED * known.size else None
+
+
+def told_parts(budget: Mapping[str, float]) -> dict[str, float]:
+    """The parts of a band that matter, the largest first."""
+    least = LEAST_PART * math.hypot(*budget.values())
+    largest = sorted(budget.items(), key=lambda part: -part[1])
+    return {name: half for name, half in largest if half >= least}
+
+
+def band_parts(budget: Mapping[str, float], *, with_model: bool) -> str:
+    """What a band is made of and what narrows it, in one line; empty where that is not known."""
+    if not budget:
+        return ""
+    parts = told_parts(budget)
+    return (
+        f"the band ± {math.hypot(*budget.values()):.2f} is made of (the squares add up):"
+        f" {', '.join(f'{name} {half:.2f}' for name, half in parts.items())};"
+        f" to narrow it, {narrowed_by(next(iter(parts)), with_model=with_model)}"
+    )
+
+
+def narrowed_by(cause: str, *, with_model: bool) -> str:
+    """What makes a part of a band smaller."""
+    known = {**NARROWED_BY, **(WITH_MODEL if with_model else {})}
+    return known.get(cause, f"measure the {cause}, and declare the tolerance")
 
 
 def meaning(status: Status) -> str:
@@ -73,13 +145,16 @@ def meaning(status: Status) -> str:
     return status.remedy.partition(":")[0] or "the patch has not slid far enough to tell friction"
 
 
-def estimates_summary(estimates: Estimates, noise: str = "", rates: str = "") -> str:
+def estimates_summary(
+    estimates: Estimates, noise: str = "", rates: str = "", *, of_car: bool = False
+) -> str:
     """Friction by the last usable sample, rejected ones, and the remedy of the most frequent fault.
 
     Args:
         estimates: of a recording.
         noise: what to declare where the torque is noisier than stated; it goes before other remedies.
         rates: of torque and angle where they differ; a sample without a torque is then no fault.
+        of_car: remedies name what a vehicle file declares.
     """
     counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
     parts = [_last_friction(estimates)]
@@ -101,29 +176,37 @@ def estimates_summary(estimates: Estimates, noise: str = "", rates: str = "") ->
     most_frequent = max(first or counts, key=lambda flag: counts[flag])
     number = counts[most_frequent]
     if noise and counts[Status.INCONSISTENT] + counts[Status.REJECTED] > LASTING * estimates.t.size:
-        return f"{line}; {number} {_plural(number, 'sample')}: {meaning(most_frequent)}; {noise}"
+        return (
+            f"{line}; {number} {_plural(number, 'sample')} not usable: {meaning(most_frequent)}; {noise}"
+        )
     if number:
-        return f"{line}; {number} {_plural(number, 'sample')}: {_on_command_line(most_frequent.remedy)}"
+        remedy = _on_command_line(most_frequent.remedy, of_car=of_car)
+        return f"{line}; {number} {_plural(number, 'sample')} not usable: {remedy}"
     return line if estimates.usable.any() else f"{line}: {meaning(Status.USED)}"
 
 
-def _on_command_line(remedy: str) -> str:
-    """A remedy that names options where it names values of a tuning."""
-    return re.sub(r"\bTuning\.(\w+)", r"\1 (--tune \1=...)", remedy)
+def _on_command_line(remedy: str, *, of_car: bool) -> str:
+    """A remedy that names options where it names values of a tuning, and keys of a vehicle file."""
+    for name, key in OF_CAR.items() if of_car else ():
+        remedy = remedy.replace(name, key)
+    return re.sub(r"\b(error|noise) of the tuning", r"\1 of the tuning (--tune \1=...)", remedy)
 
 
 def _last_friction(estimates: Estimates) -> str:
     at = last_usable(estimates)
-    measured = int(np.count_nonzero(estimates.status & Status.MISSING == 0))
+    measured = int(estimates.measured.sum())
     share = (
-        f"usable in {100 * estimates.usable.sum() / max(measured, 1):.0f} % of {measured} samples"
+        f"usable in {100 * estimates.usable_share:.0f} % of {measured} samples"
         + " with a torque" * (measured < estimates.t.size)
     )
     if at is None:
         changes = estimates.t[estimates.status & Status.RESET != 0]
-        since = (
-            f" since a new ground was noticed at {changes[-1]:.4g} s" if estimates.usable.any() else ""
-        )
+        since = ""
+        if changes.size and estimates.usable.any():
+            since = f" since a new ground was noticed at {changes[-1]:.4g} s"
+        elif estimates.usable.any():
+            last = estimates.t[np.flatnonzero(estimates.usable)[-1]]
+            since = f": what was usable up to {last:.4g} s does not explain the torque that follows"
         return f"friction is not known{since}, {share}"
     mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
     friction = f"mu_eff = {with_95_band(mu, std)}" + " (95 % band)" * math.isfinite(std)
@@ -142,7 +225,7 @@ def _plural(count: int, noun: str) -> str:
 def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
     """What `estimate` makes of the model of a diagnosis."""
     if not diagnosis.of_car:
-        return f"model.json gives estimate {model_taken(found)}."
+        return f"From model.json, estimate takes {model_taken(found)}."
     return (
         "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
         " a car. Declare what was found, with its tolerance, in the vehicle file."

@@ -72,7 +72,7 @@ class SignalSource:
 
     def as_map(self, column: str) -> str:
         """As on the command line: `psi=-0.5*Steer:deg`."""
-        factor = "" if abs(self.factor) == 1 else f"{abs(self.factor):.12g}*"
+        factor = "" if abs(self.factor) == 1 else f"{_factor_text(abs(self.factor))}*"
         unit = "" if self.unit is None else f":{self.unit}"
         return f"{column}={'-' * (self.factor < 0)}{factor}{self.channel}{unit}"
 
@@ -85,6 +85,13 @@ class SignalSource:
     def to_dict(self) -> dict[str, str | float | None]:
         """As in a rig file."""
         return {"channel": self.channel, "unit": self.unit, "factor": self.factor}
+
+
+def _factor_text(factor: float) -> str:
+    """A factor as it was written: 1/14.8, where that is the shorter text."""
+    whole, over = f"{factor:.12g}", f"{1 / factor:.6g}"
+    is_ratio = "e" not in over and len(over) + 2 < len(whole) and 1 / float(over) == factor
+    return f"1/{over}" if is_ratio else whole
 
 
 @dataclass(frozen=True, kw_only=True)

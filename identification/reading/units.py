@@ -56,7 +56,9 @@ _WORDS = {
 _NO_UNIT = ("", "-", "1")
 
 
-_SIGNS = str.maketrans({"°": "deg", "º": "deg", "µ": "u", "μ": "u", " ": "", "*": "", "·": "", "⋅": ""})
+_SIGNS = str.maketrans(
+    {"°": "deg", "º": "deg", "µ": "u", "μ": "u", " ": "", "*": "", ".": "", "·": "", "⋅": ""}
+)
 
 
 def factor_of(column: str, unit: str) -> float | None:

@@ -14,6 +14,13 @@ from symbolic import Rig
 from symbolic.deformation import full_slide_arm, unit_moment
 from symbolic.parameters import EVEN, USUAL
 
+OF_LENGTHS = "tolerances of half-length and caster"
+OF_LOAD = "tolerance of the load"
+OF_TUNING = "mu_floor of the tuning"
+"""Causes of a floor of mu."""
+LEAST_STIFFNESS = 1.5
+"""Least deviation of the stiffness over the model's error [1], that of an undeclared k at most: a torque
+that is off by that error tells k no closer, and a k that is declared closer would never be confirmed."""
 _SMALL = 1e-3
 
 
@@ -27,10 +34,11 @@ def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
     """
     stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
     patch = _spread(lambda a, e: unit_moment(0.0, a, e), rig)
+    least = min(LEAST_STIFFNESS * tuning.error, EVEN * USUAL["k"])
     return replace(
         tuning,
         mu_floor=hypot(*friction_floor(tuning, rig).values()),
-        stiffness_std=max(hypot(tuning.stiffness_std, EVEN * stiffness, patch), _SMALL),
+        stiffness_std=max(hypot(tuning.stiffness_std, EVEN * stiffness, patch), least),
     )
 
 
@@ -38,9 +46,9 @@ def friction_floor(tuning: Tuning, rig: Rig) -> dict[str, float]:
     """What no measurement of mu lowers, by cause, as shares of mu [1]; together their hypotenuse."""
     load = USUAL["load"] if rig.tolerances.load is None else rig.tolerances.load
     return {
-        "tolerances of half-length and caster": _spread(full_slide_arm, rig),
-        "tolerance of the load": EVEN * load,
-        "mu_floor of the tuning": tuning.mu_floor,
+        OF_LENGTHS: _spread(full_slide_arm, rig),
+        OF_LOAD: EVEN * load,
+        OF_TUNING: tuning.mu_floor,
     }
 
 

@@ -99,6 +99,7 @@ def tracks() -> list[FrictionTrack]:
             mu=1.3 - 0.2 * np.exp(-t) + (0.1 * np.sin(t) if "declared" in label else 0),
             mu_std=spread,
             usable=informed,
+            usable_share=float(informed.mean()),
             reference=1.3 if name == "held_c" else None,
         )
         for name in ("held_c", "held_d")

@@ -188,7 +188,8 @@ def _track(name: str, usable: slice, value: float, status: Status = Status.USED)
     known[usable] = True
     mu = np.where(known, value, 9.0)
     return FrictionTrack(
-        name=name, label=FOUND, t=t, mu=mu, mu_std=np.full(11, 0.05), usable=known, last_status=status
+        name=name, label=FOUND, t=t, mu=mu, mu_std=np.full(11, 0.05), usable=known,
+        usable_share=float(known.mean()), last_status=status,
     )  # fmt: skip
 
 

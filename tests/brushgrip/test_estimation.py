@@ -69,7 +69,7 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
     # Of 10 ms: ten samples of 0.9 N m, or five.
     for one, std in ((noisy, 0.28), (slower, 0.4)):
         told = excess_noise(model_observer(Ekf, one), one)
-        seen = f"torque noise seen {std:g} N m, stated 0.14: declare [sensor] noise = {std:g} "
+        seen = f"torque noise seen {std:g} N m, none declared: declare [sensor] noise = {std:g} "
         assert told.startswith(seen)
     assert excess_noise(model_observer(Ekf, declared), declared) == ""
     assert own_rate(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"

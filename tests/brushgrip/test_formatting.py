@@ -1,11 +1,13 @@
 import json
 import math
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from brushgrip.running.batch import row_of
 from brushgrip.wording.diagnosis_in_words import headline
 from brushgrip.wording.formatting import (
     candidate_outcome,
@@ -19,8 +21,8 @@ from brushgrip.wording.formatting import (
     sentence,
     torque,
 )
-from brushgrip.wording.friction import estimates_summary, model_taken, with_95_band
-from identification import FoundModel, ParameterEstimate
+from brushgrip.wording.friction import estimates_summary, last_usable, model_taken, with_95_band
+from identification import FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from symbolic import Model, ModelBasis, ModelError, effects_named
 from tests.brushgrip.factories import make_diagnosis
@@ -160,12 +162,36 @@ def test_friction_at_the_end(options: dict[str, Any], words: str) -> None:
     assert estimates_summary(estimates(*[Status.USED] * 4, **options)) == words
 
 
+@pytest.mark.parametrize(("after", "is_told"), [(30, True), (31, False)])
+def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told: bool) -> None:
+    seen = estimates(*[Status.USED] * 10, *[Status.INCONSISTENT] * after)
+    usable = replace(seen, usable=seen.status == 0)
+
+    assert (last_usable(usable) == 9) == is_told == ("mu_eff = " in estimates_summary(usable))
+    told = "friction is not known: what was usable up to 0.09 s does not explain the torque that follows"
+    assert estimates_summary(usable).startswith(told) != is_told
+    # Another ground since then makes it a fault of that ground.
+    again = replace(usable, status=np.where(seen.t == 0, int(Status.RESET), seen.status))
+    assert (last_usable(again) == 9) == is_told
+
+
+def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
+    seen = estimates(*[Status.USED, *[Status.MISSING] * 9] * 40)
+    slower = replace(seen, usable=seen.usable & (seen.status == 0))
+    row = row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), slower)
+
+    assert (row["samples"], row["measured"], row["usable"], row["informed"]) == (400, 40, 0.5, 0.5)
+    assert "usable in 50 % of 40 samples with a torque" in estimates_summary(slower)
+    off = replace(slower, status=np.where(slower.t < 1, int(Status.IMPLAUSIBLE | Status.MISSING), 0))
+    assert (row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), off))["implausible"] == 0.25
+
+
 def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     alien = estimates(*[Status.INCONSISTENT] * 2, *[Status.USED] * 2)
     slower = estimates(*[Status.USED, Status.MISSING] * 2, last=2)
 
     assert estimates_summary(alien, "declare it").endswith("does not explain the torque; declare it")
-    assert "; 2 samples: no measurement" in estimates_summary(slower)
+    assert "; 2 samples not usable: no measurement" in estimates_summary(slower)
     assert estimates_summary(slower, rates="100 and 200 Hz").endswith(
         "usable in 50 % of 2 samples with a torque; 100 and 200 Hz"
     )
@@ -208,15 +234,24 @@ def test_what_is_taken_from_a_model(model: FoundModel, words: str) -> None:
 @pytest.mark.parametrize(
     ("status", "words"),
     [
-        ([Status.MISSING], "1 sample: no measurement"),
-        ([Status.MISSING | Status.HELD, Status.HELD], "2 samples: angle, load or steering torque"),
-        ([Status.REJECTED] * 2 + [Status.MISSING] * 3, "2 samples rejected; 3 samples: no measurement"),
+        ([Status.MISSING], "1 sample not usable: no measurement"),
+        (
+            [Status.MISSING | Status.HELD, Status.HELD],
+            "2 samples not usable: angle, load or steering torque",
+        ),
+        (
+            [Status.REJECTED] * 2 + [Status.MISSING] * 3,
+            "2 samples rejected; 3 samples not usable: no measurement",
+        ),
         (
             [Status.SUSPECT] * 2 + [Status.INCONSISTENT] + [Status.HELD] * 4,
-            "; 2 samples: an input looks",
+            "; 2 samples not usable: an input looks",
         ),
-        ([Status.SUSPECT] + [Status.INCONSISTENT] * 2 + [Status.HELD] * 4, "; 2 samples: model and"),
-        ([Status.RESET], "1 change of the ground; 1 sample: the ground has changed"),
+        (
+            [Status.SUSPECT] + [Status.INCONSISTENT] * 2 + [Status.HELD] * 4,
+            "; 2 samples not usable: model and",
+        ),
+        ([Status.RESET], "1 change of the ground; 1 sample not usable: the ground has changed"),
         (
             [Status.RESET] * 2 + [Status.REJECTED],
             "1 sample rejected, 2 changes of the ground; 2 samples",
@@ -236,8 +271,10 @@ def test_faults_are_counted_and_the_most_frequent_gets_its_remedy(
 def test_what_a_sound_wheel_meets_in_its_first_turns_is_not_told(flag: Status) -> None:
     sound = [Status.ACQUIRING] * 50 + [flag] * 2 + [Status.USED] * 348
 
-    assert "sample:" not in estimates_summary(estimates(*sound)).replace("samples", "sample")
-    assert "5 samples: " in estimates_summary(estimates(*[flag] * 5, *sound[5:50], *sound[52:]))
+    assert "sample not" not in estimates_summary(estimates(*sound)).replace("samples", "sample")
+    assert "5 samples not usable: " in estimates_summary(
+        estimates(*[flag] * 5, *sound[5:50], *sound[52:])
+    )
 
 
 def test_floats_round_trip() -> None:

@@ -13,10 +13,12 @@ from brushgrip.report.friction_words import (
     ground_spreads,
     known_friction,
     usable_until,
+    widest_causes,
 )
 from brushgrip.report.tables import friction_by_ground
 from brushgrip.report.to_send import friction_lines, next_step, paragraph_to_send
 from identification import FoundModel
+from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
 
@@ -66,14 +68,17 @@ def test_friction_is_that_of_the_last_usable_sample() -> None:
 
 
 def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
-    judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
+    tracks = (replace(TRACKS[0], budget={OF_LENGTHS: 0.03, OF_LOAD: 0.04}), *TRACKS[1:])
+    judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
+    assert widest_causes(judged).startswith(
+        f"Variance of the bands by cause, in %: {OF_LOAD} 64, {OF_LENGTHS} 36. To narrow them, weigh"
+    )
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
-    assert "is on ice 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a). The ±" in text
+    assert "is on ice 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a), from 4 recordings" in text
     assert "9.00" not in text
-    assert (
-        "of its range instead of 4.30 % with the declared structure, k and friction refitted, on" in text
-    )
+    assert "of its range, 4.30 % without what was found, on recordings to which" in text
+    assert "comes from this: how well the load is known." in text
     assert "Not known: friction in c and d; friction at the end of b, whose last value" in text
     assert "what makes the 1.20 % of range that no known effect explains." in text
     assert text.endswith(
@@ -94,7 +99,7 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"
     ]
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
-    assert f"is on ice 1.20 ± {half:.2f} (from 3 recordings); not known." in text
+    assert f"is on ice 1.20 ± {half:.2f} (from 3 recordings); not known, from 4" in text
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
 
@@ -108,8 +113,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     text = paragraph_to_send(graded, replace(make_outcome("c"), tracks=TRACKS))
 
     assert (
-        "leaves out carcass torsion or patch width (the carcass twists in series with the patch)."
-        in text
+        "leaves out carcass torsion (the carcass twists in series with the patch) or patch width (the"
+        " patch has a width)." in text
     )
     assert "which of carcass torsion or patch width it is" in text
     assert "whether the weak signs of torque offset are chance" in text

@@ -75,7 +75,7 @@ def test_estimates_as_a_table(estimates: Estimates) -> None:
     _, rows = cells(estimates)
 
     assert rows["friction coefficient"] == "mu 1.000 ± 0.100 at the end, informed"
-    assert rows["usable"] == "from 2.1 s, 29 of 50 samples"
+    assert rows["usable"] == "from 2.1 s, 29 of 50 samples with a torque"
     assert rows["status"] == "HELD 1, REJECTED 3"
     none = Estimates(**{field.name: np.empty(0) for field in fields(Estimates)})
     assert "no sample" in none._repr_html_()

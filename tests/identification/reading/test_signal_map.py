@@ -215,7 +215,7 @@ def test_faults_of_a_section(section: str, fault: str, tmp_path: Path) -> None:
         ("t", "ms", 1e-3), ("t", "[µs]", 1e-6), ("psi", "°", math.pi / 180),
         ("psi", "Deg", math.pi / 180),
         ("psi_dot", "deg/s", math.pi / 180), ("psi_dot", "1/min", math.pi / 30), ("M_z", "Nm", 1.0),
-        ("M", "N·m", 1.0), ("M", "kN*m", 1e3), ("M", "mNm", 1e-3), ("M", "MNm", None),
+        ("M", "N·m", 1.0), ("M", "N.m", 1.0), ("M", "kN*m", 1e3), ("M", "mNm", 1e-3), ("M", "MNm", None),
         ("M", "ft lb", 0.3048 * 0.45359237 * 9.80665), ("F_N", "lbf", 0.45359237 * 9.80665),
         ("F_N", "", 1.0), ("psi", "s", None),
     ],

@@ -1,0 +1,70 @@
+"""What the band of a recording's last usable friction is made of."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from brushgrip.estimation.estimates import ObserverFactory, channels_of, held_wheel
+from brushgrip.wording.friction import BAND, last_usable
+from identification import FoundModel, Recording
+from observers import DirectionalFriction, Ekf, Estimates, uncertainty_budget
+from observers.quality.tolerances import OF_LOAD
+from symbolic import Vehicle, rig_of
+
+MOST_SAMPLES = 100_000
+"""Samples that go through the filter once more."""
+OF_VEHICLE = {
+    "load": "axle load",
+    "half_length": "half-length of the contact",
+    "geometry": "lengths and ratios of the steering",
+}
+"""What the mean wheel of a car counts as its load, by the tolerance that makes it."""
+
+
+def friction_budget(
+    factory: ObserverFactory, recording: Recording, found: FoundModel | None, estimates: Estimates
+) -> dict[str, float]:
+    """Half of the 95 % band of mu_eff by cause at the last usable sample [1], which add up as squares.
+
+    Empty where no sample is usable, for other observers than an `Ekf`, friction by direction, and beyond
+    `MOST_SAMPLES`.
+
+    Args:
+        factory: of the observer that made the estimates.
+        recording: the signals.
+        found: the model that a diagnosis found, None for the declared one.
+        estimates: over the recording, causal.
+    """
+    at = last_usable(estimates)
+    if at is None or at >= MOST_SAMPLES:
+        return {}
+    channels, held = channels_of(recording), recording
+    if (car := recording.standstills) is not None:
+        number = int(car.stretch[at])
+        of_stretch = np.flatnonzero(car.stretch == number)
+        channels = {n: c if c is None else c[of_stretch] for n, c in channels.items()}
+        channels |= {"psi_dot": None}
+        held, at = held_wheel(recording, car, car.brakes[number]), at - int(of_stretch[0])
+    observer = factory(held, found)
+    if not isinstance(observer, Ekf) or isinstance(observer.measurement_model, DirectionalFriction):
+        return {}
+    shares = uncertainty_budget(observer, at, **channels)
+    if car is not None:
+        load = shares.pop(OF_LOAD)
+        shares |= {n: load * s for n, s in _shares_of_load(car.vehicle, car.brakes[number]).items()}
+    half = BAND * float(estimates.mu_eff[last_usable(estimates)])
+    return {name: half * share for name, share in shares.items() if share > 0}
+
+
+def _shares_of_load(vehicle: Vehicle, brakes: bool) -> dict[str, float]:
+    """The parts of what the mean wheel counts as tolerance of the load, as shares of it [1]."""
+    whole = rig_of(vehicle, brakes=brakes)[0].tolerances.of("load") ** 2
+    parts = {}
+    for name, label in OF_VEHICLE.items():
+        known = replace(vehicle, tolerances=replace(vehicle.tolerances, **{name: 0.0}))
+        rest = rig_of(known, brakes=brakes)[0].tolerances.of("load") ** 2
+        parts[label] = ((whole - rest) / whole) ** 0.5
+    parts["gear friction that grows with the force"] = (
+        max(0, 1 - sum(p**2 for p in parts.values())) ** 0.5
+    )
+    return parts
