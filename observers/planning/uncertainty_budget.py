@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.compiled_step import STRETCH, compiled_stretch, first_sample, run_stretches
+from observers.compiled_step import SAMPLES_PER_CALL, compiled_stretch, first_sample, run_stretches
 from observers.estimators.ekf import Ekf
 from observers.interfaces.run import arrange
 from observers.planning.forecast import least_deviation
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 SLOPE = "slope of the torque that k does not explain"
 """How much the torque grows with the angle, beyond what k and its tolerance say."""
 REST = "noise and the model's error"
-_AT_ONCE = 100 * STRETCH
+_AT_ONCE = 100 * SAMPLES_PER_CALL
 """Samples whose states are held at once."""
 
 
