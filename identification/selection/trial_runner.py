@@ -15,16 +15,7 @@ from identification.fits.loss import Loss
 from identification.fits.values import Values
 from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
-from identification.selection.trials import (
-    RANKING,
-    ROUGH,
-    Precision,
-    Trial,
-    TrialTask,
-    model_of,
-    run_trial,
-    thin,
-)
+from identification.selection.trials import Precision, Trial, TrialTask, model_of, run_trial, thin
 from identification.selection.worker_processes import WorkerProcesses
 from symbolic import BrushgripError, Effect, InvalidInputError
 
@@ -60,16 +51,13 @@ class TrialRunner:
 
     @cached_property
     def thinned_training(self) -> Sequence[Recording]:
-        """The training recordings as `RANKING` has them."""
-        return self._thinned[RANKING.step][0]
+        """The training recordings on which candidates are ranked."""
+        return [thin(recording) for recording in self.training]
 
     @cached_property
-    def _thinned(self) -> Mapping[float, tuple[Sequence[Recording], Sequence[Recording]]]:
-        """Training and held-out recordings as coarse trials have them, by the time between samples."""
-        return {
-            step: ([thin(r, step) for r in self.training], [thin(r, step) for r in self.holdout])
-            for step in (RANKING.step, ROUGH.step)
-        }
+    def thinned_holdout(self) -> Sequence[Recording]:
+        """The held-out ones."""
+        return [thin(recording) for recording in self.holdout]
 
     def run_fine(self, effects: Effects, start: Values | None = None) -> Trial:
         """A trial on the whole recordings."""
@@ -119,7 +107,9 @@ class TrialRunner:
         return [trial for trial in trials if trial]
 
     def _coarse_task(self, effects: Effects, start: Values | None, precision: Precision) -> TrialTask:
-        return TrialTask(effects, *self._thinned[precision.step], start, precision, self.loss)
+        return TrialTask(
+            effects, self.thinned_training, self.thinned_holdout, start, precision, self.loss
+        )
 
     def _run(self, task: TrialTask) -> Trial:
         return self._recall(task) or self._note(task, run_trial(task, self.threads))

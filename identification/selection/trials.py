@@ -19,7 +19,7 @@ from symbolic import SEARCH_STEPS, Effect, Model
 Array = NDArray[np.float64]
 CORNERS = 16
 """Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""
-RANKING_STEP, ROUGH_STEP = 0.02, 0.04
+RANKING_STEP = 0.02
 """Recordings are thinned towards this time between samples while candidates are ranked [s]."""
 
 
@@ -30,7 +30,6 @@ class Precision:
     Attributes:
         bristles: over the length of the patch, where the model has bristles.
         discretised: True takes bristles, which are quicker, even where the exact patch would do.
-        step: towards which recordings are thinned; 0 for all samples [s].
         newton_steps: Newton steps of what is in series with the patch; after two the torque is right to
             1e-6 of range rms where samples are 20 ms apart.
         options: of the fit; the loss is the task's.
@@ -39,16 +38,15 @@ class Precision:
     bristles: int = 80
     newton_steps: int = SEARCH_STEPS
     discretised: bool = False
-    step: float = 0.0
     options: FitOptions = FINE_FIT
 
 
 FINE = Precision()
 """For whatever is reported."""
-RANKING = Precision(discretised=True, newton_steps=2, step=RANKING_STEP, options=COARSE_FIT)
+RANKING = Precision(discretised=True, newton_steps=2, options=COARSE_FIT)
 """For candidates that are only compared; the patch is right to 4e-4 of range."""
-ROUGH = replace(RANKING, bristles=40, step=ROUGH_STEP)
-"""The same in a quarter of the time, for errors far above that of 40 bristles, 1.5e-3 of range."""
+ROUGH = replace(RANKING, bristles=40)
+"""The same in half the time, for errors far above that of 40 bristles, 1.5e-3 of range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,16 +182,15 @@ def trial_of(task: TrialTask, fitted: Fit, held_out: Fit | None) -> Trial:
     return Trial(fitted=fitted, held_out=held_out, judgement=judgement)
 
 
-def thin(recording: Recording, step: float = RANKING_STEP) -> Recording:
-    """Every so many samples of a recording, such that they are at most `step` apart [s].
+def thin(recording: Recording) -> Recording:
+    """Every so many samples of a recording, such that they are at most `RANKING_STEP` apart.
 
     The torque between reversals hardly depends on the time between samples: without creep not at all,
-    with strong creep by 7e-4 of range rms at `RANKING_STEP` and 2e-3 at `ROUGH_STEP`. A recording with
-    missing torques stays as it is.
+    with the strongest creep by 1e-3 of range rms. A recording with missing torques stays as it is.
     """
     if not np.isfinite(recording.M_z).all():
         return recording
-    stride = max(1, int(step / float(np.diff(recording.t).max()) + 1e-6))
+    stride = max(1, int(RANKING_STEP / float(np.diff(recording.t).max()) + 1e-6))
     return at_samples(replace(recording, M=None), np.arange(0, recording.t.size, stride))
 
 
