@@ -7,9 +7,8 @@ mu, even in its logarithm, the worst or the mean counts.
 
 The paths are a family that does not depend on the limits. A path counts up to where it exceeds one of
 them, so that a wider limit only adds to what may be chosen: it never makes the plan worse. The best of
-the family is found by trying all that may still be better. What is sought is the first sample at which
-no flag stands, and flags step: a gradient says nothing of that, and a search from a few starts stays
-where they are.
+the family is found by trying all that may still be better: what is sought is the first sample at which
+no flag stands, and a gradient says nothing of that.
 """
 
 from collections.abc import Sequence
@@ -182,7 +181,7 @@ class _Search:
         many = LEGS + int(self.limits.time * rate / angles[-1]) + 1
         angles = np.pad(angles, (0, many - LEGS), mode="edge")
         points = [self.psi, *(self.psi + angles * (-1.0) ** np.arange(many))]
-        rest = 0.0 if self.objective == "time" else REST
+        rest = REST * (self.objective != "time")
         path = steer(points, rate, rate / RAMP, self.dt, self.limits.time, rest=rest)
         beyond = np.abs(path.psi - self.psi) > self.limits.angle * (1 + 1e-9)
         return path.upto(max(1, int(np.argmax(beyond)))) if beyond.any() else path
