@@ -1,6 +1,7 @@
 """`brushgrip estimate` and `codegen` of a car, from the log of its bus."""
 
 import json
+import re
 import shlex
 from pathlib import Path
 
@@ -48,6 +49,13 @@ def test_from_a_log_to_friction_in_one_command(
     assert found["usable"][-1] == 1
     assert found["mu"][-1] == pytest.approx(0.5, rel=0.06)
     assert (tmp_path / "mu.png").is_file()
+    budget = outcome.out.splitlines()[1]
+    parts = [float(n) for n in re.findall(r"(?<= )0\.\d\d(?=[,;])", budget)]
+    whole = 2 * found["mu_eff_std"][-1]
+    assert "axle load" in budget
+    assert "half-length of the contact" in budget
+    # Those that are not told are less than a tenth of it each.
+    assert np.hypot.reduce(parts) == pytest.approx(whole, rel=0.1)
 
 
 @pytest.mark.parametrize(
