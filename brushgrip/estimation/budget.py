@@ -59,11 +59,13 @@ def friction_budget(
 def _shares_of_load(vehicle: Vehicle, brakes: bool) -> dict[str, float]:
     """The parts of what the mean wheel counts as tolerance of the load, as shares of it [1]."""
     whole = rig_of(vehicle, brakes=brakes)[0].tolerances.of("load") ** 2
+    if whole == 0:
+        return {}
     parts = {}
     for name, label in OF_VEHICLE.items():
         known = replace(vehicle, tolerances=replace(vehicle.tolerances, **{name: 0.0}))
         rest = rig_of(known, brakes=brakes)[0].tolerances.of("load") ** 2
-        parts[label] = ((whole - rest) / whole) ** 0.5
+        parts[label] = max(0.0, (whole - rest) / whole) ** 0.5
     parts["gear friction that grows with the force"] = (
         max(0, 1 - sum(p**2 for p in parts.values())) ** 0.5
     )

@@ -40,7 +40,6 @@ class FrictionOutcome:
         holdout: names of the recordings to which no shared parameter was fitted; their errors still
             chose the effects.
         tracks: friction over time of every recording by `DECLARED` and `FOUND`, and of some by `WINDOW`.
-        of_car: friction is by the vehicle as declared, before and after alike.
     """
 
     before: Stage
@@ -48,7 +47,6 @@ class FrictionOutcome:
     grounds: Mapping[str, tuple[str, ...]]
     holdout: tuple[str, ...] = ()
     tracks: tuple[FrictionTrack, ...] = ()
-    of_car: bool = False
 
     @property
     def stages(self) -> Mapping[str, Stage]:
@@ -183,9 +181,8 @@ def friction_outcome(
         grounds[ground] = (*grounds.get(ground, ()), recording.name)
     held_out = tuple(recording.name for recording in holdout)
     return FrictionOutcome(
-        before=before, after=after, grounds=grounds, holdout=held_out, tracks=tuple(tracks),
-        of_car=diagnosis.of_car,
-    )  # fmt: skip
+        before=before, after=after, grounds=grounds, holdout=held_out, tracks=tuple(tracks)
+    )
 
 
 def offline_friction(found: FoundModel, recording: Recording) -> float:

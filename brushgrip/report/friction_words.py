@@ -40,7 +40,7 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     told = [f"{cause} {100 * share:.0f}" for cause, share in shares.items() if share >= LEAST_TOLD]
     return (
         f"Variance of the bands by cause, in %: {', '.join(told)}. To narrow them, "
-        f"{narrowed_by(next(iter(shares)), with_model=not outcome.of_car)}."
+        f"{narrowed_by(next(iter(shares)), with_model=True)}."
     )
 
 

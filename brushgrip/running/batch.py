@@ -200,7 +200,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     told = [ground, estimates_summary(estimates, noise, own_rate(recording), of_car=of_car)]
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
-        told.append(band_parts(budget, with_model=found is not None))
+        told.append(band_parts(budget, with_model=found is not None or of_car))
     if last_usable(estimates) is None:
         told.append(suspected_cause(factory, recording, found, estimates))
     elif car := recording.standstills:

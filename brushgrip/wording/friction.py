@@ -47,7 +47,7 @@ WITH_MODEL = {
     " without effects",
     REST: "turn to and fro more often",
 }
-"""The same where a model is given."""
+"""The same where a model is given, or for a car, whose model is the vehicle file."""
 OF_CAR = {
     "[sensor] noise": "force_noise",
     "a, F_N and k": "front_axle_load, half_length and stiffness",

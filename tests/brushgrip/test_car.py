@@ -1,6 +1,7 @@
 """`brushgrip estimate` and `codegen` of a car, from the log of its bus."""
 
 import json
+import re
 import shlex
 from pathlib import Path
 
@@ -50,6 +51,13 @@ def test_from_a_log_to_friction_in_one_command(
     assert "front_axle_load 8000 N (7.5%)" in outcome.out
     assert "weighing the front axle narrows the band most" in outcome.out
     assert (tmp_path / "mu.png").is_file()
+    budget = outcome.out.splitlines()[1]
+    parts = [float(n) for n in re.findall(r"(?<= )0\.\d\d(?=[,;])", budget)]
+    whole = 2 * found["mu_eff_std"][-1]
+    assert "axle load" in budget
+    assert "half-length of the contact" in budget
+    # Those that are not told are less than a tenth of it each.
+    assert np.hypot.reduce(parts) == pytest.approx(whole, rel=0.1)
 
 
 @pytest.mark.parametrize(
