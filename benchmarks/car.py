@@ -252,7 +252,12 @@ def summary(cars: list[Judged]) -> None:
             if np.isfinite(least).all():
                 print(f"    least of any estimate, {case}: median {100 * np.median(least):.1f} %")
     floors = [car.floor for car in cars]
-    print(f"of it by declared values that no steering tells: median {100 * np.median(floors):.1f} %")
+    print(f"by declared values that no steering tells: median {100 * np.median(floors):.1f} %")
+    last = [(car.mu, car.estimate[-1], car.std[-1]) for car in cars if car.usable[-1]]
+    if last:
+        mu, found, std = np.transpose(last)
+        errors = (np.sqrt(np.mean(each**2)) for each in (np.log(found / mu), std / found))
+        print("rms at the end: error {:.1%}, stated {:.1%}".format(*errors))
     never = [car.drawn.seed for car in cars if not car.usable.any()]
     print(f"never usable: {len(never)} cars {never[:12]}")
 

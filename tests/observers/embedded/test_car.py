@@ -52,7 +52,8 @@ def test_fmu_is_python(unpacked: Unpacked, rows: np.ndarray) -> None:
     with instances(unpacked(observer, DOUBLE)) as (one,):
         found = one.steps(rows[:, :4])
 
-    np.testing.assert_allclose(found[:, :2], python_estimates(observer, rows)[:, :2], rtol=1e-9)
+    # What is handed over is a difference of means: rounding counts a little more.
+    np.testing.assert_allclose(found[:, :2], python_estimates(observer, rows)[:, :2], rtol=1e-8)
 
 
 @pytest.mark.long
