@@ -24,9 +24,9 @@ ROLLING = 0.012
 CREEP = 1e-3
 """Speed at which rolling resistance is nearly whole [m/s]."""
 COLUMN_DAMPING = 0.2
-"""Of the bearings of a handwheel that nobody holds [N m s/rad]."""
+"""Damping of the bearings of a handwheel that nobody holds [N m s/rad]."""
 ROD_DAMPING = 1500.0
-"""Of a tie rod and its joints [N s/m]."""
+"""Damping of a tie rod and its joints [N s/m]."""
 POSITION_GAIN = 2e6
 """Of the motor that follows a path of the rack [N/m]."""
 POSITION_DAMPING = 5e4
@@ -39,7 +39,7 @@ CHANNELS = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CarMotion:
-    """What happened, arrays of shape (n,): `t` [s] and the CHANNELS.
+    """The motion as arrays of shape (n,): `t` [s] and the CHANNELS.
 
     Angles [rad], torques [N m], forces [N], rack [m]; all are positive to the left. M_left and M_right
     are moments of the ground about the kingpins, negative for a first turn to the left. F_rack is what

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 SAME_WEIGHT = 0.3
 """Relative change of such a weight that counts as none [1]."""
 HELD = 100.0
-"""Weight that keeps what was declared where it was declared [1]."""
+"""Weight that fixes the declared values in the first of two solves [1]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

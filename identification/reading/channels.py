@@ -148,7 +148,7 @@ def missing_channels(
     signals: SignalMap,
     read: Callable[[str], Samples] | None = None,
 ) -> InvalidInputError:
-    """What is missing, what is there, and a map that may mend it; see `map_hint`."""
+    """Missing columns, channels that are there, and a map that may mend it; see `map_hint`."""
     wanted = ", ".join(
         EITHER.get(c, c) if c not in signals.signals else f"{c} (as {excerpt(signals.of(c).channel)})"
         for c in absent

@@ -10,21 +10,21 @@ from identification.reading.signal_map import SignalSource
 
 Array = NDArray[np.float64]
 MAX_PLAUSIBLE_PERIOD = 0.5
-"""Samples so far apart are in milliseconds [s]."""
+"""Longest time between samples; a longer one is in milliseconds [s]."""
 MAX_STEERING_ANGLE, MAX_HANDWHEEL_ANGLE = 1.6, 4 * np.pi
 """No wheel is steered beyond the first, no steering wheel beyond the second [rad]."""
 MIN_WHEEL_LOAD = 20.0
-"""No wheel stands on less [N]."""
+"""Least load of a wheel [N]."""
 MAX_LEVER_ARM = 0.8
-"""No ground holds a torque of so much for each newton of load [m]."""
+"""Largest torque per load that a ground can hold [m]."""
 MIN_SIGN_TRAVEL, MAX_RETURNED_WORK = 0.2, 0.25
-"""Turn after which the torque's sign is judged [rad]; share of the work that no ground gives back."""
+"""Turn after which the torque's sign is judged [rad]; largest share of work that a ground gives back."""
 
 
 def infer_units(
     sources: Mapping[str, SignalSource], values: Mapping[str, Array], geared: set[str], certain: set[str]
 ) -> tuple[dict[str, SignalSource], set[str]]:
-    """The sources with the units and the torque's sign that their numbers show, and which have a gear.
+    """The sources with inferred units and torque sign, and the columns that need a steering ratio.
 
     Args:
         sources: of columns.

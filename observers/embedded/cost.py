@@ -19,9 +19,9 @@ from observers.estimators.mhe import Mhe
 from observers.protocol import FunctionObserver
 
 ERROR = 0.2
-"""Share by which an estimate differs from the count at most [1]."""
+"""Largest difference between estimate and count, as a share of the count [1]."""
 MARGIN = 1.05
-"""Of the greatest, so that no count is above it."""
+"""Factor on the estimated maximum, so that no measured count exceeds it [1]."""
 CORNERS, MOST_CORNERS = 7, DEPTH - 2
 """Corners of the patch in ordinary steering, and at most."""
 VECTORS = 100_000

@@ -50,7 +50,7 @@ def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Kn
 
 @dataclass
 class LoopWriter:
-    """Writes loops of so many rounds, in a type of number."""
+    """Writes loops of a given length in a type of number."""
 
     length: int
     real: str

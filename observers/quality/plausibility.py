@@ -34,13 +34,13 @@ Array = NDArray[np.float64]
 MAX_STEERING_ANGLE = 1.6
 """Steering angle that is not reached [rad]."""
 MAX_PLAUSIBLE_PERIOD = 0.5
-"""Time between samples that is too long to follow a wheel [s]."""
+"""Longest time between samples with which a wheel can be followed [s]."""
 MAX_TORQUE_RATIO = 15.0
-"""Friction coefficient that no torque of the ground stands for [1]."""
+"""Ratio of torque to that of full slide at mu = 1 which no ground reaches [1]."""
 GREATEST_FRICTION = 2.75
 """Friction coefficient of a tyre that no ground has [1]."""
 MIN_WHEEL_LOAD = 20.0
-"""A load below this is suspected before the torque is [N]."""
+"""Least load of a wheel; a smaller one is suspected before the torque [N]."""
 LIFTED = 0.05
 """Share of the first load below which the wheel is lifted, and a torque beside it no evidence [1]."""
 IN_A_ROW = 10
