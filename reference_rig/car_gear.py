@@ -75,9 +75,9 @@ class Assistance:
     waves: int = 12
     """Of both in one turn of the rotor."""
 
-    def command(self, torque: float, rate: float) -> float:
+    def command(self, torque: float, torque_rate: float) -> float:
         """Torque at the pinion asked for [N m], from the torsion bar's torque and its rate."""
-        led = torque + self.lead * rate
+        led = torque + self.lead * torque_rate
         size = self.gain * max(abs(led) - self.threshold, 0.0)
         return copysign(min(size, self.largest), led)
 

@@ -121,10 +121,10 @@ def _download(published: pooch.Pooch, names: list[str], say: Callable[[str], Non
             ) from None
 
 
-def download_bounded(url: str, place: str, published: pooch.Pooch) -> None:
+def download_bounded(url: str, output_file: str, registry: pooch.Pooch) -> None:
     """Download like pooch's own downloader, but `MAX_FILE_SIZE` at most; checks no digest."""
-    with _Bounded(place, "w") as file:
-        pooch.HTTPDownloader(timeout=TIMEOUT)(url, file, published)
+    with _Bounded(output_file, "w") as file:
+        pooch.HTTPDownloader(timeout=TIMEOUT)(url, file, registry)
 
 
 def _is_whole(published: pooch.Pooch, path: Path) -> bool:

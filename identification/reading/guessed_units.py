@@ -7,18 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.signal_map import SignalSource
+from symbolic.plausible_signals import (
+    MAX_PLAUSIBLE_PERIOD,
+    MAX_RETURNED_WORK,
+    MAX_STEERING_ANGLE,
+    MIN_SIGN_TRAVEL,
+    MIN_WHEEL_LOAD,
+)
 
 Array = NDArray[np.float64]
-MAX_PLAUSIBLE_PERIOD = 0.5
-"""Longest time between samples; a longer one is in milliseconds [s]."""
-MAX_STEERING_ANGLE, MAX_HANDWHEEL_ANGLE = 1.6, 4 * np.pi
-"""No wheel is steered beyond the first, no steering wheel beyond the second [rad]."""
-MIN_WHEEL_LOAD = 20.0
-"""Least load of a wheel [N]."""
+MAX_HANDWHEEL_ANGLE = 4 * np.pi
+"""Largest angle of a steering wheel [rad]."""
 MAX_LEVER_ARM = 0.8
 """Largest torque per load that a ground can hold [m]."""
-MIN_SIGN_TRAVEL, MAX_RETURNED_WORK = 0.2, 0.25
-"""Turn after which the torque's sign is judged [rad]; largest share of work that a ground gives back."""
 
 
 def infer_units(
