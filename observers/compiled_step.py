@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from observers.protocol import Sample
 from symbolic import compiled
+from symbolic.trajectory import SAMPLES_PER_CALL
 
 Array = NDArray[np.float64]
-SAMPLES_PER_CALL = 100
-"""Samples in one call; a recording is padded to a multiple of it."""
 
 
 class CompiledStep(threading.local):

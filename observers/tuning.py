@@ -176,7 +176,7 @@ TUNING_FIELDS = tuple(field.name for field in fields(Tuning))
 
 
 def meanings() -> dict[str, str]:
-    """What each field of `Tuning` means: the first sentence of its description there, less the unit."""
+    """Meaning of each field of `Tuning`: the first sentence of its description, without the unit."""
     found = {}
     described = cleandoc(Tuning.__doc__ or "").partition("Attributes:")[2]
     for names, text in _DESCRIBED.findall(described):

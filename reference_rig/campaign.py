@@ -168,7 +168,7 @@ STRENGTHS: Mapping[str, StrengthRange] = {
 
 
 MIN_EFFECT_SHARE, MAX_EFFECT_SHARE = 0.03, 0.10
-"""An effect moves the torque by this much, rms in shares of the range without it [1]."""
+"""Least and largest change of the torque by an effect, rms over the range without it [1]."""
 SEARCH_BRISTLES = 400
 SEARCH_STEPS = 14
 
@@ -182,7 +182,7 @@ class Campaign:
     nominal: RigTyre
     """First guesses: a and e are true, k and mu are up to 20 % off."""
     share: float
-    """By how much the effect moved the first recording's torque, rms over range [1]."""
+    """Change of the first recording's torque by the effect, rms over range [1]."""
 
 
 def plant_effect(

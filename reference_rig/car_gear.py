@@ -15,7 +15,7 @@ class GearFriction:
     asymmetry: float = 0.05
     """Share by which it is larger to the left and smaller to the right [1]."""
     stiffness: float = 5e6
-    """Of the bristles between rack and housing [N/m]."""
+    """Stiffness of the bristles between rack and housing [N/m]."""
     damping: float = 800.0
     """Viscous part [N s/m]."""
 
@@ -38,7 +38,7 @@ class Joint:
     stiffness: float = 4e6
     """[N/m]."""
     play: float = 0.1e-3
-    """From flank to flank [m]."""
+    """Play from flank to flank [m]."""
 
     def force(self, gap: float) -> float:
         """Pull [N] where the ends are farther apart by a gap [m] than the middle of the play."""
@@ -55,9 +55,9 @@ class Assistance:
     ratio: float = 20.0
     """Turns of the motor for one of the pinion [1]."""
     efficiency: float = 0.9
-    """Of the reduction [1]."""
+    """Efficiency of the reduction [1]."""
     inertia: float = 6e-5
-    """Of the rotor [kg m²]."""
+    """Inertia of the rotor [kg m²]."""
     gain: float = 14.0
     """Torque at the pinion for the torsion bar's above the threshold [1]."""
     threshold: float = 0.4
@@ -65,7 +65,7 @@ class Assistance:
     largest: float = 110.0
     """Torque at the pinion [N m]."""
     lag: float = 0.004
-    """Of the motor's torque behind the command [s]."""
+    """Delay of the motor's torque behind the command [s]."""
     lead: float = 0.01
     """Of the command before the torsion bar's torque [s]."""
     ripple: float = 0.015
@@ -75,9 +75,9 @@ class Assistance:
     waves: int = 12
     """Of both in one turn of the rotor."""
 
-    def command(self, torque: float, rate: float) -> float:
+    def command(self, torque: float, torque_rate: float) -> float:
         """Torque at the pinion asked for [N m], from the torsion bar's torque and its rate."""
-        led = torque + self.lead * rate
+        led = torque + self.lead * torque_rate
         size = self.gain * max(abs(led) - self.threshold, 0.0)
         return copysign(min(size, self.largest), led)
 

@@ -19,7 +19,7 @@ SIDES = (1.0, -1.0)
 STEER_STEP = 2e-3
 """Spacing of the table of stands [rad]."""
 MAX_STEER = 1.2
-"""Of that table [rad]."""
+"""Largest angle of that table [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,9 +24,9 @@ ROLLING = 0.012
 CREEP = 1e-3
 """Speed at which rolling resistance is nearly whole [m/s]."""
 COLUMN_DAMPING = 0.2
-"""Of the bearings of a handwheel that nobody holds [N m s/rad]."""
+"""Damping of the bearings of a handwheel that nobody holds [N m s/rad]."""
 ROD_DAMPING = 1500.0
-"""Of a tie rod and its joints [N s/m]."""
+"""Damping of a tie rod and its joints [N s/m]."""
 POSITION_GAIN = 2e6
 """Of the motor that follows a path of the rack [N/m]."""
 POSITION_DAMPING = 5e4
@@ -39,7 +39,7 @@ CHANNELS = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CarMotion:
-    """What happened, arrays of shape (n,): `t` [s] and the CHANNELS.
+    """The motion as arrays of shape (n,): `t` [s] and the CHANNELS.
 
     Angles [rad], torques [N m], forces [N], rack [m]; all are positive to the left. M_left and M_right
     are moments of the ground about the kingpins, negative for a first turn to the left. F_rack is what
@@ -88,14 +88,14 @@ def simulate_car(
     """
     if by_rack and car.assistance is None:
         raise ValueError("a car without a motor cannot steer by itself")
-    ways = path.tolist()
-    state = start_car(car, ways[0] if by_rack else ways[0] * car.pinion_radius, grid)
+    positions = path.tolist()
+    state = start_car(car, positions[0] if by_rack else positions[0] * car.pinion_radius, grid)
     rows = []
-    previous = ways[0]
-    for i, way in enumerate(ways):
-        row = advance_car(car, state, way, (way - previous) / step, brake, by_rack, step,
+    previous = positions[0]
+    for i, position in enumerate(positions):
+        row = advance_car(car, state, position, (position - previous) / step, brake, by_rack, step,
                        friction(i * step) if friction else car.mu)  # fmt: skip
-        previous = way
+        previous = position
         if i % every == 0:
             rows.append(row)
     table = np.array(rows)
@@ -128,10 +128,13 @@ def start_car(car: Car, rack: float, grid: tuple[int, int]) -> SimpleNamespace:
 
 
 def advance_car(
-    car: Car, x: SimpleNamespace, way: float, way_rate: float, brake: bool, by_rack: bool,
+    car: Car, x: SimpleNamespace, input_position: float, input_rate: float, brake: bool, by_rack: bool,
     dt: float, mu: tuple[float, float],
 ) -> list[float]:  # fmt: skip
-    """One step of everything; returns the CHANNELS."""
+    """One step of everything; returns the CHANNELS.
+
+    The input is the rack's position [m] where `by_rack`, else the handwheel's angle [rad].
+    """
     loads, slopes, middles = _stand(car, x)
     _move_patches(car, x, brake, dt, mu, loads, middles)
     rods = [_rod(car, x, wheel, dt) for wheel in (0, 1)]
@@ -144,8 +147,8 @@ def advance_car(
     # Handwheel, torsion bar and motor.
     r = car.pinion_radius
     if not by_rack:
-        acceleration = (way_rate - x.handwheel_rate) / dt
-        x.handwheel, x.handwheel_rate = way, way_rate
+        acceleration = (input_rate - x.handwheel_rate) / dt
+        x.handwheel, x.handwheel_rate = input_position, input_rate
     else:
         acceleration = 0.0
     bar = 1 / (1 / car.torsion_bar + 1 / car.column)
@@ -155,7 +158,7 @@ def advance_car(
         drag = COLUMN_DAMPING * x.handwheel_rate
         x.handwheel_rate -= (T_bar + drag) / car.handwheel_inertia * dt
         x.handwheel += x.handwheel_rate * dt
-    F_motor = _motor(car, x, T_bar, T_rate, way, way_rate, by_rack, dt)
+    F_motor = _motor(car, x, T_bar, T_rate, input_position, input_rate, by_rack, dt)
     x.stretch, F_friction = car.friction.step(x.stretch, x.speed, F_rods, dt)
     F_gear = T_bar / r + F_motor
     x.speed += (F_gear + F_rods - F_friction) / x.moved_mass * dt
@@ -241,7 +244,7 @@ def _rod(car: Car, x: SimpleNamespace, wheel: int, dt: float) -> tuple[float, fl
 
 
 def _motor(
-    car: Car, x: SimpleNamespace, T_bar: float, T_rate: float, way: float, way_rate: float,
+    car: Car, x: SimpleNamespace, T_bar: float, T_rate: float, input_position: float, input_rate: float,
     by_rack: bool, dt: float,
 ) -> float:  # fmt: skip
     """Force of the motor on the rack [N]; its torque follows the command late."""
@@ -250,7 +253,7 @@ def _motor(
         return 0.0
     r = car.pinion_radius
     if by_rack:
-        asked = POSITION_GAIN * (way - x.rack) + POSITION_DAMPING * (way_rate - x.speed)
+        asked = POSITION_GAIN * (input_position - x.rack) + POSITION_DAMPING * (input_rate - x.speed)
         torque = copysign(min(abs(asked) * r, motor.largest), asked)
     else:
         torque = motor.command(T_bar, T_rate)

@@ -1,4 +1,4 @@
-"""What a car's bus shows of its steering."""
+"""Signals of a car's steering on its bus."""
 
 from dataclasses import dataclass
 from math import radians
@@ -18,7 +18,7 @@ class CarBus:
     period: float = 0.01
     """Between two messages [s]."""
     jitter: float = 2e-3
-    """By which a message's time stamp may be later than its samples [s]."""
+    """Largest delay of a message's time stamp behind its samples [s]."""
     handwheel_step: float = radians(0.1)
     """[rad]."""
     handwheel_zero: float = 0.0

@@ -73,7 +73,7 @@ class MaxwellBranch:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlantedEffect:
-    """Where an effect acts on the rig; all that is left out changes nothing."""
+    """Points where an effect acts on the rig; those left out change nothing."""
 
     half_width: float = 0.0
     """Half-width of the patch [m]; zero is a line of bristles."""

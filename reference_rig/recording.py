@@ -47,7 +47,7 @@ class RigRecording:
     effects: EffectValues
     """The true effects."""
     ground: str | None = None
-    """What the wheel stands on."""
+    """Ground below the wheel."""
 
 
 def build_effects(planted: EffectValues) -> tuple[PlantedEffect, ...]:

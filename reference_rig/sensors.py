@@ -93,7 +93,7 @@ def drop_samples(seed: int, signal: Array, *, share: float = 0.2) -> Array:
 
 
 def delay_samples(signal: Array, samples: int) -> Array:
-    """Hand every sample over so many samples late; NaN until the first arrives."""
+    """Delay every sample by a number of samples; NaN until the first arrives."""
     if not 0 <= samples <= len(signal):
         raise ValueError(f"late by 0 to {len(signal)} samples, not by {samples}")
     return np.concatenate([np.full(samples, np.nan), signal[: len(signal) - samples]])

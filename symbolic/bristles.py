@@ -102,7 +102,7 @@ class BristlePatch:
 
     @property
     def slip_search(self) -> SlipSearch | None:
-        """What takes the place of `symbolic.slip.slip_search`; None for nothing."""
+        """Replacement of `symbolic.slip.slip_search`; None for none."""
         return None
 
     def initial(self) -> NDArray[np.float64]:

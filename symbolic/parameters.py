@@ -31,7 +31,7 @@ RIG_RANGES = {
 
 
 TOLERATED = {"a": "m", "e": "m", "load": "1", "zero": "N m", "k": "N/m^2"}
-"""What may be declared with a tolerance, and its unit."""
+"""Values that may be declared with a tolerance, and their units."""
 USUAL = {"a": 0.002, "e": 0.002, "load": 0.02, "k": 0.2}
 """Tolerances of what is declared without one: lengths [m], load and k as shares [1]."""
 EVEN = 3**-0.5

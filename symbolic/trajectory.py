@@ -128,7 +128,7 @@ def _start_with_sensitivities(model: Model, d: int, *, rig: bool) -> ca.Function
 def _moving(
     model: Model, signals: ca.MX, theta: ca.MX, geometry: ca.MX, *, rig: bool
 ) -> tuple[ca.MX, list[ca.MX], ca.MX]:
-    """What is differentiated by, the model's inputs as functions of it, and its value.
+    """The variables of differentiation, the model's inputs as functions of them, and their values.
 
     It is the parameter vector; with the rig also `RIG_DIRECTIONS`, where the load's factor is 1.
     """

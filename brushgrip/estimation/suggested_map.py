@@ -19,7 +19,7 @@ from identification.reading.signal_map import (
 SURELY_DEGREES = 4 * math.pi
 """No steering wheel turns further [rad]; what is beyond is in degrees."""
 MAX_ANGLE_DEGREES = 90.0
-"""No wheel is steered beyond it [deg]."""
+"""Largest steering angle of a wheel [deg]."""
 UNITS = {
     "time looks like milliseconds": ("t", "ms"),
     "F_N looks like kN": ("F_N", "kN"),
@@ -41,7 +41,7 @@ OF_CAR = {
     " the force and of the torques",
     "F_N looks": "friction is more than any ground has: check front_axle_load, half_length, force",
 }
-"""What is wrong of a car by the beginning of a suspected cause."""
+"""Fault of a car's recording, by the beginning of a suspected cause."""
 ANGLE, SIGN = "psi looks like degrees", "psi or the torque has the other sign"
 
 
@@ -95,7 +95,7 @@ def _source(recording: Recording, column: str) -> SignalSource:
 
 
 def _angle(recording: Recording) -> tuple[str, str]:
-    """The entry of the angle, and what to say of the ratio."""
+    """The entry of the angle, and a note on the steering ratio."""
     source, largest = _source(recording, "psi"), float(np.abs(recording.psi).max())
     degrees = replace(source, unit="deg")
     if source.unit is not None:

@@ -12,11 +12,11 @@ OF_STATES = {
     "stiffness_std": "k is no state of the observers that commands run; from Python:"
     " Ekf(..., stiffness=True)",
 }
-"""Values that say nothing without a state that only Python adds, and why."""
+"""Tuning values that have no effect unless a state is enabled in Python, and why."""
 
 
 class ChosenTuning(NamedTuple):
-    """What the command line says of the tuning.
+    """The tuning as the command line gives it.
 
     Attributes:
         profile: named there, or the usual one.

@@ -9,9 +9,9 @@ from identification.reading.table import SHORTEST_STEP
 GAP = 2.0
 """After a longer pause the patch may have been turned unseen, and the observer begins anew [s]."""
 LATE = 1.0
-"""Samples of so much before are late ones; earlier times are those of a clock that was set anew [s]."""
+"""Largest delay of a late sample; an earlier time means that the clock was set anew [s]."""
 MAX_TIME = 1e12
-"""Size of a time [s]."""
+"""Largest magnitude of a time [s]."""
 MAX_START_TIME = 1e6
 """Times that begin beyond it, as those since 1970, are counted from the first sample [s]."""
 

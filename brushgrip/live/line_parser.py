@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from identification.reading.formats.csvdialect import Numbers, delimiter_of
 
 MAX_LINE_LENGTH = 10_000
-"""Of a line that is read [letters]."""
+"""Longest line that is read [letters]."""
 MAX_NAMES = 200
-"""Values of a line."""
+"""Most values of a line."""
 
 
 class LineParser:

@@ -1,4 +1,4 @@
-"""What the observer saw and said, as a Parquet file that appears whole at its end."""
+"""Samples and estimates of the observer as a Parquet file, which appears whole at its end."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack

@@ -14,7 +14,7 @@ FIELDS = ("stretch", "done", "psi", "torque", *ESTIMATE)
 """Fields of a point beside what is recorded: number of the stretch, instant of the estimate on the clock
 of `time.monotonic` [s], angle, torque, estimate."""
 MAX_RECORDED_COLUMNS = 8
-"""Columns of a recording, the time first."""
+"""Most columns of a recording, the time first."""
 PLACES = {name: place for place, name in enumerate(FIELDS)}
 
 
@@ -45,7 +45,7 @@ class Ring:
     """One thread appends, others read."""
 
     def __init__(self, capacity: int) -> None:
-        """Take the memory for so many points."""
+        """Allocate the memory for `capacity` points."""
         self._fields = np.full((capacity, len(FIELDS)), np.nan)
         self._recorded = np.full((capacity, MAX_RECORDED_COLUMNS), np.nan)
         self.end = 0

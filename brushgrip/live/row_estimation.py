@@ -1,4 +1,4 @@
-"""From samples as they come to estimates, the same as `estimate` makes of the recorded file."""
+"""Estimates from samples as they come, equal to those of `estimate` from the recorded file."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -52,7 +52,7 @@ class RowEstimator(Protocol):
         """The points that are known with one more row: none, one or several."""
 
     def implausible(self, recorded: NDArray[np.float64], /) -> str:
-        """What samples show of wrong units and signs that the observer cannot see; empty for nothing."""
+        """Wrong units and signs in the samples that the observer cannot see; empty for none."""
 
     def reset(self) -> None:
         """Begin anew, at rest at the next row."""

@@ -15,11 +15,11 @@ from brushgrip.live.line_parser import MAX_LINE_LENGTH, LineParser
 from identification.reading.table import Table
 
 WAIT = 0.02
-"""A source without samples returns after so long [s]."""
+"""Time after which a source without samples returns [s]."""
 MAX_MESSAGES_AT_ONCE = 200
-"""Messages that are read before they are handed on."""
+"""Most messages that are read before they are handed on."""
 BUFFER = 8_000_000
-"""Of datagrams in the system's hands [bytes]."""
+"""Buffer of the system for datagrams [bytes]."""
 
 
 class Source(Protocol):

@@ -77,7 +77,7 @@ def is_same_file(one: Path, other: Path) -> bool:
 
 
 def file_keys(path: Path) -> set[object]:
-    """What a file is known by, where two paths that share one are the same file.
+    """Identity of a file; two paths with the same identity are the same file.
 
     Links and `..` are resolved as for writing, also behind folders that are not there yet; two hard
     links are the same file.

@@ -39,7 +39,7 @@ TYPES: Mapping[str, Real] = {"float": SINGLE, "double": DOUBLE}
 MEASUREMENT_MODELS: Mapping[str, MeasurementModel] = {"M_z": AligningTorque(), "M": SteeringTorque()}
 TUNABLE: Mapping[str, Tunable] = {"": "", "tuning": "tuning", "all": "all"}
 MAX_WINDOW = 1000
-"""Samples; ten seconds at 100 Hz."""
+"""Longest window [samples]; ten seconds at 100 Hz."""
 
 
 def _fmu(
@@ -64,7 +64,7 @@ WRITERS: Mapping[str, Callable[..., list[Path]]] = {
     "fmu3": partial(_fmu, 3),
     "ros2": _ros2,
 }
-"""What writes the files of each target."""
+"""Writer of the files of each target."""
 
 
 def window_setting(observer: str, window: int | None) -> dict[str, int]:

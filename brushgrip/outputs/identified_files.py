@@ -23,9 +23,9 @@ from symbolic.vehicle.vehicle import RANGES, Vehicle
 Changes = Mapping[str, float | tuple[float, float]]
 """Values by key, with their tolerances where they have one."""
 GEAR_FRICTION_VARIATION = 0.05
-"""Share of its value by which a gear's friction changes from day to day [1]."""
+"""Variation of a gear's friction from day to day, as a share of its value [1]."""
 USUAL_SPEED = 0.015
-"""Of a rack that is steered at standstill [m/s]."""
+"""Usual speed of a rack that is steered at standstill [m/s]."""
 OF_LOCK = 0.8
 """Share of the angle at the lock where the return torque is made to fit [1]."""
 
@@ -53,7 +53,7 @@ def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
 
 
 def _inclination(vehicle: Vehicle, factor: float) -> float:
-    """The inclination that makes so many times the declared return torque [rad]."""
+    """The inclination that gives this multiple of the declared return torque [rad]."""
     angle = OF_LOCK * lock_angle(vehicle)
     wanted = factor * jacking(vehicle, angle)
 

@@ -20,7 +20,7 @@ from symbolic.tables.parsing import toml_of
 KEY = "provenance"
 """Where provenance stands in a JSON document."""
 _SAME = ("inputs", "rig", "signals", "settings")
-"""What two runs have in common of which one may replace the other."""
+"""Fields that two runs share if one may replace the other."""
 _WRITTEN = (".json", ".html", ".png")
 """Suffixes of what `diagnose` and `demo` write."""
 _MAX_FILE_SIZE = 100_000_000

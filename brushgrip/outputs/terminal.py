@@ -48,7 +48,7 @@ def _spelling(sign: str) -> str:
 
 
 def fault_of_output() -> str | None:
-    """What keeps standard output from being written, None for nothing; it is given up then."""
+    """Reason why standard output cannot be written, and is given up; None for none."""
     try:
         sys.stdout.flush()
     except OSError as error:

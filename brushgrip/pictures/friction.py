@@ -25,7 +25,7 @@ RECORDINGS = ("#0063a8", "#e07b00", "#008f6b", "#a0559c", "#6b4a2b", "#c0392b", 
 MAX_GROUNDS = 4
 """Grounds in the overview; all stand in the table beside it."""
 OVERVIEW_WIDTH = 5.6
-"""Of the overview, so that its letters can be read on a telephone [in]."""
+"""Width of the overview, so that its letters can be read on a telephone [in]."""
 
 
 class LineStyle(NamedTuple):

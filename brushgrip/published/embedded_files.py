@@ -11,7 +11,7 @@ from symbolic import InvalidInputError
 
 RIG = "rig.toml"
 GROUND = "plate"
-"""What the demo's recordings stand on."""
+"""Ground of the demo's recordings."""
 SIMULATED, FIRST = "reference_rig", "estimate_in_a_loop.py"
 
 

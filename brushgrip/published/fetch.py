@@ -21,7 +21,7 @@ REGISTRY = files("brushgrip.published").joinpath("published.txt")
 _SIMULATIONS_BESIDE = "thesis_simulation"
 RETRIES = 2
 MAX_FILE_SIZE = 20_000_000
-"""Bytes that no published file has; a host that delivers more is not heard out."""
+"""Size that every published file is below; a download beyond it is cut off [bytes]."""
 TIMEOUT = 30.0
 
 
@@ -121,10 +121,10 @@ def _download(published: pooch.Pooch, names: list[str], say: Callable[[str], Non
             ) from None
 
 
-def download_bounded(url: str, place: str, published: pooch.Pooch) -> None:
-    """What pooch downloads with: like its own, but no more than `MAX_FILE_SIZE`."""
-    with _Bounded(place, "w") as file:
-        pooch.HTTPDownloader(timeout=TIMEOUT)(url, file, published)
+def download_bounded(url: str, output_file: str, registry: pooch.Pooch) -> None:
+    """Download like pooch's own downloader, but `MAX_FILE_SIZE` at most; checks no digest."""
+    with _Bounded(output_file, "w") as file:
+        pooch.HTTPDownloader(timeout=TIMEOUT)(url, file, registry)
 
 
 def _is_whole(published: pooch.Pooch, path: Path) -> bool:

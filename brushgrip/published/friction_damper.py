@@ -146,7 +146,7 @@ def _downloaded(address: str, name: str) -> dict[str, Array]:
 
 
 def fetched_array(url: str, columns: int, load: Callable[[str], Any] = np.load) -> Array:
-    """A published array of so many columns."""
+    """A published array with a given number of columns."""
     pooch.get_logger().setLevel("ERROR")
     try:
         with TemporaryDirectory() as folder:

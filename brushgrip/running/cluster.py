@@ -8,7 +8,7 @@ from typing import Any
 from symbolic import BrushgripError, InvalidInputError
 
 PATIENCE = "20s"
-"""A scheduler that does not answer for so long is not there."""
+"""Time without an answer after which a scheduler counts as absent [s]."""
 
 
 @contextmanager

@@ -14,7 +14,7 @@ _CASADI = "casadi.py"
 
 
 class Interruptions:
-    """Raises KeyboardInterrupt where Python code can take it, once; what is over is not interrupted.
+    """Raises KeyboardInterrupt once, where Python code can handle it, and never after `end`.
 
     Amid an import, compiled code would print it as a fault; amid a function of CasADi's module, which
     its compiled code may have called, it would be lost. There it waits until that is done, unless it
@@ -44,7 +44,7 @@ class Interruptions:
             sys.unraisablehook = self._unraisable
 
     def end(self) -> None:
-        """Interrupt nothing from now on: what Python does at its end would print a traceback."""
+        """Interrupt nothing from now on: at its end Python would print a traceback."""
         self.is_over = True
         if self._waits:
             signal.setitimer(signal.ITIMER_REAL, 0)

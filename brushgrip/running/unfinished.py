@@ -1,4 +1,4 @@
-"""What an unfinished search has done, kept until the same command finishes it."""
+"""Trials of an unfinished search, kept until the same command finishes it."""
 
 import hashlib
 import shutil

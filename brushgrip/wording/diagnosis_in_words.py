@@ -45,7 +45,7 @@ def _rest_is_larger(diagnosis: Diagnosis) -> bool:
 
 
 def _found(diagnosis: Diagnosis) -> str:
-    """What was found; only effects with clear figures are said to be missing."""
+    """Findings in words; only effects with clear figures are said to be missing."""
     clear, weak, odd = (
         [e for e in diagnosis.effects if e.grade in grades]
         for grades in (("strong", "ambiguous"), ("weak",), ("stands_in",))

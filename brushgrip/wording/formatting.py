@@ -154,13 +154,13 @@ def _power(value: float, std: float) -> tuple[float, int]:
     size = max(abs(value), std)
     if 1e-3 <= size < 1e5:
         return value, 0
-    factor = math.floor(math.log10(size))
-    return value / 10**factor, factor
+    exponent = math.floor(math.log10(size))
+    return value / 10**exponent, exponent
 
 
-def _four_digits(number: float, factor: int) -> str:
-    text = f"{number:.4g}".replace("-", "−")
-    return f"{text}·10{str(factor).translate(_SUPERSCRIPTS)}" if factor else text
+def _four_digits(mantissa: float, exponent: int) -> str:
+    text = f"{mantissa:.4g}".replace("-", "−")
+    return f"{text}·10{str(exponent).translate(_SUPERSCRIPTS)}" if exponent else text
 
 
 def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:

@@ -1,1 +1,1 @@
-"""What a diagnosis says: errors before and after, the effects that were missing, how sure each is."""
+"""Result of a diagnosis: errors before and after, the missing effects, how sure each is."""

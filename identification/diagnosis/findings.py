@@ -114,7 +114,7 @@ class FoundEffect:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Curve:
-    """What a mechanism does, in one recording; arrays of shape (n,).
+    """Course of a mechanism in one recording; arrays of shape (n,).
 
     Attributes:
         x_name: what is along the axis.

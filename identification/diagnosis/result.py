@@ -93,7 +93,7 @@ class Diagnosis:
 
     @property
     def basis(self) -> ModelBasis:
-        """What the final model stands on."""
+        """Basis of the final model."""
         return ModelBasis(
             training=len(self.recordings),
             holdout=len(self.holdout),

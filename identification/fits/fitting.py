@@ -29,8 +29,8 @@ from symbolic import Model
 Array = NDArray[np.float64]
 SAME_WEIGHT = 0.3
 """Relative change of such a weight that counts as none [1]."""
-HELD = 100.0
-"""Weight that keeps what was declared where it was declared [1]."""
+FIXING_WEIGHT = 100.0
+"""Weight that fixes the declared values in the first of two solves [1]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,7 +103,7 @@ def fit(
         weights = np.where(weights > 0, options.prior_weight, 0.0)
         if options.free_shared and not begin.rig and weights.any():
             # Lengths that give way at once hold the fit at a minimum of its own.
-            x = _solve(problem, x, np.where(weights > 0, HELD, 0.0), options).x
+            x = _solve(problem, x, np.where(weights > 0, FIXING_WEIGHT, 0.0), options).x
     solution = _solve(problem, x, weights, options)
     for _ in range(options.reweightings):
         revised = problem.prior_weights(solution.x)

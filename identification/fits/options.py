@@ -1,4 +1,4 @@
-"""What steers a fit, as one frozen value."""
+"""Options of a fit, as one frozen value."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

@@ -28,7 +28,7 @@ LIMIT = 3.841458820694124
 REFINEMENTS = 4
 """Most values inserted to find the least cost."""
 MIN_COST_REDUCTION = 1e-6
-"""A refinement has to promise a cost lower by this share [1]."""
+"""Least reduction of the cost that a refinement has to promise, as a share [1]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -144,7 +144,7 @@ def _refine(fits: dict[float, Fit], recordings: Sequence[Recording], fitted_at: 
 
 
 def _minimum(costs: Mapping[float, float]) -> float | None:
-    """Where a parabola through the least costs is least; None at an end, or where it gains nothing."""
+    """Minimum of a parabola through the least costs; None at an end, or where it gains nothing."""
     places = np.array(sorted(costs))
     heights = np.array([costs[place] for place in places])
     least = int(np.argmin(heights))
@@ -160,7 +160,7 @@ def _minimum(costs: Mapping[float, float]) -> float | None:
 
 
 def _interval(grid: Array, deviance: Array, at: int) -> tuple[float | None, float | None]:
-    """Where the deviance first passes the limit to either side of the best value.
+    """Values at which the deviance first passes the limit to either side of the best one.
 
     Its signed root is close to a straight line, along which it is interpolated.
     """

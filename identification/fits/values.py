@@ -57,7 +57,7 @@ class Values:
         return {**self.tyre, **ground, **self.own[recording.name]}
 
     def at(self, label: Label) -> float:
-        """The value that a column of a fit stands for."""
+        """The value of a column of a fit."""
         owner, name = label
         if owner is None:
             return self.tyre[name]
@@ -160,7 +160,7 @@ def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) 
 
 
 def rig_parameters(recording: Recording) -> dict[str, Parameter]:
-    """What the recording's rig declares with a tolerance greater than 0, as parameters of its own.
+    """Values that the recording's rig declares with a tolerance above 0, as parameters of its own.
 
     Each starts at the declared value and stays within its tolerance. The scale is the standard deviation
     of a value that may be anywhere within it.

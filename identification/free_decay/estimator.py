@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 UNITS = ("N/m^2", "N m s/rad")
 _CONFIDENCE = 0.95
 _SIGNIFICANT = 2.0
-"""A friction force is reported where its slip is so many standard deviations from zero."""
+"""Standard deviations of its slip from zero from which on a friction force is reported."""
 _DETUNED = 1.3
 """Largest ratio of a recording's frequency and that of its sticking patch, which sliding lowers [1]."""
 _REMEDY = (

@@ -1,4 +1,4 @@
-r"""The free vibration with what the ends of the patch slide, as a casadi Function.
+r"""The free vibration with the sliding ends of the patch, as a casadi Function.
 
 Sticking bristles make a spring, J_A psi'' + b_t psi' + K psi = 0 with K = 2 a k (e^2 + a^2/3)
 ([Györök 2022], (5.6) at rest, (5.7)). But friction holds nothing where the pressure ends, so
@@ -38,7 +38,7 @@ GEOMETRY = ("a", "e", "J_A")
 _STATES = ("psi", "psi_dot", "psi_r", "S_r", "S", "heading")
 PARAMETERS = ("k", "b_t", "slip", "centre")
 _MIN_REACH = 1e-9
-"""Below this reach the slip torque is its own limit for small turns [m]."""
+"""Least reach; below it the slip torque is its own limit for small turns [m]."""
 _SAMPLES_PER_CALL = 100
 """Samples in one call."""
 

@@ -51,7 +51,7 @@ class Standstills:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RackRecording:
-    """What a car's rack did while the car stood, samples that are missing left out; arrays (n,).
+    """Motion and force of a car's rack at standstill, without missing samples; arrays (n,).
 
     Attributes:
         name: of the recording.

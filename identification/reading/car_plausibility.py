@@ -20,7 +20,7 @@ unwind within half of it, and give work."""
 GIVEN_BACK = 0.25
 """Share of the work, without regard to its sign, that no ground and no gear give back [1]."""
 MAX_RACK_FORCE = 6e4
-"""Of the gear on a rack [N]."""
+"""Largest force of the gear on a rack [N]."""
 OPPOSED = -0.87
 """Correlation of torsion bar and motor by which one has the other sign [1]: an assistance follows the
 bar, above 0.9; a handwheel that a motor drags along stays above -0.8."""

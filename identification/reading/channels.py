@@ -148,7 +148,7 @@ def missing_channels(
     signals: SignalMap,
     read: Callable[[str], Samples] | None = None,
 ) -> InvalidInputError:
-    """What is missing, what is there, and a map that may mend it; see `map_hint`."""
+    """Missing columns, channels that are there, and a map that may mend it; see `map_hint`."""
     wanted = ", ".join(
         EITHER.get(c, c) if c not in signals.signals else f"{c} (as {excerpt(signals.of(c).channel)})"
         for c in absent
@@ -214,10 +214,10 @@ def map_hint(
     return f"; say which is which, such as {as_option(parts)}{FOR_RATIO if of_hand else ''}"
 
 
-def _proposed_source(column: str, name: str | None) -> SignalSource:
+def _proposed_source(column: str, channel: str | None) -> SignalSource:
     """A channel with the unit that its name ends in; a word in its place for none."""
-    bare = bare_name(name or "CHANNEL")
-    unit = "" if is_unit(column, unit_of_name(name or "")) else unit_at_end(column, bare)
+    bare = bare_name(channel or "CHANNEL")
+    unit = "" if is_unit(column, unit_of_name(channel or "")) else unit_at_end(column, bare)
     return SignalSource(channel=bare, unit=unit or None)
 
 

@@ -24,7 +24,7 @@ from symbolic.tables.parsing import naming
 
 Array = NDArray[np.float64]
 CHANNELS = ("psi", "M_z", "F_N")
-"""What a recording needs: yaw angle [rad], aligning torque [N m], vertical load [N]."""
+"""Quantities that a recording needs: yaw angle [rad], aligning torque [N m], vertical load [N]."""
 _MIN_QUIET_SAMPLES = 10
 """Samples that the mean of an offset needs."""
 _FINEST_RATIO = 1000

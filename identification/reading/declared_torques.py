@@ -1,4 +1,4 @@
-r"""What a vehicle file declares beside the tyres' torque: gear, return torque, damping, growth.
+r"""Torques that a vehicle file declares beside the tyres': gear, return torque, damping, growth.
 
 Each is a torque C(t) of the mean wheel [N m] that is as declared at a share of 1 and known to a
 tolerance of it. A recording that is fitted has all of them as declared taken off, so that a fit adds
@@ -39,7 +39,7 @@ class DeclaredTorque:
 
 
 def declared_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
-    """By name of the share, what the vehicle of a recording declares; nothing for a wheel on a rig."""
+    """Declared torques of a recording's vehicle, by name of the share; empty for a wheel on a rig."""
     if (car := recording.standstills) is None:
         return {}
     vehicle, psi, tolerances = car.vehicle, recording.psi, car.vehicle.tolerances

@@ -9,7 +9,7 @@ from symbolic import InvalidInputError
 from symbolic.tables.parsing import naming, text_of
 
 LARGEST_FILE = 500_000_000
-"""Of a file that is read [bytes]."""
+"""Largest file that is read [bytes]."""
 
 
 def require_readable(path: Path, largest: int = LARGEST_FILE) -> int:

@@ -7,24 +7,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.signal_map import SignalSource
+from symbolic.plausible_signals import (
+    MAX_PLAUSIBLE_PERIOD,
+    MAX_RETURNED_WORK,
+    MAX_STEERING_ANGLE,
+    MIN_SIGN_TRAVEL,
+    MIN_WHEEL_LOAD,
+)
 
 Array = NDArray[np.float64]
-MAX_PLAUSIBLE_PERIOD = 0.5
-"""Samples so far apart are in milliseconds [s]."""
-MAX_STEERING_ANGLE, MAX_HANDWHEEL_ANGLE = 1.6, 4 * np.pi
-"""No wheel is steered beyond the first, no steering wheel beyond the second [rad]."""
-MIN_WHEEL_LOAD = 20.0
-"""No wheel stands on less [N]."""
+MAX_HANDWHEEL_ANGLE = 4 * np.pi
+"""Largest angle of a steering wheel [rad]."""
 MAX_LEVER_ARM = 0.8
-"""No ground holds a torque of so much for each newton of load [m]."""
-MIN_SIGN_TRAVEL, MAX_RETURNED_WORK = 0.2, 0.25
-"""Turn after which the torque's sign is judged [rad]; share of the work that no ground gives back."""
+"""Largest torque per load that a ground can hold [m]."""
 
 
 def infer_units(
     sources: Mapping[str, SignalSource], values: Mapping[str, Array], geared: set[str], certain: set[str]
 ) -> tuple[dict[str, SignalSource], set[str]]:
-    """The sources with the units and the torque's sign that their numbers show, and which have a gear.
+    """The sources with inferred units and torque sign, and the columns that need a steering ratio.
 
     Args:
         sources: of columns.

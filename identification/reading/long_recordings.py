@@ -50,7 +50,7 @@ def bounded(
 def _reversals_within(
     recordings: Sequence[Recording], most: int
 ) -> tuple[float, list[NDArray[np.int64]]]:
-    """The least angle of reversals of which there are at most so many [rad], and their samples."""
+    """Least angle that leaves at most `most` reversals [rad], and the samples of these."""
     least = MIN_REVERSAL
     while True:
         turns = [_reversals(recording.psi, least) for recording in recordings]

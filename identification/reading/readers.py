@@ -77,7 +77,7 @@ _FORMATS = {
     "ros": (open_ros, (".bag", *ROS_2_BAGS)),
     "tdms": (open_tdms, (".tdms",)),
 }
-"""What opens a format and its suffixes, by the extra of the package that installs the library."""
+"""Readers and suffixes of each format, by the package's extra that installs the library."""
 PLAIN = (".csv", ".txt", ".tsv")
 READERS: Mapping[str, Reader] = MappingProxyType(
     {

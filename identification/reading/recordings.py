@@ -34,7 +34,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class DataFrame(Protocol):
-    """What a data frame of pandas or polars can do."""
+    """Methods of a data frame of pandas or polars that are used."""
 
     @property
     def columns(self) -> Any:

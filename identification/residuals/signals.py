@@ -6,12 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.reading.long_recordings import MIN_REVERSAL
 from identification.reading.recordings import Recording
 from symbolic import Effect, InvalidInputError
 
 Array = NDArray[np.float64]
-MIN_REVERSAL = 1e-3
-"""Turning back by this much is a reversal, not the encoder's noise [rad]."""
 MIN_MOVING_SHARE = 0.05
 """Below this share of its rms yaw rate the wheel counts as resting [1]."""
 

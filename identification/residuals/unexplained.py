@@ -14,7 +14,7 @@ from identification.residuals.signatures import MIN_STRUCTURE_SHARE, Signatures
 
 Array = NDArray[np.float64]
 MAX_NOISE_RATIO = 1.15
-"""Residuals count as noise up to this multiple of the noise of the torque channel."""
+"""Largest rms of residuals that counts as noise, over the noise of the torque channel [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)

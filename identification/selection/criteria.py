@@ -107,7 +107,7 @@ def addition_justified(
 def exceeds_law_mismatch(
     added: Effect, richer: Trial, present: Trial, declared: Trial, criteria: SelectionCriteria
 ) -> bool:
-    """Whether an effect gains more than slightly wrong laws of the effects in the model would leave.
+    """Whether the gain exceeds what slightly wrong laws of the model's effects would leave unexplained.
 
     Another author's law differs from the library's, and what it leaves must not be read as a further
     mechanism. What is explained is a fall of the squared judged error, from the declared structure on.
@@ -172,7 +172,7 @@ def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> b
 
 
 def flattered(trial: Trial, other: Trial, training: Sequence[Recording]) -> bool:
-    """Whether a trial owes its lower judged error to what it fits to the recordings that judge.
+    """Whether a trial's lower error comes from parameters fitted to the judging recordings themselves.
 
     It fits more to them than the other one, and its information criterion is higher.
     """

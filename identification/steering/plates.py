@@ -40,7 +40,7 @@ APART = 0.2
 POOR = 0.1
 """Standard deviation of the gear's friction over it, beyond which it is not known [1]."""
 MAX_FRICTION_RATIO = 2.0
-"""Times its declared value that a gear's friction may be [1]."""
+"""Largest friction of a gear over its declared value [1]."""
 DRIVE = "turn from lock to lock slowly and back quickly, then quickly and back slowly"
 """What tells friction from damping."""
 

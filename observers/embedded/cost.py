@@ -19,9 +19,9 @@ from observers.estimators.mhe import Mhe
 from observers.protocol import FunctionObserver
 
 ERROR = 0.2
-"""Share by which an estimate differs from the count at most [1]."""
+"""Largest difference between estimate and count, as a share of the count [1]."""
 MARGIN = 1.05
-"""Of the greatest, so that no count is above it."""
+"""Factor on the estimated maximum, so that no measured count exceeds it [1]."""
 CORNERS, MOST_CORNERS = 7, DEPTH - 2
 """Corners of the patch in ordinary steering, and at most."""
 VECTORS = 100_000
@@ -136,21 +136,21 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     if tunable == "all" and not patch.takes_rig:
         remedy = "take the tuning alone at run time (--tunable tuning), a tenth of that or less"
         return Cost(instructions=VECTORS * factor, vectors=True, remedy=remedy)
-    of, effects = FLOAT if real is SINGLE else DOUBLE, patch.observer.model.effects
+    counts, effects = FLOAT if real is SINGLE else DOUBLE, patch.observer.model.effects
     on_bristles = bool(patch.terms["bristles"])
     if isinstance(observer, Mhe) and effects and not on_bristles:
         return Cost(instructions=None)
-    corner = 0.0 if on_bristles else _corner_instructions(patch, of, tunable)
-    acquiring = of.acquiring[bool(tunable)] + GEAR_ACQUIRING * ("gear" in patch.observer.states)
-    step, acquiring = _step_instructions(patch, of, tunable), acquiring * patch.observer.acquire
-    mean = step + of.tracking * patch.observer.acquire + CORNERS * corner
+    corner = 0.0 if on_bristles else _corner_instructions(patch, counts, tunable)
+    acquiring = counts.acquiring[bool(tunable)] + GEAR_ACQUIRING * ("gear" in patch.observer.states)
+    step, acquiring = _step_instructions(patch, counts, tunable), acquiring * patch.observer.acquire
+    mean = step + counts.tracking * patch.observer.acquire + CORNERS * corner
     # From the steering torque no corner is dropped in the longest step.
     drops = bool(corner) and "psi" not in patch.observer.states
-    most = step + acquiring + MOST_CORNERS * corner + of.drop * drops
+    most = step + acquiring + MOST_CORNERS * corner + counts.drop * drops
     if on_bristles:
         mean, most = (
-            mean + _bristle_instructions(patch, of, 0),
-            most + _bristle_instructions(patch, of, 1),
+            mean + _bristle_instructions(patch, counts, 0),
+            most + _bristle_instructions(patch, counts, 1),
         )
     return Cost(
         instructions=int(round(mean, -2)),
@@ -163,31 +163,31 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     )
 
 
-def _step_instructions(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
+def _step_instructions(patch: PatchCode, counts: Instructions, tunable: Tunable) -> float:
     """Instructions of a step without corners, bristles and supervision."""
     window, steered = getattr(patch.observer, "window", 0), "psi" in patch.observer.states
-    each = float(of.sample_bristles if patch.terms["bristles"] else of.sample)
+    each = float(counts.sample_bristles if patch.terms["bristles"] else counts.sample)
     if steered:
         each *= STEERING_SAMPLE
-    step = of.step * (STEERING if steered else 1.0) + of.tunable * bool(tunable)
+    step = counts.step * (STEERING if steered else 1.0) + counts.tunable * bool(tunable)
     step += GEAR * ("gear" in patch.observer.states)
-    return step + window * (each + of.tunable_sample * bool(tunable))
+    return step + window * (each + counts.tunable_sample * bool(tunable))
 
 
-def _corner_instructions(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
+def _corner_instructions(patch: PatchCode, counts: Instructions, tunable: Tunable) -> float:
     """Instructions that each corner of the patch adds."""
     window, steered = getattr(patch.observer, "window", 0), "psi" in patch.observer.states
-    each = of.corner + window * of.sample_corner * (STEERING_CORNER if steered else 1.0)
+    each = counts.corner + window * counts.sample_corner * (STEERING_CORNER if steered else 1.0)
     return each * (RIG_CORNER if tunable == "all" else 1.0)
 
 
-def _bristle_instructions(patch: PatchCode, of: Instructions, at: int) -> float:
+def _bristle_instructions(patch: PatchCode, counts: Instructions, column: int) -> float:
     """Instructions of the bristles, in the mean or at most."""
     terms = patch.terms
-    each = of.bristle[at] + of.compliant[at] * bool(terms["compliant"])
-    each += of.limit[at] * bool(terms["limited"] or terms["grows"])
-    each += of.branch[at] * bool(terms["relaxation"])
-    return float(terms["bristles"] * (each + of.creep[at] * bool(terms["creep"])))
+    each = counts.bristle[column] + counts.compliant[column] * bool(terms["compliant"])
+    each += counts.limit[column] * bool(terms["limited"] or terms["grows"])
+    each += counts.branch[column] * bool(terms["relaxation"])
+    return float(terms["bristles"] * (each + counts.creep[column] * bool(terms["creep"])))
 
 
 def _remedy(observer: FunctionObserver) -> str:

@@ -36,7 +36,7 @@ COMPILER_FLAGS = (
 )
 """Those of the CMake file, so that the FMU computes what the C computes, to the last bit."""
 DATE = (1980, 1, 1, 0, 0, 0)
-"""Of every file in the archive: the same observer gives the same bytes."""
+"""Time stamp of every file in the archive: the same observer gives the same bytes."""
 
 
 @dataclass(frozen=True)

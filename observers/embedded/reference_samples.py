@@ -35,7 +35,7 @@ def reference_table(observer: FunctionObserver, real: Real) -> str:
 
 
 def expected_estimates(observer: FunctionObserver, samples: Array) -> Array:
-    """What `observers.Loop` estimates after each sample, rows as in `ESTIMATE`, one column each."""
+    """Estimates of `observers.Loop` after each sample, rows as in `ESTIMATE`, one column each."""
     loop = Loop(observer)
     sequence = (Sample(**dict(zip(INPUTS, column, strict=True))) for column in samples.T.tolist())
     return np.array([loop(sample).numbers for sample in sequence]).T

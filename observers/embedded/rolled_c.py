@@ -50,7 +50,7 @@ def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Kn
 
 @dataclass
 class LoopWriter:
-    """Writes loops of so many rounds, in a type of number."""
+    """Writes loops of a given length in a type of number."""
 
     length: int
     real: str
@@ -74,7 +74,9 @@ class LoopWriter:
                 if not value.is_vector and value.level == level and value.code not in REDUCTIONS:
                     self._compute(value, "    ")
             self._loop(loops[level])
-        written = [f"    {result}[{j}] = {stripped(self._real(o))};" for j, o in enumerate(outputs)]
+        written = [
+            f"    {result}[{j}] = {stripped(self._real_expression(o))};" for j, o in enumerate(outputs)
+        ]
         return "\n".join([*self.tables, *arrays, "    int32_t i;", *self.lines, *written])
 
     def _arrays(self, used: Sequence[Value]) -> list[str]:
@@ -100,7 +102,7 @@ class LoopWriter:
             if value.is_vector:
                 self._compute(value, "        ")
                 continue
-            terms = [self._real(operand) for operand in value.operands]
+            terms = [self._real_expression(operand) for operand in value.operands]
             if value.code == ca.OP_MMAX:
                 most, each = value.text, stripped(terms[0])
                 found = f" {most}_at = ({self.real})i;" if value.is_placed else ""
@@ -115,7 +117,7 @@ class LoopWriter:
             term = Term(f"{value.operands[0].text}_at")
         elif value.code == CHOICE:
             index, vector = value.operands
-            term = Term(self._text(vector, f"(int32_t){self._real(index)}"))
+            term = Term(self._text(vector, f"(int32_t){self._real_expression(index)}"))
         else:
             term = operation(value.code, [self._term(operand) for operand in value.operands])
         if value.stored:
@@ -130,7 +132,7 @@ class LoopWriter:
     def _term(self, value: Value) -> Term:
         return Term(self._text(value, "i"), value.is_condition, value.value_if)
 
-    def _real(self, value: Value) -> str:
+    def _real_expression(self, value: Value) -> str:
         return as_real(self._term(value))
 
     def _text(self, value: Value, index: str) -> str:

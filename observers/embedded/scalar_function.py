@@ -58,7 +58,7 @@ ABOUT = {
     "conclude": "Output and handover while friction is acquired.",
     "follow_output": "Output while the estimator tracks.",
 }
-"""What a Function does, for the C."""
+"""Purpose of a Function, as a comment of the C."""
 
 
 def scalar_function(

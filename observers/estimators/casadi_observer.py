@@ -66,7 +66,7 @@ class CasadiObserver:
 
     @property
     def kind(self) -> str:
-        """What sort of estimator it is, for its title."""
+        """Kind of the estimator, for its title."""
         return type(self).__name__
 
     @property
@@ -252,7 +252,7 @@ class CasadiObserver:
 
     @cached_property
     def _filled(self) -> list[slice]:
-        """Where a state is never NaN, as far as it has these parts; neighbours in one slice."""
+        """Slices of the state that must not hold NaN; adjacent ones are merged."""
         filled: list[slice] = []
         for at in (
             self._parts.places[n][0] for n in ("memory", "x", "factor") if n in self._parts.places

@@ -69,7 +69,7 @@ class Ekf(ModelObserver):
 
     @property
     def kind(self) -> str:
-        """What sort of estimator it is."""
+        """Kind of the estimator, for its title."""
         return "Extended Kalman filter"
 
     @property

@@ -47,7 +47,7 @@ class Mhe(ModelObserver):
 
     @property
     def kind(self) -> str:
-        """What sort of estimator it is."""
+        """Kind of the estimator, for its title."""
         return f"Moving-horizon estimator over {self.window} samples"
 
     @property

@@ -1,4 +1,4 @@
-"""What the steps of the filter and of the window share: a sample, its test, bounds, and the output."""
+"""Terms that the steps of filter and window share: a sample, its test, bounds, and the output."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -49,7 +49,7 @@ def clip_to_bounds(measurement_model: MeasurementModel, x: Expression, tuning: E
 
 @dataclass(frozen=True, kw_only=True)
 class StepSample:
-    """What a step is given at a sample.
+    """Inputs of a step at a sample.
 
     Attributes:
         model: the model.

@@ -19,7 +19,7 @@ from symbolic.vehicle.vehicle import Vehicle
 Array = NDArray[np.float64]
 Kind = TypeVar("Kind", bound=ModelObserver)
 HOLDING = ("mu", "mu_std", "mu_eff", "mu_eff_std", "M_slide")
-"""What is held while the car rolls."""
+"""Values that are held while the car rolls."""
 
 
 def car_observer(

@@ -82,7 +82,7 @@ class Loop:
 
     @property
     def suspicions(self) -> tuple[str, ...]:
-        """What `Status.SUSPECT` stands for now, each cause in a sentence; empty without it."""
+        """Present causes of `Status.SUSPECT`, a sentence each; empty without it."""
         return suspicions(self.state)
 
     @property

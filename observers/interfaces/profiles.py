@@ -15,15 +15,15 @@ from observers.tuning import REFERENCE_STEP, Tuning
 from symbolic import FoundModel, InvalidInputError, ModelError
 
 CAR = MappingProxyType({"error": 0.03, "mu_floor": 0.0})
-"""What is otherwise for a car: its contacts differ less from their model than a rig's small wheel does,
-and its tolerances count in full."""
+"""Fields of the tuning that differ for a car: its contacts match their model better than a rig's small
+wheel does, and its tolerances count in full."""
 TURNING_RATE = 0.1
 """Yaw rate at which a correlation time is taken for a turn [rad/s]: that of hand-turned recordings."""
 SENSOR_SHARE = 0.1
-"""White noise beside a spread that includes it already, where that lasts [1]."""
+"""Least share of the model error that counts as white noise, however long its correlation time [1]."""
 MIN_MODEL_ERROR = 0.02
-"""Least error of a model that was found, as a share of the torque [1]: an observer has the rate that is
-past, a diagnosis that of the whole recording."""
+"""Least error of a found model, as a share of the torque [1]: an observer knows the rate so far, a
+diagnosis the rate of the whole recording."""
 EXPLAINED = 2.5
 """Consistency beyond which a spread that was measured is exceeded [1]: chi-square with 40 degrees of
 freedom over 40, which it exceeds about once in two million independent windows."""

@@ -39,16 +39,16 @@ from symbolic import InvalidInputError, Model, Rig, full_slide_torque
 STALE = 0.1
 """Age at which the error of an imputed steering torque reaches full slide [s]."""
 MIN_YAW_RATE = 0.1
-"""Yaw rate below which the model's error lasts no longer [rad/s]."""
+"""Least divisor in the correlation time of the model's error, `error_travel` / yaw rate [rad/s]."""
 USUAL_STEP = 0.02
 """The part of a step beyond this counts as age of the steering torque [s]; a wheel swings in 0.2 s."""
 BLOCK = ("time", "psi_sum", "M_sum", "psi_a", "time_a", "psi_b", "M_b", "time_b", "blocks")
 """State of `SteeringTorque.observed_torque`: sums over the present block of samples, then means of the
 last two, their times and number."""
 BLOCK_TIME = 0.0399
-"""A block of samples is at least so long [s]: the angle's second difference needs the time."""
+"""Least length of a block of samples [s]: the angle's second difference needs the time."""
 MIN_TIME_DIVISOR = 1e-9
-"""Least time that something is divided by [s]."""
+"""Least divisor that is a time [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +143,7 @@ class SteeringTorque:
         }
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
-        """The last steering torque stands for a missing one; its error grows with its age."""
+        """Impute a missing steering torque by the last one; its error grows with its age."""
         F_N, load_imputed, _ = impute_load(sample, last)
         missing = ca.logic_not(is_known(sample["M"]))
         now = {

@@ -11,14 +11,14 @@ SHORTER, LONGER = 0.6, 1.6
 SWING = 0.005
 """A leg grows by at least this [rad]."""
 FINAL_SWINGS = 3
-"""So often a path swings to both bounds behind its last turning point."""
+"""Swings between both bounds that are appended behind a path's last turning point."""
 AT_REST = 1e-9
-"""A way to stop that is none [rad]."""
+"""Stopping distance below which the wheel counts as at rest [rad]."""
 KINDS = ("none", "turn back", "shorter", "longer", "narrower", "wider", "slower", "faster")
 
 
 class PathNow(NamedTuple):
-    """Where a path is: angle and turning points that remain [rad], greatest rate and speed [rad/s].
+    """Point on a path: angle and remaining turning points [rad], greatest rate and speed [rad/s].
 
     The speed is that toward the first of the points; bounds and middle are of the angle [rad].
     """

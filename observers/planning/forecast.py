@@ -1,4 +1,4 @@
-"""What an observer will know after steering along a path, for each of several frictions.
+"""Forecast of an observer's estimates along a path, for each of several frictions.
 
 The observer's own step runs on the torque that it expects itself at a friction: the filter without its
 supervision, started at that friction, predicts it while no torque is measured. So the deviation forecast
@@ -30,7 +30,7 @@ from symbolic.compilation.buffered import BufferedCall
 
 Array = NDArray[np.float64]
 SAMPLES_PER_CALL = 25
-"""Samples between two looks at whether a forecast may end."""
+"""Samples of one compiled call; between two calls a forecast may end."""
 MU, STD, TORQUE, STATUS = (OUTPUT.index(n) for n in ("mu", "mu_std", "M_z_predicted", "status"))
 
 
@@ -71,7 +71,7 @@ class Lane:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Forecast:
-    """What the observer will say along the samples of a path, at one friction.
+    """Estimates of the observer along the samples of a path, at one friction.
 
     Attributes:
         mu: its estimate, shape (n,) as of the others [1].
@@ -221,7 +221,7 @@ class Forecaster:
 
 
 def least_deviation(observer: ModelObserver, mu: float, F_N: float) -> dict[str, float]:
-    """What no steering lowers, by cause as shares of mu [1]; together their hypotenuse."""
+    """Deviations that no steering lowers, by cause, as shares of mu [1]; they add in quadrature."""
     causes = friction_floor(observer.tuning, observer.rig)
     slide = float(full_slide_torque(F_N, observer.rig.a))
     dry = observer.rig.dry_friction

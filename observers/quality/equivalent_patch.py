@@ -1,4 +1,4 @@
-"""The declared patch that stands for a model with effects while friction is acquired.
+"""The declared patch that replaces a model with effects while friction is acquired.
 
 Acquisition weighs hypotheses on the declared patch, which costs little and forgets nothing wrongly. A
 model with effects is softer, or slides at another level: it is driven once through a turn and back, and
@@ -21,7 +21,7 @@ TURN, RATE, PERIOD = 0.3, 0.2, 0.01
 SLIDES_AT = 0.08
 """Turn at which the patch begins to slide as a whole under the load of the path, mu = 1 [rad]."""
 MISFIT = 0.05
-"""Least share of the torque by which a model differs from the patch that stands for it [1]."""
+"""Least difference of a model from its equivalent patch, as a share of the torque [1]."""
 
 
 def equivalent_patch(model: Model, values: Mapping[str, float], rig: Rig) -> EquivalentPatch:

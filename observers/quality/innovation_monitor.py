@@ -29,11 +29,11 @@ MONITOR = ("rise", "fall", "squares", "samples")
 CHANGE = 0.5
 """Change of ln mu that is looked for [1]."""
 WINDOW = 20.0
-"""Independent samples over which the consistency forgets."""
+"""Independent samples after which the consistency has forgotten older ones."""
 LEAST_SAMPLES = 5.0
 """Independent samples before the consistency is judged: the first ones share the prior's error."""
 LARGEST = 25.0
-"""A larger square of an innovation over its variance counts as this in the consistency [1]."""
+"""Upper limit of a squared innovation over its variance in the consistency [1]."""
 
 
 @cache

@@ -29,24 +29,22 @@ from observers.protocol import OUTPUT, SAMPLE, Sample, Status
 from observers.quality.verdict import VERDICT
 from symbolic import Rig, full_slide_torque
 from symbolic.functions import named_function
+from symbolic.plausible_signals import (
+    MAX_PLAUSIBLE_PERIOD,
+    MAX_STEERING_ANGLE,
+    MIN_SIGN_TRAVEL,
+    MIN_WHEEL_LOAD,
+)
 
 Array = NDArray[np.float64]
-MAX_STEERING_ANGLE = 1.6
-"""Steering angle that is not reached [rad]."""
-MAX_PLAUSIBLE_PERIOD = 0.5
-"""Time between samples that is too long to follow a wheel [s]."""
 MAX_TORQUE_RATIO = 15.0
-"""Friction coefficient that no torque of the ground stands for [1]."""
+"""Ratio of torque to that of full slide at mu = 1 which no ground reaches [1]."""
 GREATEST_FRICTION = 2.75
 """Friction coefficient of a tyre that no ground has [1]."""
-MIN_WHEEL_LOAD = 20.0
-"""A load below this is suspected before the torque is [N]."""
 LIFTED = 0.05
 """Share of the first load below which the wheel is lifted, and a torque beside it no evidence [1]."""
 IN_A_ROW = 10
 """Samples in a row that make a suspicion."""
-MIN_SIGN_TRAVEL = 0.2
-"""Turn after which the sign is judged [rad]."""
 WORK_TRAVEL = 2.0
 """Turn in which work is forgotten [rad]."""
 GIVEN_BACK = 0.25

@@ -169,7 +169,7 @@ def screened_angles(samples: Array, limits: tuple[float, ...]) -> Array:
 
 
 def beyond_limits(samples: Array, limits: tuple[float, ...]) -> NDArray[np.bool_]:
-    """Of samples (6, n), those with a value at its limit and beyond, (n,); the rate of psi aside."""
+    """Mask (n,) of the samples (6, n) with a value at or beyond its limit, the rate of psi excepted."""
     psi_limit, rate_limit, F_N_limit, torque_limit, _ = limits
     bounds = np.array([psi_limit, rate_limit, F_N_limit, NO_LIMIT, torque_limit, torque_limit])
     sizes = np.abs(samples)

@@ -81,9 +81,9 @@ def _depths(angles: Iterable[float], least_turn: float) -> list[int]:
     return depths
 
 
-def _is_beyond_last_reversal(turns: list[float], farthest: float) -> bool:
+def _is_beyond_last_reversal(reversals: list[float], extreme: float) -> bool:
     """True where the angle has gone on beyond the last turning point on its side."""
-    if len(turns) == 1:
-        return abs(farthest) > abs(turns[0])
-    before, last = turns[-2:]
-    return (farthest - before) * (before - last) > 0
+    if len(reversals) == 1:
+        return abs(extreme) > abs(reversals[0])
+    before, last = reversals[-2:]
+    return (extreme - before) * (before - last) > 0

@@ -24,7 +24,7 @@ PLACES = ("lever", "limit", "moment")
 SHARED = 4
 """How many follow there that all bristles share."""
 FOUND = 4
-"""What `symbolic.slip.slip_search` finds."""
+"""Results of `symbolic.slip.slip_search`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +46,7 @@ class OneBristle(BristlePatch):
 
     @property
     def slip_search(self) -> SlipSearch | None:
-        """What takes the place of the search."""
+        """Replacement of the search."""
         return self.search
 
     def nodes(self) -> tuple[Expression, Expression, Expression]:

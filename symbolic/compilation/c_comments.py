@@ -8,7 +8,7 @@ import casadi as ca
 
 @dataclass(frozen=True, kw_only=True)
 class Comments:
-    """What stands beside the statements of a function.
+    """Comments beside the statements of a function.
 
     Attributes:
         sections: for the first of some outputs, what is computed from here on.
@@ -21,7 +21,7 @@ class Comments:
     between: Collection[str] = ()
 
     def of(self, output: str, element: int) -> str:
-        """Of an element of an output; empty where none is known."""
+        """Comment of an element of an output; empty where none is known."""
         names = self.elements.get(output, ())
         return f" /* {names[element]} */" if element < len(names) else ""
 

@@ -54,8 +54,8 @@ last place; the macro merely shows them."""
 LOOPS = ("-O3", "-fno-semantic-interposition", "-D__FAST_MATH__", "-lmvec")
 """Flags that give the loops of `bristle_kernel.c` glibc's vector exp and log."""
 BRANCHES = "-fno-tree-pre"
-"""After gcc's elimination of partial redundancies, loops with branches would call these for one number
-at a time. clang does not know the flag."""
+"""Turns off gcc's partial-redundancy elimination, after which loops with branches call exp and log one
+number at a time. clang does not know the flag."""
 UNWRITABLE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
 """Errors by which a folder cannot take a library."""
 _WARNED: set[str] = set()

@@ -18,7 +18,7 @@ LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}" + re.escape(LIBRARY_SUFFIX
 
 
 def cache_directory() -> Path:
-    """Where compiled Functions are kept: `BRUSHGRIP_CACHE`, else the user's cache folder."""
+    """Folder of the compiled Functions: `BRUSHGRIP_CACHE`, else the user's cache folder."""
     if own := os.environ.get("BRUSHGRIP_CACHE"):
         return Path(own)
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
@@ -55,7 +55,7 @@ def replacement_cache(folder: Path, reason: str) -> Path:
 
 
 def _close_to_group(folder: Path) -> None:
-    """Takes the group's right to write from an own folder, and the libraries that it may have renamed.
+    """Remove the group's write permission from our folder, and libraries that it could have replaced.
 
     An earlier release made the folder so where the umask is 002, as it is where every user has a group.
     """
@@ -71,7 +71,7 @@ def _close_to_group(folder: Path) -> None:
 
 
 def _distrust_parents(folder: Path) -> str | None:
-    """Why others could put another folder in the place of this one; None where they could not.
+    """Reason why other users could replace this folder through a parent of it; None if they cannot.
 
     Where the sticky bit is set, as for /tmp, nobody can rename a folder of another user. A folder in the
     temporary folder is taken as it is, as its replacement would stand there too.

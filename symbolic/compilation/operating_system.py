@@ -56,7 +56,7 @@ def kill_group(process: "subprocess.Popen[bytes]") -> None:
 
 
 def processor(field: str) -> str:
-    """What Linux says of the processor under the name of a field; empty where it does not say."""
+    """Value of a field of Linux's description of the processor; empty where it has none."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:  # noqa: PTH123
             fields = [line.partition(":") for line in file]
@@ -106,7 +106,7 @@ class MemoryLimit:
 
     @contextmanager
     def lowered(self) -> Iterator[None]:
-        """Lets what is inside take so much and no more, MemoryError otherwise."""
+        """Limits the memory of the code inside; beyond the limit it gets MemoryError."""
         if sys.platform != "linux":
             yield
             return

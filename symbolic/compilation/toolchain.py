@@ -13,7 +13,7 @@ MICROSOFT = ("cl", "clang-cl")
 
 
 def found_compiler(environment: Mapping[str, str]) -> str | None:
-    """Where the C compiler is: the one that `CC` names, else one by its usual name; None for none."""
+    """Path of the C compiler that `CC` names, else of one by its usual name; None for none."""
     names = (environment["CC"],) if "CC" in environment else COMPILERS
     return next(filter(None, map(shutil.which, names)), None)
 

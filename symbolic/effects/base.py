@@ -172,7 +172,7 @@ class Effect:
         return {}
 
     def scope_of(self, parameter: Parameter) -> Scope:
-        """What a parameter of the model belongs to where this effect is in it."""
+        """Owner of a parameter in a model with this effect."""
         return parameter.scope
 
     def initial(self, signals: Signals) -> Expression:
@@ -216,7 +216,7 @@ class Effect:
 
 
 class Composition(Hashable, Protocol):
-    """What is needed of `symbolic.Model`, whose members these are."""
+    """Members of `symbolic.Model` that an effect needs."""
 
     @property
     def memory_size(self) -> int:

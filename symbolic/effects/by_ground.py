@@ -1,4 +1,4 @@
-"""What belongs to a ground and not to the tyre alone.
+"""Parameters that belong to a ground and not to the tyre alone.
 
 The law of friction is of the pair of tyre and ground, the carcass is of the tyre: Grosch, The relation
 between the friction and visco-elastic properties of rubber, Proc. R. Soc. A 274 (1963) 21, measures one

@@ -43,9 +43,9 @@ GROUND_SCOPES: dict[str, Effect] = {
 }
 """Effects without parameters: those of others belong to a ground each, see `ByGround`."""
 CANDIDATES = EFFECTS | GROUND_SCOPES
-"""What the search tries."""
+"""Effects that the search tries."""
 KNOWN = CANDIDATES | {effect.name: effect for effect in _effects_of(ON_REQUEST)}
-"""What a model file, or a list of candidates, may name."""
+"""Effects that a model file, or a list of candidates, may name."""
 
 
 def effects_named(chosen: Iterable[str | Effect], own: Iterable[Effect] = ()) -> tuple[Effect, ...]:

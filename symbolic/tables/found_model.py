@@ -12,11 +12,11 @@ from symbolic.tables.model_error import ModelError
 
 @dataclass(frozen=True, kw_only=True)
 class ModelBasis:
-    """What a found model stands on.
+    """Numbers of recordings behind a found model, and the grade of each effect.
 
     Attributes:
-        training: recordings that its shared values were fitted to.
-        holdout: further recordings, which judged it.
+        training: number of recordings that its shared values were fitted to.
+        holdout: number of further recordings, which judged it.
         grades: how sure each effect is, by name: strong, weak, ambiguous or stands_in.
 
     Raises:
@@ -80,7 +80,7 @@ class FoundModel:
         return {**self.values_for_estimation(ground), **own}
 
     def on_ground(self, ground: str | None = None) -> dict[str, float]:
-        """What belongs to a ground; its mean over grounds where this is none of them, or unknown."""
+        """Value of a ground; the mean over grounds where this one is unknown or none of them."""
         known = self.grounds.get(ground) if ground is not None else None
         return mean_over_grounds(self.grounds) if known is None else dict(known)
 

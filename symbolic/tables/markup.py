@@ -1,4 +1,4 @@
-"""What notebooks show of a result: a small table in HTML."""
+"""A small table in HTML, as notebooks show a result."""
 
 from collections.abc import Iterable
 from html import escape

@@ -22,7 +22,7 @@ RIG_KEYS = {
 REQUIRED_KEYS = {"rig": ("a", "e"), "sensor": (), "tyre": ("k",)}
 """Keys that a rig file must have."""
 NEUTRAL = {"load": 1.0, "zero": 0.0}
-"""What has a tolerance alone: a factor on the recorded load [1], the zero of the torque [N m]."""
+"""Quantities with a tolerance alone: a factor on the recorded load [1], the zero of the torque [N m]."""
 SIGNALS = "signals"
 """Section of a rig file that says how channels are called; it is for those who read recordings."""
 _MAX_LENGTH = 1.0

@@ -1,4 +1,4 @@
-"""What the model of a car may lack: effects of the library in a car's words, in its ranges."""
+"""Effects that the model of a car may lack: those of the library in a car's words and ranges."""
 
 from dataclasses import replace
 
@@ -40,4 +40,4 @@ CAR_EFFECTS: dict[str, Effect] = {
         _car_effect("torque_offset", "zero_of_force", "a zero of the force beyond its tolerance"),
     )
 }  # fmt: skip
-"""What a diagnosis of a car tries. Shares of what is declared vary within their tolerances without."""
+"""Candidate effects of a car's diagnosis. Declared values vary within their tolerances anyway."""

@@ -1,4 +1,4 @@
-r"""A wheel that turns about its kingpin: where it stands, and what its contact has to turn.
+r"""A wheel that turns about its kingpin: its stand, and the torque that its contact resists with.
 
 The wheel is a disc; its middle and its axle turn about the kingpin's axis (Rodrigues), and it stands on
 the lowest point of its rim. As the kingpin leans inwards by sigma, that point wanders along the rim
@@ -69,7 +69,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Growth:
-    """By how much torque and stiffness grow with the square of the sine of the angle [1]."""
+    """Growth of torque and stiffness with the square of the sine of the angle [1]."""
 
     torque: float
     stiffness: float
@@ -112,7 +112,7 @@ def standing_point(vehicle: Vehicle, psi: float, side: int) -> tuple[float, floa
 
 
 def growth_of(vehicle: Vehicle, *, brakes: bool) -> Growth:
-    """By how much both wheels' contacts turn harder at full lock, as means of both."""
+    """Growth of the contacts' torque and stiffness at full lock, as means of both wheels."""
     straight, lock = Contact.of(vehicle, brakes=brakes), lock_angle(vehicle)
     points = [standing_point(vehicle, lock, side) for side in (1, -1)]
     mean = (points[0][0] + points[1][0]) / 2

@@ -36,7 +36,7 @@ def require_bounded(path: Path) -> None:
 
 
 def _after_objects(path: Path, data: bytes) -> bytes:
-    """What follows the last whole object of some containers, and belongs to the next one.
+    """Bytes behind the last whole object of some containers, which belong to the next one.
 
     Raises:
         InvalidInputError: an object is shorter than its header; it would be its own successor.

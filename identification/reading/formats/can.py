@@ -21,11 +21,11 @@ from identification.reading.table import Array
 from symbolic import InvalidInputError
 
 MAX_DATABASE_SIZE = 20_000_000
-"""Of a DBC file [bytes]."""
+"""Largest DBC file that is read [bytes]."""
 MAX_FRAME_LENGTH, MAX_TRANSPORT_LENGTH = 64, 1785
 """Longest message in one frame of CAN FD, and in the several extended frames of SAE J1939 [bytes]."""
 _MAX_STANDARD_ID = 0x7FF
-"""Identifier of a frame; larger ones are extended, even where a DBC file does not say so."""
+"""Largest identifier of a standard frame; larger ones are extended, whatever the DBC file declares."""
 _BLANK = r"(?:\s|//.*)"
 _MESSAGE = re.compile(rf"\bBO_{_BLANK}+(\d+){_BLANK}+(\w+){_BLANK}*:{_BLANK}*[-+]?(\d+)")
 _SIGNAL = re.compile(
@@ -182,7 +182,7 @@ def range_of(signal: Any) -> tuple[float, float]:
 
 
 def within_range(signal: Any, values: Array) -> NDArray[np.bool_]:
-    """Where values of a signal are not outside its range, up to half a step; NaN is not."""
+    """Mask of the values within a signal's range, up to half a step; False for NaN."""
     low, high = range_of(signal)
     step = 0.5 * abs(float(signal.scale))
     slack = [abs(end) * _ROUNDING if signal.is_float else step for end in (low, high)]

@@ -42,7 +42,7 @@ def _is_western(content: bytes) -> bool:
 
 
 def delimiter_of(header: str) -> str:
-    """What separates the fields of a header."""
+    """Delimiter of the fields of a header."""
     return max(DELIMITERS, key=header.count)
 
 

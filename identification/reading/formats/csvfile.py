@@ -28,9 +28,9 @@ from symbolic.tables.parsing import excerpt
 from symbolic.tables.rig_tables import NEUTRAL
 
 GROUND = "ground"
-"""What a first line calls the ground that the wheel stands on."""
+"""Key of the ground in a first line."""
 MAX_GUESSING_SAMPLES = 100_000
-"""Samples by which units are guessed."""
+"""Samples from which units are guessed, at most."""
 _DECLARATION = re.compile(rf"#\s*({'|'.join((*DECLARABLE, *TOLERANCE_ONLY, GROUND))})\s*=(.*)")
 _TOLERANCE = re.compile(r"(.*?)(?:\+-|\+/-|±)(.*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
@@ -119,7 +119,7 @@ def _fields(path: Path, start: int, lines: Iterable[str], delimiter: str) -> Row
 
 @dataclass
 class _Heading:
-    """What the lines before the header declare."""
+    """Declarations in the lines before the header."""
 
     declared: dict[str, float] = field(default_factory=dict)
     tolerances: dict[str, float] = field(default_factory=dict)
@@ -196,7 +196,7 @@ def _header(
 
 
 def _reading(path: Path, names: Sequence[str], rows: Rows, delimiter: str) -> Callable[[str], Samples]:
-    """What reads a column by its name, all of the rows at the first of them."""
+    """Reader of one column by name; its first call parses all rows."""
 
     @cache
     def content() -> tuple[Mapping[str, np.ndarray], Sequence[str]]:

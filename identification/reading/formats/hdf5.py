@@ -18,9 +18,9 @@ from symbolic import InvalidInputError
 
 _MOST_OBJECTS = 10_000
 _MAX_DEFLATE_RATIO = 1032
-"""Ratio to which deflate can compress."""
+"""Largest compression ratio of deflate."""
 _UNTESTED = 100_000_000
-"""A chunk that cannot unpack to so much more than it should need not be tried [bytes]."""
+"""Excess of a chunk's unpacked size up to which it need not be tried [bytes]."""
 
 
 @contextmanager
@@ -81,7 +81,7 @@ def _require_unpacked(path: Path, name: str, dataset: Any) -> None:
 
 
 def _unpacked(path: Path, name: str, dataset: Any) -> Any:
-    """The numbers that a dataset stands for, NaN where one is missing, by the CF conventions.
+    """Numbers of a dataset by the CF conventions, NaN where one is missing.
 
     Reference: CF Metadata Conventions 1.11, sections 2.5.1 and 8.1.
 

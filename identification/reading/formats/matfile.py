@@ -43,7 +43,7 @@ _OPAQUE_CLASS = 17
 _COMPLEX_FLAG = 0x0800
 _MAX_DIMENSIONS, _MAX_VARIABLES = 32, 10_000
 _MAX_HEAD_SIZE = 1024
-"""Flags, shape and name end within so many bytes, in front of the values."""
+"""Largest size of flags, shape and name, in front of the values [bytes]."""
 _LARGEST_ARRAY = 8 * MOST_SAMPLES + _MAX_HEAD_SIZE
 
 

@@ -121,6 +121,6 @@ def _require_records(path: Path, name: str, group: Any) -> None:
 
 
 def _close_quietly(file: Any) -> None:
-    """In place of asammdf's destructor, which of a damaged file asks for what was never made."""
+    """Close a file; asammdf's destructor fails on attributes that a damaged file never got."""
     with suppress(Exception):
         file.close()

@@ -32,7 +32,7 @@ OMEGA_KNOTS_PER_UNIT = 4
 OMEGA_FAR, OMEGA_SPARSE = 32, 32
 """Knots beyond, so many times as far apart; after them it is x - ln x ..."""
 MAX_GROUP_SIZE, MIN_GROUPS = 5, 16
-"""In single precision a turn is tried on one of so many bristles at most, and on so many at least."""
+"""Single precision searches a turn on one bristle of each group: largest group, fewest groups."""
 
 
 def has_bristles(observer: ModelObserver) -> bool:
@@ -125,7 +125,7 @@ def _omega() -> dict[str, Any]:
 def bristle_constants(
     effects: EffectExpressions, terms: dict[str, Any]
 ) -> dict[str, NDArray[np.float64]]:
-    """What of every bristle does not depend on the sample.
+    """Values of every bristle that do not depend on the sample.
 
     Lever arm over a [1] and moment of q / a [N m]; limit of q / a over mu and load [1/N], or the
     place over a [1] where the patch grows.
@@ -146,13 +146,13 @@ def bristle_constants(
 
 
 def _coarse(bristles: int) -> int:
-    """Of how many bristles the middle one is tried, a divisor of their number."""
+    """Bristles in each of these groups: an odd divisor of their number."""
     divisors = [n for n in range(1, MAX_GROUP_SIZE + 1, 2) if bristles % n == 0]
     return max(n for n in divisors if n == 1 or bristles // n >= MIN_GROUPS)
 
 
 def tried_bristles_code(table: dict[str, NDArray[np.float64]], coarse: int, real: Real) -> str:
-    """C of the bristles by which a turn is tried: which they are, and the moment of their neighbours."""
+    """C of the bristles on which a turn is searched: their indices, and the moment of each group."""
     moments = table["moment"].reshape(-1, coarse).sum(axis=1)
     rows = [f"    {{{coarse * i + coarse // 2}, {m!r}}}," for i, m in enumerate(moments.tolist())]
     return (

@@ -24,7 +24,7 @@ from symbolic.patch import PatchInputs
 
 TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "torque", "torque_by_psi",
          "slide", "beside")  # fmt: skip
-"""What a sample does to all bristles alike, in the order of C."""
+"""Effects of a sample on all bristles alike, in the order of C."""
 
 
 @dataclass(frozen=True)
