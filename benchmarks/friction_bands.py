@@ -15,6 +15,7 @@ profile: the turn until a new ground is known, and alarms on ground that stays. 
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -55,14 +56,17 @@ def figures(recording: Recording, estimates: Estimates, reference: float) -> lis
 
 
 def measured(
-    kind: type[Ekf] | type[Mhe], tuning: str, found: FoundModel | None, offline: FoundModel
-) -> None:
+    kind: type[Ekf] | type[Mhe], tuning: str, found: FoundModel | None, offline: FoundModel,
+    acquire: bool = True,
+) -> None:  # fmt: skip
     """Bands on the published recordings; offline is the model found, with its fit of each recording."""
-    print(f"\n{kind.__name__.upper()}, {tuning}, {'declared model' if found is None else 'model found'}")
+    model = "declared model" if found is None else "model found"
+    print(f"\n{kind.__name__.upper()}, {tuning}, {model}{'' if acquire else ', without acquisition'}")
     print(f"{'':16}" + "".join(f"{name:>11}" for name in COLUMNS))
     table = {}
     for recording in locate_inputs(NAMES).recordings(causal=True):
         observer = model_observer(kind, recording, found, tuning=PROFILES[tuning])
+        observer = replace(observer, acquire=acquire)
         table[recording.name] = figures(
             recording, run_observer(observer, recording), offline_friction(offline, recording)
         )
@@ -89,6 +93,7 @@ def main() -> None:
             for found in (None, model):
                 measured(kind, "real_tyre", found, model)
         measured(Ekf, "changing_ground", model, model)
+        measured(Ekf, "real_tyre", model, model, acquire=False)
     undeclared_effects(options.runs)
     found_models(options.found)
     for tuning in PROFILES:

@@ -167,19 +167,17 @@ def build_conclusion(
     verdict, output = named(VERDICT, inputs["verdict"]), named(OUTPUT, inputs["output"])
     error = ca.fmin(limits["error"], MOST_ERROR) ** 2
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
-    sensitivity = build_sensitivity()(inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
-    by_error = error / sensitivity**2
+    given = (inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
+    by_error = error / build_sensitivity()(*given) ** 2
     decided = _is_known(verdict, verdict["variance"] + by_error, limits, "gear" in states)
     # The estimator begins with a patch free of torque.
     decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
-    spread = limits["stiffness_std"] ** 2
-    doubtful = verdict["var_log_gain"] + SHRINK**2 * error
+    spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     is_scaled = is_scaled and patch.misfit == 0
     log_scale = verdict["log_gain"] * spread / (spread + doubtful) if is_scaled else 0
-    # What s is off by is not known better than its own deviation, given its tolerance.
-    unsure = variance_of_scale(verdict, limits["stiffness_std"])
-    off = ca.sqrt(verdict["log_gain"] ** 2 + unsure)
+    # What s is off by, and its own deviation.
+    off = ca.sqrt(verdict["log_gain"] ** 2 + variance_of_scale(verdict, limits["stiffness_std"]))
     excess = ca.exp(off) - 1 - GAIN_FREE * limits["stiffness_std"]
     after = own | {
         "acquiring": ca.logic_not(decided),

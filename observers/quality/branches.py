@@ -42,7 +42,7 @@ LEAST_SHARE = 1e-3
 LEAST_SENSITIVITY = 1e-3
 """Least relative change of a torque by that of mu that is reckoned with [1]."""
 MEMORY = 160.0
-"""Independent samples after which older ones are forgotten."""
+"""Independent samples after which older ones are forgotten: a loop on ice is worth twenty."""
 ERRORS = 2.0
 """Squares of the model's error, over its variance, that an independent sample may have [1]."""
 TRACK = (

@@ -19,7 +19,7 @@ from typing import Any
 
 import casadi as ca
 
-from observers.layout import Expression, Layout, named, symbols, symbols_like, vector_of
+from observers.layout import Expression, Layout, Parts, named, symbols, symbols_like, vector_of
 from observers.measurement.measurement_model import LEAST_LOAD, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, is_known, retained
 from observers.patch.patch_protocol import PatchModel, split_constants
@@ -229,12 +229,10 @@ def build_supervised_step(
     scaled = measurement_model.scaled
     given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
     after, output = step(state[: parts.size], given, inputs["constants"])
-    loaded = ca.logic_and(is_known(now["F_N"]), now["F_N"] >= LEAST_LOAD * own["F_N_first"])
-    own["F_N"] = ca.if_else(loaded, now["F_N"], own["F_N"])
+    own["F_N"], lifted = _load(now["F_N"], own)
     names = measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
     # A wheel that is lifted says nothing.
-    lifted = ca.logic_and(is_known(now["F_N"]), ca.logic_not(loaded))
     sensed = {**now, "M_z": ca.if_else(lifted, float("nan"), now["M_z"])}
     block, psi, M_z, added = measurement_model.observed_torque(last, sensed, rig, tuning)
     M_z = ca.if_else(lifted, float("nan"), M_z)
@@ -285,6 +283,13 @@ def _search_of(
     """The search; where it begins anew, with these moments of s and of the zero."""
     known = (search, *begun, *_spread(measurement_model))
     return output_if(anew, build_restart(has_gear(measurement_model)), known, search)
+
+
+def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:
+    """The last load of a wheel on the ground [N], and whether the wheel is lifted."""
+    loaded = ca.logic_and(is_known(F_N), LEAST_LOAD * own["F_N_first"] <= F_N)
+    lifted = ca.logic_and(is_known(F_N), ca.logic_not(loaded))
+    return ca.if_else(loaded, F_N, own["F_N"]), lifted
 
 
 def _zero_within(zero: Expression, std: Expression) -> Expression:
