@@ -5,13 +5,14 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.compiled_step import SAMPLES_PER_CALL, compiled_stretch, first_sample, run_stretches
+from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.estimators.ekf import Ekf
 from observers.interfaces.run import arrange
 from observers.planning.forecast import least_deviation
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality.acquisition import OWN
 from symbolic import InvalidInputError
+from symbolic.trajectory import SAMPLES_PER_CALL
 
 Array = NDArray[np.float64]
 SLOPE = "slope of the torque that k does not explain"
