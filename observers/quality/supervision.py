@@ -136,10 +136,9 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
     share = ca.if_else(known, inputs["share"], 0)
     older = retained(share, WINDOW)
     nis, by_k, lasts = output["nis"], ca.SX(0), ca.SX(0)
-    is_found = patch.misfit > 0
-    if not is_computed and (is_found or not gear):
+    if not is_computed and (patch.misfit > 0 or not gear):
         by_k = variance_by_k(inputs, own, output, patch)
-    if is_found and not is_computed:
+    if patch.misfit > 0 and not is_computed:
         square = ca.fmax(innovation_of(inputs, own, output) ** 2, SMALLEST)
         nis = nis * square / (square + by_k * nis)
     if not (is_computed or gear):
@@ -156,8 +155,7 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
     doubt = ca.fmax(doubt_after(own["doubt"], share, wrong), LASTING_DOUBT * lasts)
     results = {name: output[name] * own["scale"] for name in SCALED}
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
-    grown = ca.sqrt((output["mu_std"] / output["mu"]) ** 2 + own["excess"] ** 2)
-    grown *= output["mu"] / output["mu_std"]
+    grown = ca.sqrt(1 + (own["excess"] * output["mu"] / output["mu_std"]) ** 2)
     std = results["mu_std"] * grown
     status = with_flag(output["status"], Status.INCONSISTENT, ca.logic_or(too_much, doubt > DOUBTED))
     status = with_flag(status, Status.ACQUIRING, weight < LEAST_SAMPLES)
@@ -232,7 +230,6 @@ def build_supervised_step(
     own["F_N"], lifted = _load(now["F_N"], own)
     names = measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
-    # A wheel that is lifted says nothing.
     sensed = {**now, "M_z": ca.if_else(lifted, float("nan"), now["M_z"])}
     block, psi, M_z, added = measurement_model.observed_torque(last, sensed, rig, tuning)
     M_z = ca.if_else(lifted, float("nan"), M_z)
