@@ -18,7 +18,7 @@ from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
 from symbolic.vehicle.steering import jacking, lever, mean_angle
 
 Array = NDArray[np.float64]
-STEP = 1e-3
+RELATIVE_STEP = 1e-3
 """Relative step of the derivatives [1]."""
 VAGUE = 2.0
 """Standard deviation of ln mu before any force [1]."""
@@ -76,15 +76,17 @@ def least_deviations(
             angles and lengths make it off by [1]; 0 lets it weigh the car as well as those are known.
     """
     slopes, stds = [], [VAGUE]
-    up, down = (force_on_rack(vehicle, mu * (1 + step), rack) for step in (STEP, -STEP))
-    slopes.append((up - down) / (2 * STEP))
+    up, down = (
+        force_on_rack(vehicle, mu * (1 + step), rack) for step in (RELATIVE_STEP, -RELATIVE_STEP)
+    )
+    slopes.append((up - down) / (2 * RELATIVE_STEP))
     for name, tolerance in tolerances.items():
         value = getattr(vehicle, name)
         up, down = (
             force_on_rack(replace(vehicle, **{name: value * (1 + step)}), mu, rack)
-            for step in (STEP, -STEP)
+            for step in (RELATIVE_STEP, -RELATIVE_STEP)
         )
-        slopes.append((up - down) / (2 * STEP))
+        slopes.append((up - down) / (2 * RELATIVE_STEP))
         stds.append(EVEN * tolerance)
     # The sensor's zero, with what the gear's friction differs by direction.
     slopes.append(np.ones_like(rack))

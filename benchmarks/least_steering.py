@@ -48,7 +48,7 @@ OFF = {
 FIXED = ", k fixed"
 """End of the name of a rig whose k is no state of the observer."""
 TUNINGS = {"measured": "clean", "usual": "real_tyre"}
-NOISE, LONGEST = 0.005, 12.0
+NOISE, MAX_TIME = 0.005, 12.0
 FIRST_SEED = 200_000
 """Seeds below were used to choose constants."""
 Command = Callable[[float, Sample, Any], tuple[float, bool]]
@@ -126,7 +126,7 @@ def steered(
 ) -> Reached:
     """A wheel under a command until the target is reached; by the command where that decides."""
     loop, angle, travel, step, t = Loop(observer), 0.0, 0.0, 0, 0.0
-    while t < LONGEST:
+    while t < MAX_TIME:
         before = wheel.psi
         sample = wheel.follow(angle)
         travel += abs(wheel.psi - before)

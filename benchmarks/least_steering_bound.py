@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.least_steering import DT, LIMITS, LOAD, NOISE, OFF, SLIDE, K, observer_of
 from observers import plan
 from observers.quality.branches import FRACTION, START, sliding_turn
-from observers.quality.innovation_monitor import LEAST_SAMPLES, WINDOW
+from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MIN_SAMPLES
 from observers.quality.supervision import CONFIRMS
 from symbolic import virgin_torque
 from symbolic.parameters import EVEN
@@ -92,11 +92,11 @@ def least_confirmed(mu: float) -> float:
     """Least travel with which the supervision confirms a model, whatever the path [rad].
 
     A branch counts by the logarithm of its turn from `CONFIRMS` of the turn at which the patch begins
-    to slide; so many independent samples as make `LEAST_SAMPLES` while older ones are forgotten are
+    to slide; so many independent samples as make `MIN_SAMPLES` while older ones are forgotten are
     spread evenly over some branches.
     """
     counts_from = CONFIRMS * float(sliding_turn(mu, LOAD, [K, 0.045, 0.009]))
-    samples = WINDOW * np.log(WINDOW / (WINDOW - LEAST_SAMPLES))
+    samples = FORGETTING_SAMPLES * np.log(FORGETTING_SAMPLES / (FORGETTING_SAMPLES - MIN_SAMPLES))
     return min(n * counts_from * float(np.exp(samples * FRACTION / n)) for n in range(1, 6))
 
 

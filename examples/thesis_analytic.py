@@ -27,7 +27,7 @@ from thesis_profile import DT, FACTORS, LOAD, RIG, SETTLED, K, rmse, steered
 Array = NDArray[np.float64]
 BRISTLES = 201
 """As many as in the thesis's simulation."""
-LEAST_TURN = 5e-4
+MIN_REVERSAL = 5e-4
 """Turn back by which a reversal counts [rad]."""
 FIRST = 5
 """Samples, 50 ms, that the angle is given to become more than rounding."""
@@ -50,7 +50,7 @@ def remembered(recording: Recording, at: int) -> ZoneState:
     """The state machine of figure 3.5 after the samples up to `at`."""
     state = ZoneState()
     for psi in recording.psi[: at + 1]:
-        state = advance_zones(state, psi, LEAST_TURN)
+        state = advance_zones(state, psi, MIN_REVERSAL)
     return state
 
 
@@ -74,7 +74,7 @@ def stepped(recording: Recording, at: int, x: Array) -> Array:
 
 def states_of(recording: Recording, smoothing: float = 0.0) -> list[ZoneRootState]:
     """The method's state after every sample."""
-    root = ZoneRootSolver(rig=RIG, k=K, smoothing=smoothing, least_turn=LEAST_TURN)
+    root = ZoneRootSolver(rig=RIG, k=K, smoothing=smoothing, least_turn=MIN_REVERSAL)
     state, states = None, []
     for psi, psi_dot, F_N, M_z in zip(
         recording.psi, recording.psi_dot, recording.F_N, recording.M_z, strict=True
@@ -106,7 +106,7 @@ def angle(recording: Recording) -> Array:
     mu, state, estimate = float(recording.tyre.mu or 0), ZoneState(), []
     reach = np.ptp(recording.psi)
     for psi, F_N, M_z in zip(recording.psi, recording.F_N, recording.M_z, strict=True):
-        state = advance_zones(state, psi, LEAST_TURN)
+        state = advance_zones(state, psi, MIN_REVERSAL)
 
         def misses(angle: float, M_z: float = M_z, F_N: float = F_N, state: ZoneState = state) -> float:
             return M_z - curve(branch(state, angle), F_N, K, RIG)(mu)[0]

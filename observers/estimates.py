@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from observers.protocol import Status
 from symbolic import InvalidInputError
-from symbolic.tables.markup import html_table
+from symbolic.tables.notebook_html import html_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
-BAND = 2.0
-"""Standard deviations to either side in a picture."""
+BAND_STDS = 2.0
+"""Standard deviations to either side of an estimate that hold 95 of 100 values [1]."""
 _SHOWN, _MARGIN = (0.05, 0.95), 0.15
 
 
@@ -91,10 +91,10 @@ class Estimates:
         (line,) = axes.plot(self.t, np.where(self.usable, self.mu, np.nan), lw=1.8, label=label)
         axes.plot(self.t, self.mu, color=line.get_color(), lw=0.8, alpha=0.5, label="_pale")
         if np.isfinite(self.mu_std).any():
-            reach = BAND * self.mu_std
+            reach = BAND_STDS * self.mu_std
             axes.fill_between(
                 self.t, self.mu - reach, self.mu + reach, color=line.get_color(), alpha=0.15, lw=0,
-                label=f"± {BAND:g} standard deviations",
+                label=f"± {BAND_STDS:g} standard deviations",
             )  # fmt: skip
         if new:
             self._frame(axes)
@@ -129,7 +129,7 @@ class Estimates:
         shown = self.informed & np.isfinite(self.mu)
         if not shown.any():
             return
-        mu, reach = self.mu[shown], BAND * np.nan_to_num(self.mu_std[shown])
+        mu, reach = self.mu[shown], BAND_STDS * np.nan_to_num(self.mu_std[shown])
         low, high = np.quantile(mu - reach, _SHOWN[0]), np.quantile(mu + reach, _SHOWN[1])
         margin = _MARGIN * max(high - low, 0.1)
         axes.set_ylim(max(0.0, float(low - margin)), float(high + margin))

@@ -19,7 +19,7 @@ from symbolic.functions import named_function
 Array = NDArray[np.float64]
 LEAST_SHARE = 1e-6
 """Least D of a factor of a covariance, as a share of the variance [1]."""
-GREATEST_VARIANCE = 1e12
+MAX_VARIANCE = 1e12
 """Upper limit of D after a prediction, against overflow where a sensor fails for long."""
 
 
@@ -105,7 +105,7 @@ def add_variance(factor: Expression, at: int, variance: Expression) -> Expressio
 def predict_covariance(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
     """The factor of A P A' + diag(Q), by weighted Gram-Schmidt from the last row up; Q >= 0, (n,).
 
-    D stops at `GREATEST_VARIANCE`: while a sensor fails, an unstable motion would let it overflow.
+    D stops at `MAX_VARIANCE`: while a sensor fails, an unstable motion would let it overflow.
     """
     n = Q.numel()
     rows = ca.horzcat(A @ (ca.triu(factor, False) + ca.SX.eye(n)), ca.SX.eye(n))
@@ -115,7 +115,7 @@ def predict_covariance(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
     for j in range(n - 1, -1, -1):
         weighted = work[j] * weights
         D = ca.dot(work[j], weighted)
-        factor_next[j, j] = ca.fmin(D, GREATEST_VARIANCE)
+        factor_next[j, j] = ca.fmin(D, MAX_VARIANCE)
         for i in range(j):
             # A state that is known exactly has D = 0 and no correlation.
             share = ca.if_else(D > 0, ca.dot(work[i], weighted) / ca.if_else(D > 0, D, 1), 0)

@@ -11,6 +11,7 @@ A tyre stands on a fine grid of bristles in plain NumPy. The rig shares no code 
 - `make_impacts` and `make_tows` repeat the two identification experiments of [Györök 2022].
 """
 
+from reference_rig.angle_driven_wheel import SteeredWheel as SteeredWheel
 from reference_rig.campaign import Campaign as Campaign
 from reference_rig.campaign import make_campaign as make_campaign
 from reference_rig.campaign import plant_effect as plant_effect
@@ -74,7 +75,6 @@ from reference_rig.sensors import jitter_instants as jitter_instants
 from reference_rig.sensors import quantise as quantise
 from reference_rig.sensors import sample_instants as sample_instants
 from reference_rig.steered_car import SteeredCar as SteeredCar
-from reference_rig.steered_wheel import SteeredWheel as SteeredWheel
 from reference_rig.steering import MOTION_STEP as MOTION_STEP
 from reference_rig.steering import Grip as Grip
 from reference_rig.steering import SteeredMotion as SteeredMotion

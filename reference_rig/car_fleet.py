@@ -31,7 +31,7 @@ TOLERANCES: Mapping[str, float] = {
     "moved_mass": 0.10,
 } | dict.fromkeys(GEOMETRY, 0.03)
 """By how much a declared value may be off, as a share of it."""
-LEAST_MU, LARGEST_MU = 0.05, 1.2
+MIN_MU, MAX_MU = 0.05, 1.2
 ACKERMANN_AT = 0.6
 """Share of the rack's way at which the Ackermann share is taken."""
 
@@ -92,7 +92,7 @@ def draw_car(
         inclination=radians(uniform(9, 15)), caster=radians(uniform(3, 8)),
         scrub_radius=uniform(-0.015, 0.025), trail=uniform(0.008, 0.030), radius=0.28 + 0.06 * heavy,
     )  # fmt: skip
-    mu = float(np.exp(uniform(np.log(LEAST_MU), np.log(LARGEST_MU))))
+    mu = float(np.exp(uniform(np.log(MIN_MU), np.log(MAX_MU))))
     motor = Assistance(
         ratio=uniform(16, 24), efficiency=uniform(0.85, 0.95), ripple=uniform(0.005, 0.02),
         cogging=uniform(0.003, 0.012), gain=uniform(10, 15),

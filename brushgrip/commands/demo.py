@@ -33,7 +33,7 @@ class DemoRequest:
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress
         from brushgrip.outputs.provenance import require_own_folder
-        from brushgrip.published.embedded_files import RIG, copy_examples, demo_inputs
+        from brushgrip.published.bundled_files import RIG, copy_examples, demo_inputs
         from brushgrip.report.diagnosis_folder import DIAGNOSIS, finish_diagnosis, write_diagnosis
 
         if self.examples is not None:

@@ -94,7 +94,7 @@ class EstimateRequest(GroundRequest):
             EstimateTask,
             estimate_all,
             outputs_of,
-            summary_table,
+            summary_csv,
             task_submission,
         )
         from brushgrip.wording.friction import model_taken
@@ -137,7 +137,7 @@ class EstimateRequest(GroundRequest):
             if alone and (fault := outcomes[0].fault):
                 raise fault
             if self.summary:
-                write_text(stages[0], summary_table([outcome.row for outcome in outcomes]))
+                write_text(stages[0], summary_csv([outcome.row for outcome in outcomes]))
         if found := inputs.found():
             say(f"From {self.model}: {model_taken(found)}.")
         self._say(outcomes, finals)

@@ -13,7 +13,7 @@ from brushgrip.outputs.console import Progress
 from identification import Recording
 
 Array = NDArray[np.float64]
-LEAST_ROUNDS, LEAST_TIME = 3, 0.2
+MIN_ROUNDS, MIN_TIME = 3, 0.2
 """A calculation is repeated at least so often, and until the repetitions take this time [s]; the
 shortest counts."""
 AUTHOR = "author's estimate"
@@ -123,7 +123,7 @@ def timed_estimate(method: Method, recording: Recording) -> tuple[Array, float]:
     """
     estimates: list[Array] = []
     times: list[float] = []
-    while len(times) < LEAST_ROUNDS or sum(times[1:]) < LEAST_TIME:
+    while len(times) < MIN_ROUNDS or sum(times[1:]) < MIN_TIME:
         begin = process_time()
         estimates.append(method.estimate(recording))
         times.append(process_time() - begin)

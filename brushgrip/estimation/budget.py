@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from brushgrip.estimation.estimates import ObserverFactory, channels_of, held_wheel
-from brushgrip.wording.friction import BAND, last_usable
+from brushgrip.wording.friction import last_usable
 from identification import FoundModel, Recording
 from observers import DirectionalFriction, Ekf, Estimates, uncertainty_budget
+from observers.estimates import BAND_STDS
 from observers.quality.tolerances import OF_LOAD
 from symbolic import Vehicle, rig_of
 
@@ -52,7 +53,7 @@ def friction_budget(
     if car is not None:
         load = shares.pop(OF_LOAD)
         shares |= {n: load * s for n, s in _shares_of_load(car.vehicle, car.brakes[number]).items()}
-    half = BAND * float(estimates.mu_eff[last_usable(estimates)])
+    half = BAND_STDS * float(estimates.mu_eff[last_usable(estimates)])
     return {name: half * share for name, share in shares.items() if share > 0}
 
 

@@ -21,9 +21,9 @@ from observers import FrictionQuality, GroundFriction, friction_quality, frictio
 Stage = Mapping[str, FrictionQuality]
 """The quality of the estimates on each recording, by name."""
 MODELS = ("declared model", "model found")
-DECLARED, FOUND, WINDOW = (f"EKF, {MODELS[0]}", f"EKF, {MODELS[1]}", f"MHE, {MODELS[1]}")
+EKF_DECLARED, EKF_FOUND, MHE_FOUND = (f"EKF, {MODELS[0]}", f"EKF, {MODELS[1]}", f"MHE, {MODELS[1]}")
 """Labels of tracks."""
-MOST_COMPARED = 6
+MAX_COMPARED = 6
 """Most recordings whose friction over time is shown by every observer."""
 FIGURES = ("settling", "drift", "relative_band", "coverage", "reference_coverage")
 """Figures of `FrictionQuality` that are averaged over recordings."""
@@ -39,7 +39,8 @@ class FrictionOutcome:
         grounds: names of the recordings of each ground, those without one under an empty name.
         holdout: names of the recordings to which no shared parameter was fitted; their errors still
             chose the effects.
-        tracks: friction over time of every recording by `DECLARED` and `FOUND`, and of some by `WINDOW`.
+        tracks: friction over time of every recording by `EKF_DECLARED` and `EKF_FOUND`, and of some by
+            `MHE_FOUND`.
     """
 
     before: Stage
@@ -53,23 +54,25 @@ class FrictionOutcome:
         """Both stages by name."""
         return {"before": self.before, "after": self.after}
 
-    def by(self, label: str) -> dict[str, FrictionTrack]:
-        """The tracks of an observer, `DECLARED`, `FOUND` or `WINDOW`, by recording."""
+    def tracks_of(self, label: str) -> dict[str, FrictionTrack]:
+        """The tracks of an observer, `EKF_DECLARED`, `EKF_FOUND` or `MHE_FOUND`, by recording."""
         return {track.name: track for track in self.tracks if track.label == label}
 
     @property
     def compared(self) -> tuple[FrictionTrack, ...]:
         """All tracks of the recordings that have one by every observer."""
-        return tuple(track for track in self.tracks if track.name in self.by(WINDOW))
+        return tuple(track for track in self.tracks if track.name in self.tracks_of(MHE_FOUND))
 
     def groups(self) -> Mapping[str, tuple[str, ...]]:
         """Names of the training and, where there are any, of the held-out recordings."""
         training = tuple(name for name in self.before if name not in self.holdout)
         return {"training": training, **({"holdout": self.holdout} if self.holdout else {})}
 
-    def means(self, stage: Stage, names: Sequence[str] | None = None) -> dict[str, float | None]:
+    def mean_figures(
+        self, stage: Stage, recordings: Sequence[str] | None = None
+    ) -> dict[str, float | None]:
         """The figures of `FIGURES`, each averaged over those of the recordings that have it."""
-        chosen = [stage[name] for name in (stage if names is None else names)]
+        chosen = [stage[name] for name in (stage if recordings is None else recordings)]
         return {figure: _mean([getattr(quality, figure) for quality in chosen]) for figure in FIGURES}
 
     def spread(self, stage: Stage) -> dict[str, float | None]:
@@ -80,9 +83,9 @@ class FrictionOutcome:
             if ground
         }
 
-    def further(self, label: str = FOUND) -> dict[str, GroundFriction]:
+    def further(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
         """Friction of each named ground by the last usable samples; grounds without one are left out."""
-        tracks = self.by(label)
+        tracks = self.tracks_of(label)
         known = {
             ground: [
                 (float(t.mu[at]), float(t.mu_std[at])) for t in own if (at := t.last_usable) is not None
@@ -100,16 +103,19 @@ class FrictionOutcome:
         """The content of `friction` in `diagnosis.json`."""
         return {
             name: {
-                "mean": self.means(stage),
-                **{group: {"mean": self.means(stage, names)} for group, names in self.groups().items()},
+                "mean": self.mean_figures(stage),
+                **{
+                    group: {"mean": self.mean_figures(stage, names)}
+                    for group, names in self.groups().items()
+                },
                 "spread": self.spread(stage),
                 "further": {ground: asdict(one) for ground, one in self.further(label).items()},
                 "recordings": {
-                    recording: asdict(quality) | usable_part(self.by(label).get(recording))
+                    recording: asdict(quality) | usable_part(self.tracks_of(label).get(recording))
                     for recording, quality in stage.items()
                 },
             }
-            for (name, stage), label in zip(self.stages.items(), (DECLARED, FOUND), strict=True)
+            for (name, stage), label in zip(self.stages.items(), (EKF_DECLARED, EKF_FOUND), strict=True)
         }
 
 
@@ -148,12 +154,12 @@ def friction_outcome(
 ) -> FrictionOutcome | None:
     """The EKF over every recording by both models; None where a recording has no aligning torque.
 
-    The moving-horizon estimator goes over `MOST_COMPARED` of them too, those held out first.
+    The moving-horizon estimator goes over `MAX_COMPARED` of them too, those held out first.
     """
     recordings = [*training, *holdout]
     if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
         return None
-    compared = {recording.name for recording in [*holdout, *training][:MOST_COMPARED]}
+    compared = {recording.name for recording in [*holdout, *training][:MAX_COMPARED]}
     found, fitted = found_model(diagnosis), fitted_model(diagnosis)
     before, after, tracks = {}, {}, []
     for recording in recordings:

@@ -7,12 +7,12 @@ import numpy as np
 
 from brushgrip.estimation.estimates import ObserverFactory, has_aligning_torque, samples_of
 from brushgrip.estimation.suggested_map import with_remedy
-from brushgrip.wording.friction import LASTING
+from brushgrip.wording.friction import MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from observers import Estimates, Loop, Status, suspicions_of
 from symbolic import InvalidInputError
 
-MOST_REPLAYED = 20_000
+MAX_REPLAYED_SAMPLES = 20_000
 """Samples that go through the observer once more, one by one."""
 
 
@@ -47,8 +47,8 @@ def suspected_cause(
         found: the model that a diagnosis found, None for the declared one.
         estimates: over the recording.
     """
-    flagged = np.flatnonzero(estimates.status[:MOST_REPLAYED] & Status.SUSPECT)
-    if flagged.size <= LASTING * estimates.t.size:
+    flagged = np.flatnonzero(estimates.status[:MAX_REPLAYED_SAMPLES] & Status.SUSPECT)
+    if flagged.size <= MIN_REPORTED_SHARE * estimates.t.size:
         return ""
     loop = Loop(factory(recording, found))
     for sample in islice(samples_of(recording), int(flagged[-1]) + 1):

@@ -18,7 +18,7 @@ FULL_SLIDE = 3 / 8
 
 
 def excess_noise(observer: Observer, recording: Recording) -> str:
-    """What to declare where the aligning torque is noisier than stated; empty where it is not.
+    """Advice to declare the noise where the aligning torque has more than stated; empty elsewhere.
 
     The noise seen is that from sample to sample while the wheel turns slower than half of the time, of
     as many samples as 10 ms have.

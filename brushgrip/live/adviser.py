@@ -9,7 +9,7 @@ from observers import Advice, Observer, Probe, Sample, SteeringLimits
 from observers.estimators.model_observer import ModelObserver
 from symbolic import InvalidInputError
 
-MOST_WAITING = 2_000
+MAX_PLAN_SAMPLES = 2_000
 """Samples that a plan may take; where it takes longer, it begins anew."""
 
 
@@ -23,13 +23,13 @@ class Adviser:
     def __init__(self, target: float, limits: SteeringLimits) -> None:
         """Until friction is known to a share, within what the wheel may do."""
         self._target, self._limits = target, limits
-        self._waiting: deque[tuple[Sample, Any]] = deque(maxlen=MOST_WAITING)
+        self._waiting: deque[tuple[Sample, Any]] = deque(maxlen=MAX_PLAN_SAMPLES)
         self._arrived, self._generation, self.text = threading.Event(), 0, ""
 
     def begin(self, observer: Observer) -> None:
         """Advise on an observer from its next sample on, as long as no other one begins."""
         self._generation += 1
-        self._waiting, self.text = deque(maxlen=MOST_WAITING), ""
+        self._waiting, self.text = deque(maxlen=MAX_PLAN_SAMPLES), ""
         arguments = (observer, self._generation, self._waiting)
         threading.Thread(target=self._follow, args=arguments, name="live-advise", daemon=True).start()
 
@@ -47,7 +47,7 @@ class Adviser:
                 if not waiting:
                     self._arrived.wait(0.1)
                     self._arrived.clear()
-                elif len(waiting) == MOST_WAITING:
+                elif len(waiting) == MAX_PLAN_SAMPLES:
                     waiting.clear()
                     probe.reset()
                 else:

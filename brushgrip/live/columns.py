@@ -5,13 +5,13 @@ from math import inf
 
 from identification.reading.channels import map_hint, resolve
 from identification.reading.signal_map import SignalMap
-from identification.reading.table import LARGEST, columns_of
+from identification.reading.table import MAX_VALUES, columns_of
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError
 
 Row = Mapping[str, float]
 """One sample: values by column, SI units, NaN where one is missing; `t` is its time [s]."""
-MOST_NAMES = 200
+MAX_NAMES = 200
 """Names of a source that are remembered."""
 OF_WHEEL, OF_CAR = (("psi",), ("M_z", "M")), (("rack", "handwheel"), ("F_rack", "T_bar"))
 """Columns of angle and torque, of each the first that a source has."""
@@ -19,7 +19,7 @@ OF_WHEEL, OF_CAR = (("psi",), ("M_z", "M")), (("rack", "handwheel"), ("F_rack", 
 
 def out_of_range(row: Row) -> list[str]:
     """Columns with a value for which a file would be refused."""
-    sizes = {name: LARGEST.get(name, (inf,))[0] for name in row if name != "t"}
+    sizes = {name: MAX_VALUES.get(name, (inf,))[0] for name in row if name != "t"}
     return [n for n, size in sizes.items() if abs(row[n]) > size or (n == "F_N" and row[n] <= 0)]
 
 
@@ -68,8 +68,8 @@ class Columns:
         """
         names = tuple(values)
         if (plan := self._plans.get(names)) is None:
-            own = {name: unit_of_name(name) for name in names[:MOST_NAMES]}
-            self._units = dict([*self._units.items(), *own.items()][:MOST_NAMES])
+            own = {name: unit_of_name(name) for name in names[:MAX_NAMES]}
+            self._units = dict([*self._units.items(), *own.items()][:MAX_NAMES])
             try:
                 found = self.find(own)
             except InvalidInputError:

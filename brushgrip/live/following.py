@@ -60,7 +60,7 @@ def follow(
     found = inputs.found()
     if inputs.vehicle is not None:
         vehicle = read_vehicle(inputs.vehicle)
-        observers = {brakes: _of_car(factory, found, vehicle, brakes) for brakes in (True, False)}
+        observers = {brakes: _follow_car(factory, found, vehicle, brakes) for brakes in (True, False)}
         return open_source, CarRowEstimator(vehicle, observers, where, adviser)
     nominal = None if inputs.rig is None else read_rig(inputs.rig)
     if table is not None:
@@ -74,7 +74,7 @@ def follow(
     return open_source, estimator
 
 
-def _of_car(
+def _follow_car(
     factory: ObserverFactory, found: FoundModel | None, vehicle: Vehicle, brakes: bool
 ) -> Observer:
     stands = Standstills(vehicle=vehicle, stretch=np.zeros(3, dtype=np.int64), brakes=(brakes,))

@@ -15,7 +15,8 @@ import numpy as np
 from brushgrip.live.ring import Points
 from brushgrip.live.session import Session
 from brushgrip.live.session_state import State, friction_of, usability_of
-from brushgrip.wording.friction import BAND, with_95_band
+from brushgrip.wording.friction import with_95_band
+from observers.estimates import BAND_STDS
 from symbolic import InvalidInputError
 
 PERIOD = 50
@@ -24,7 +25,7 @@ GRID = 0.01
 """Between points in the pictures [s]; at higher rates they show some of the samples."""
 SHOWN = 3_000
 """Points in the pictures, 30 s at 100 Hz."""
-LEAST_TOP = 1.5
+MIN_AXIS_TOP = 1.5
 """Least friction at the top of the picture [1]."""
 HEAD = """{% extends base %}{% block postamble %}
 <meta name="viewport" content="width=device-width, initial-scale=1">
@@ -43,7 +44,7 @@ COLUMNS = (
 
 
 class View:
-    """What one browser shows of a session.
+    """View of a session in one browser.
 
     Attributes:
         newest: time of the newest point [s].
@@ -58,12 +59,12 @@ class View:
         self.words = models.Div(stylesheets=[style], sizing_mode="stretch_width")
         self.button = models.Button(label="", stylesheets=[style], align="center")
         self.button.on_click(lambda: session.record(not session.recording))
-        self._top = models.Range1d(0.0, LEAST_TOP)
+        self._top = models.Range1d(0.0, MIN_AXIS_TOP)
 
     def layout(self) -> Any:
         """The models of the page."""
         layouts = import_module("bokeh.layouts")
-        parts = [self.words, self._friction(), self._torque(), self.button]
+        parts = [self.words, self._friction_figure(), self._torque_figure(), self.button]
         return layouts.column(*parts, sizing_mode="stretch_width")
 
     def update(self) -> None:
@@ -75,7 +76,7 @@ class View:
             self.newest = float(new.t[-1])
             self.points.stream(self._columns(new), SHOWN)
             usable = np.asarray(self.points.data["usable_high"], dtype=float)
-            self._top.end = max(LEAST_TOP, 1.05 * float(np.nanmax(usable, initial=0.0)))
+            self._top.end = max(MIN_AXIS_TOP, 1.05 * float(np.nanmax(usable, initial=0.0)))
         text = friction_html(state, self._session.estimator.columns)
         if text != self.words.text:
             self.words.text = text
@@ -95,7 +96,7 @@ class View:
         # Between stretches no line.
         begins = np.diff(new.of("stretch"), prepend=self._stretch) != 0
         self._stretch = float(new.of("stretch")[-1])
-        low, high = np.maximum(mu - BAND * std, 0.0), mu + BAND * std
+        low, high = np.maximum(mu - BAND_STDS * std, 0.0), mu + BAND_STDS * std
         shown = zip(("usable_mu", "usable_low", "usable_high"), (mu, low, high), strict=True)
         return {
             "t": new.t,
@@ -108,7 +109,7 @@ class View:
             "predicted": np.where(begins, np.nan, new.of("M_z_predicted")),
         }
 
-    def _friction(self) -> Any:
+    def _friction_figure(self) -> Any:
         figure = _figure("time [s]", "friction μ_eff", y_range=self._top)
         for begin, colour, name, line in (
             ("", "#777777", "not usable", {"line_width": 2, "line_dash": "dotted"}),
@@ -122,7 +123,7 @@ class View:
         figure.legend.location, figure.legend.orientation = "bottom_right", "horizontal"
         return figure
 
-    def _torque(self) -> Any:
+    def _torque_figure(self) -> Any:
         figure = _figure("angle [°]", "torque of the ground [N m]")
         drawn = {"source": self.points}
         figure.scatter("psi", "torque", color="#555555", size=5, legend_label="measured", **drawn)
@@ -130,7 +131,7 @@ class View:
         return figure
 
 
-def friction_html(state: State, columns: tuple[str, ...]) -> str:
+def friction_html(state: State, recorded_columns: tuple[str, ...]) -> str:
     """Friction, whether it may be used, and what to do, as HTML; texts of the source are escaped."""
     mu, std = friction_of(state.estimate)
     value, sign, within = ("–" if std >= mu else with_95_band(mu, std)).partition(" ± ")
@@ -139,7 +140,7 @@ def friction_html(state: State, columns: tuple[str, ...]) -> str:
         state.status,
         state.recording and f"recording {state.recording}",
         counts,
-        ", ".join(columns),
+        ", ".join(recorded_columns),
     ]
     small = "".join(f"<p>{escape(line)}</p>" for line in lines if line)
     data = {"t": state.t, "mu": mu, "std": std}

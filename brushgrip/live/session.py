@@ -12,20 +12,20 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.live.adviser import Adviser
-from brushgrip.live.clock import Clock
 from brushgrip.live.columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator
 from brushgrip.live.session_state import State, friction_of
 from brushgrip.live.sources import WAIT, Source
+from brushgrip.live.timestamps import TimestampFilter
 from brushgrip.wording.friction import with_95_band
 from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
 
 CAPACITY = 200_000
 """Points that are kept, 200 s at 1 kHz."""
-MOST_WAITING = 20_000
+MAX_QUEUED_SAMPLES = 20_000
 """Samples that wait for the observer; of a source that cannot wait what comes then is lost."""
 AT_ONCE = 20
 """Samples between two looks at what else is to be done."""
@@ -69,7 +69,7 @@ class Session:
         self._file, self._wanted = record, record is not None
         self._recorder: Recorder | None = None
         self.recorded: list[Path] = []
-        self._clock, self._counts = Clock(), Counter[str]()
+        self._clock, self._counts = TimestampFilter(), Counter[str]()
         self._waiting: deque[Row] = deque()
         self._arrived, self._stop = threading.Event(), threading.Event()
         self._threads: list[threading.Thread] = []
@@ -181,10 +181,10 @@ class Session:
                 self._fault = f"{refused} not readable, the last: {source.fault}"
             elif rows:
                 self._fault = ""
-            while source.waits and len(self._waiting) > MOST_WAITING - len(rows):
+            while source.waits and len(self._waiting) > MAX_QUEUED_SAMPLES - len(rows):
                 if self._stop.wait(WAIT):
                     return
-            room = MOST_WAITING - len(self._waiting)
+            room = MAX_QUEUED_SAMPLES - len(self._waiting)
             self._counts["lost"] += max(len(rows) - room, 0)
             self._waiting.extend(rows[:room])
             if rows:
@@ -263,7 +263,7 @@ class Session:
         if self._done < self._looked + LOOKS:
             return
         self._looked = self._done
-        points = self.ring.since(self.ring.end - MOST_WAITING, self._stretch)
+        points = self.ring.since(self.ring.end - MAX_QUEUED_SAMPLES, self._stretch)
         self._implausible = self.estimator.implausible(points.recorded[:, : len(self.estimator.columns)])
 
     def _follow_wish(self) -> None:

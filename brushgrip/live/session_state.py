@@ -1,4 +1,4 @@
-"""How a session stands, and that in words."""
+"""State of a live session, and the state as text."""
 
 from dataclasses import dataclass
 from math import isfinite

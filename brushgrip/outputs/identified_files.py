@@ -15,7 +15,7 @@ from identification.reading.signal_map import signals_text
 from identification.steering.plates import PlatesResult
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.parameters import EVEN
-from symbolic.tables.parsing import LARGEST_TABLES, toml_of
+from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
 from symbolic.tables.vehicle_tables import VEHICLE
 from symbolic.vehicle.steering import jacking, lock_angle
 from symbolic.vehicle.vehicle import RANGES, Vehicle
@@ -71,7 +71,7 @@ def _inclination(vehicle: Vehicle, factor: float) -> float:
 
 def identified_vehicle_text(file: Path, changes: Changes) -> str:
     """The vehicle file with other values, its [signals] as they were; comments are lost."""
-    section = toml_of(read_bytes(file, LARGEST_TABLES))[VEHICLE]
+    section = toml_of(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE]
     assert isinstance(section, dict)  # It was read as a vehicle file before.
     for name, new in changes.items():
         section[name] = {"value": new[0], "tolerance": new[1]} if isinstance(new, tuple) else new

@@ -13,9 +13,8 @@ from matplotlib.patches import Patch
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, picture
 from identification.loops import literal
+from observers.estimates import BAND_STDS
 
-BAND_STDS = 2.0
-"""Standard deviations to either side of the estimate."""
 CHANGE = (0, (1, 1.5))
 """Stroke of a change of the ground."""
 DOUBTED = "////"

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import FIGURES, FOUND, FrictionOutcome
+from brushgrip.estimation.friction_outcome import EKF_FOUND, FIGURES, FrictionOutcome
 from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction import meaning, narrowed_by, with_95_band
 from observers import Status
@@ -25,7 +25,7 @@ def known_friction(track: FrictionTrack) -> str:
 def band_shares(outcome: FrictionOutcome) -> dict[str, float]:
     """Shares of the variance of the last usable friction by cause, over all recordings [1]."""
     squares: dict[str, float] = {}
-    for track in outcome.by(FOUND).values():
+    for track in outcome.tracks_of(EKF_FOUND).values():
         for cause, half in track.budget.items():
             squares[cause] = squares.get(cause, 0.0) + half**2
     whole = sum(squares.values())
@@ -72,7 +72,7 @@ def _seconds(value: float | None) -> str:
     return "–" if value is None else f"{value:.1f} s"
 
 
-_WORDS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
+_FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
     "settling": (
         "time to settle",
         _seconds,
@@ -116,10 +116,10 @@ def friction_figures(outcome: FrictionOutcome) -> list[tuple[str, list[str], str
     groups = list(outcome.groups().values())[::-1]
     stages = outcome.stages.values()
     for figure in FIGURES:
-        label, text, words = _WORDS[figure]
+        label, text, words = _FIGURE_TEXTS[figure]
         cells = []
         for names in groups:
-            pair = " → ".join(text(outcome.means(stage, names)[figure]) for stage in stages)
+            pair = " → ".join(text(outcome.mean_figures(stage, names)[figure]) for stage in stages)
             known = min(sum(getattr(stage[n], figure) is not None for n in names) for stage in stages)
             # A mean over fewer recordings than there are says so.
             cells.append(pair + f" ({known} of {len(names)})" * (known < len(names)))

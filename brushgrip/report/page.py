@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import FOUND, FrictionOutcome, found_model
+from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome, found_model
 from brushgrip.pictures import (
     draw_candidates,
     draw_experiment,
@@ -145,7 +145,7 @@ def _draw_pictures(
     if friction:
         draw_friction(tracks, friction)
     if outcome:
-        own = outcome.by(FOUND)
+        own = outcome.tracks_of(EKF_FOUND)
         by_ground = {g: [own[n] for n in names if n in own] for g, names in outcome.grounds.items()}
         draw_overview(overview, by_ground)
     if has_curves(diagnosis):

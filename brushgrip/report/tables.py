@@ -7,7 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import DECLARED, FOUND, FrictionOutcome
+from brushgrip.estimation.friction_outcome import EKF_DECLARED, EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_words import (
     friction_figures,
     friction_groups,
@@ -52,7 +52,7 @@ class ReportTable:
 
 def friction_by_ground(friction: FrictionOutcome) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
-    tracks, named = friction.by(FOUND), any(friction.grounds)
+    tracks, named = friction.tracks_of(EKF_FOUND), any(friction.grounds)
     rows = [
         (name, *[ground or "–"][:named], known_friction(tracks[name]), usable_until(tracks[name]))
         for ground, names in friction.grounds.items()
@@ -89,7 +89,7 @@ def friction_by_recording(friction: FrictionOutcome) -> ReportTable:
         values = [getattr(stage[name], figure) for stage in friction.stages.values()]
         return " → ".join("–" if v is None else text.format(factor * v) for v in values)
 
-    declared = friction.by(DECLARED)
+    declared = friction.tracks_of(EKF_DECLARED)
     rows = [
         (
             name,
@@ -178,7 +178,7 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
 
 
 def correlations(diagnosis: Diagnosis) -> ReportTable:
-    """What the residual follows, before and after, the strongest before first."""
+    """Signals that the residual follows, before and after, in descending strength before."""
     after = {s.signal: s for s in diagnosis.signatures_after.signatures}
     before = sorted(diagnosis.signatures_before.signatures, key=lambda s: -abs(s.correlation))
     return ReportTable(

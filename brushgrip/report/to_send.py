@@ -1,6 +1,6 @@
 """The results for somebody who knows no tyre model: friction by ground, and a paragraph for a mail."""
 
-from brushgrip.estimation.friction_outcome import FOUND, FrictionOutcome
+from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_words import band_shares, known_friction
 from brushgrip.wording.formatting import error_percentages, listed, percent, plain
 from brushgrip.wording.friction import further_band, further_recording
@@ -17,7 +17,7 @@ IN_PLAIN_WORDS = {
     OF_TUNING: "a share that is always added",
 }
 """Causes of a band for somebody who knows no tyre model."""
-MOST_NAMED = 3
+MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
 
@@ -62,7 +62,7 @@ def _widest(outcome: FrictionOutcome) -> list[str]:
 
 def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """The measurement or the action that comes next, the most urgent alone, in one sentence."""
-    tracks = outcome.by(FOUND)
+    tracks = outcome.tracks_of(EKF_FOUND)
     if never := [name for name, track in tracks.items() if track.last_usable is None]:
         return (
             f"Next: record {listed(never)} again, turning to and fro until the wheel slides both ways."
@@ -94,17 +94,17 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     if further and further.further is not None:
         of = f" (from {further.recordings} recordings)" * (further.recordings < len(outcome.before))
         return f"{where}{further_band(further)}{of}"
-    tracks = outcome.by(FOUND)
+    tracks = outcome.tracks_of(EKF_FOUND)
     own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
     known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])
     values = [f"{known_friction(track)} ({track.name})" for track in known]
-    if len(values) > MOST_NAMED:
+    if len(values) > MAX_LISTED:
         return f"{where}{values[0]} to {values[-1]} in {len(values)} recordings"
     return where + (listed(values) or "not known")
 
 
 def _cause(diagnosis: Diagnosis) -> list[str]:
-    """What the model lacks as far as it is sure of, in one sentence."""
+    """Missing effects that are certain, in one sentence."""
     clear = [e for e in diagnosis.effects if e.grade in ("strong", "ambiguous")]
     found = {e.name for e in clear}
     causes = []
@@ -137,9 +137,9 @@ def _errors(diagnosis: Diagnosis) -> str:
 
 
 def _unknown(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
-    """What is not known, in one sentence; none where nothing is left."""
+    """Open questions in one sentence; none where nothing is open."""
     parts = []
-    tracks = outcome.by(FOUND).values()
+    tracks = outcome.tracks_of(EKF_FOUND).values()
     if never := [track.name for track in tracks if track.last_usable is None]:
         parts.append(f"friction in {listed(never)}")
     if early := [t.name for t in tracks if t.last_usable not in (None, t.t.size - 1)]:

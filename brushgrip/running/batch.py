@@ -75,7 +75,7 @@ Row = Mapping[str, str | int | float]
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateTask:
-    """What a process needs to estimate friction over one recording.
+    """Inputs of a process that estimates friction over one recording.
 
     Attributes:
         inputs: of this recording alone.
@@ -100,7 +100,7 @@ class EstimateTask:
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateOutcome:
-    """What became of a task.
+    """Outcome of a task.
 
     Attributes:
         row: of the summary.
@@ -161,7 +161,7 @@ def task_submission(
 def estimate_all(
     tasks: Sequence[EstimateTask], submit: Submit, report: Callable[[str, int, int], None]
 ) -> list[EstimateOutcome]:
-    """What became of each task, in their order; the fault of one does not keep the others."""
+    """Outcome of each task, in their order; the fault of one does not stop the others."""
     futures = {submit(estimate_one, task): i for i, task in enumerate(tasks)}
     outcomes: dict[int, EstimateOutcome] = {}
     for future in completed(futures):
@@ -274,12 +274,12 @@ def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ..
 
 
 def _why_unknown(row: Row) -> str:
-    """What most samples of a recording without a usable one have in common."""
+    """The most frequent status of a recording without a usable sample."""
     flag = max(FLAGS, key=lambda name: row[name])
     return f"not known: {meaning(FLAGS[flag] if row[flag] else Status.USED)}"
 
 
-def summary_table(rows: Sequence[Row]) -> str:
+def summary_csv(rows: Sequence[Row]) -> str:
     """The rows as CSV; what is not known is empty, and no text is a formula to a spreadsheet."""
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")

@@ -58,14 +58,14 @@ class Interruptions:
         del number
         if self.is_over:
             return
-        if not self._waits and hasattr(signal, "setitimer") and _is_amid(frame):
+        if not self._waits and hasattr(signal, "setitimer") and _is_in_import_or_casadi(frame):
             self._wait()
         else:
             self._interrupt()
 
     def _look_again(self, number: int, frame: FrameType | None) -> None:
         del number
-        if self.is_over or not _is_amid(frame):
+        if self.is_over or not _is_in_import_or_casadi(frame):
             self._interrupt()
 
     def _unraisable(self, fault: "sys.UnraisableHookArgs") -> None:
@@ -86,7 +86,7 @@ class Interruptions:
             raise KeyboardInterrupt
 
 
-def _is_amid(frame: FrameType | None) -> bool:
+def _is_in_import_or_casadi(frame: FrameType | None) -> bool:
     """Whether a frame is of CasADi, or of an import."""
     if frame is not None and frame.f_code.co_filename.endswith(_CASADI):
         return True

@@ -11,16 +11,15 @@ from brushgrip.wording.diagnosis_in_words import GRADES
 from brushgrip.wording.formatting import listed, percent, plain, quantity
 from identification import Diagnosis, FoundModel, ParameterEstimate
 from observers import Estimates, GroundFriction, Status
+from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
-from observers.quality.ground_friction import LEAST_RECORDINGS
+from observers.quality.ground_friction import MIN_RECORDINGS
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
-BAND = 2.0
-"""Standard deviations to either side that hold 95 of 100 values [1]."""
-COARSE = 0.02
-"""A band at least so wide to either side is given to the hundredth [1]."""
-LASTING = 0.01
-"""Share of the samples from which on a suspicion, or a friction on its bound, is told [1]."""
+TWO_DECIMALS_FROM = 0.02
+"""Half-width of a band from which on it is given with two decimals, below with three [1]."""
+MIN_REPORTED_SHARE = 0.01
+"""Least share of the samples for which a suspicion, or a friction on its bound, is reported [1]."""
 REASONS = {
     Status.SUSPECT: "an input looks wrong",
     Status.INCONSISTENT: "the model does not explain the torque",
@@ -69,15 +68,15 @@ def with_95_band(value: float, std: float) -> str:
         return "–"
     if not math.isfinite(std):
         return f"{value:.2f}"
-    half = BAND * std
-    digits = 2 if half >= COARSE else 3
+    half = BAND_STDS * std
+    digits = 2 if half >= TWO_DECIMALS_FROM else 3
     return f"{value:.{digits}f} ± {half:.{digits}f}"
 
 
 def further_band(friction: GroundFriction) -> str:
     """Friction of a ground with the band of a further recording; no friction is below nothing."""
     low, half = friction.mu_eff, math.inf if friction.further is None else friction.further
-    return with_95_band(low, half / BAND) if half < low else f"up to {low + half:.2f}"
+    return with_95_band(low, half / BAND_STDS) if half < low else f"up to {low + half:.2f}"
 
 
 def further_recording(ground: str, friction: GroundFriction | None, recordings: int) -> str:
@@ -85,7 +84,7 @@ def further_recording(ground: str, friction: GroundFriction | None, recordings: 
     known = 0 if friction is None else friction.recordings
     if friction is None or friction.further is None:
         return (
-            f"{ground}: the band of a further recording takes {LEAST_RECORDINGS} recordings with usable"
+            f"{ground}: the band of a further recording takes {MIN_RECORDINGS} recordings with usable"
             f" friction; here {known} of {recordings}"
         )
     of = "" if known == recordings else f" of {recordings}"
@@ -170,12 +169,15 @@ def estimates_summary(
         counts[Status.ACQUIRING] = 0
     for flag in (Status.SUSPECT, Status.BOUND):
         # The first small turns of a sound wheel may look like either.
-        counts[flag] *= counts[flag] > LASTING * estimates.t.size
+        counts[flag] *= counts[flag] > MIN_REPORTED_SHARE * estimates.t.size
     # Whether the deviation can be believed goes before what happened to samples.
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
     most_frequent = max(first or counts, key=lambda flag: counts[flag])
     number = counts[most_frequent]
-    if noise and counts[Status.INCONSISTENT] + counts[Status.REJECTED] > LASTING * estimates.t.size:
+    if (
+        noise
+        and counts[Status.INCONSISTENT] + counts[Status.REJECTED] > MIN_REPORTED_SHARE * estimates.t.size
+    ):
         return (
             f"{line}; {number} {_plural(number, 'sample')} not usable: {meaning(most_frequent)}; {noise}"
         )
@@ -223,7 +225,7 @@ def _plural(count: int, noun: str) -> str:
 
 
 def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
-    """What `estimate` makes of the model of a diagnosis."""
+    """Friction by `estimate` with the model of a diagnosis."""
     if not diagnosis.of_car:
         return f"From model.json, estimate takes {model_taken(found)}."
     return (

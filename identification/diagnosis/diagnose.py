@@ -30,8 +30,8 @@ from identification.selection.trials import RANKING
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
 
 Array = NDArray[np.float64]
-LEAST_TRAVEL = 0.01
-"""Greatest minus least angle that a diagnosis needs [rad]."""
+MIN_ANGLE_RANGE = 0.01
+"""Least range of the angle that a diagnosis needs [rad]."""
 
 
 @one_thread
@@ -120,10 +120,10 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
     for recording in everything:
         torque_range(recording)
         travel = float(np.ptp(recording.psi))
-        if not travel > LEAST_TRAVEL:
+        if not travel > MIN_ANGLE_RANGE:
             raise InvalidInputError(
                 f"{recording.name}: the wheel turns by {travel:.2g} rad only; a diagnosis needs a"
-                f" recording in which it turns by more than {LEAST_TRAVEL} rad"
+                f" recording in which it turns by more than {MIN_ANGLE_RANGE} rad"
             )
 
 

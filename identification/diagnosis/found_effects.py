@@ -112,7 +112,7 @@ def family_name(effect: Effect) -> str:
 def _scope_and_parameters(
     effect: Effect, fitted: Fit, estimates: Mapping[str, ParameterEstimate]
 ) -> tuple[Scope, dict[str, ParameterEstimate]]:
-    """What an effect belongs to, and its parameters; those of others that it gave to each ground."""
+    """Owner and parameters of an effect; those of other effects that it gave to each ground."""
     prefix, parameters = f"{effect.name}.", fitted.model.parameters
     own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
     if own:

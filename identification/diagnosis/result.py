@@ -11,7 +11,7 @@ from identification.residuals.signatures import Signatures
 from identification.residuals.unexplained import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import Model, ModelBasis, ModelError
-from symbolic.tables.markup import html_table
+from symbolic.tables.notebook_html import html_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -17,8 +17,8 @@ from symbolic import RIG_DIRECTIONS, InvalidInputError, Model, Parameter, parame
 Array = NDArray[np.float64]
 Simulated = tuple[Array, Mapping[Label, Array]]
 """Torque of a recording, and its derivatives by label, each of shape (n,)."""
-LEAST_WEIGHT = 1e-9
-"""Weight of what was declared beside residuals of next to nothing [1]."""
+MIN_DECLARED_WEIGHT = 1e-9
+"""Least weight of declared values where residuals are next to zero [1]."""
 
 
 def signals_of(recording: Recording) -> Array:
@@ -99,13 +99,13 @@ class Problem:
         return self.start.having({label: p.to_coordinate(float(c)) for (label, p), c in coordinates})
 
     def prior_weights(self, x: Array) -> Array:
-        """What a unit step away from a declared value counts as, see `Fit.prior_weights`."""
+        """Weight of a unit step away from a declared value, see `Fit.prior_weights`."""
         weights = np.zeros(len(self.labels))
         errors = over_range(self.torque_errors(x), self.recordings) if self.has_prior.any() else {}
         for i in np.flatnonzero(self.has_prior):
             counted = influence(self.loss, errors[self.labels[i][0] or ""])
             power = float(np.nanmean(counted**2)) * autocorrelation_time(counted)
-            weights[i] = max(np.sqrt(power), LEAST_WEIGHT)
+            weights[i] = max(np.sqrt(power), MIN_DECLARED_WEIGHT)
         return weights
 
     def torque_errors(self, x: Array) -> dict[str, Array]:

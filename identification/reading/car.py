@@ -25,7 +25,7 @@ from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MIN_SAMPLES, Table
 from symbolic import InvalidInputError
-from symbolic.tables.parsing import LARGEST_TABLES, naming, toml_of
+from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of
 from symbolic.tables.vehicle_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
 from symbolic.vehicle.steering import mean_angle
@@ -96,7 +96,7 @@ def read_vehicle(path: str | Path) -> Vehicle:
         InvalidInputError: the file cannot be read or is no vehicle file; one line says what is wrong.
     """
     path = Path(path)
-    content = read_bytes(path, LARGEST_TABLES)
+    content = read_bytes(path, MAX_TABLES_SIZE)
     with naming(path):
         return vehicle_from_tables(toml_of(content))
 

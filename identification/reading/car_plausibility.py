@@ -10,6 +10,7 @@ from identification.reading.signal_map import SignalSource, mending_map
 from identification.reading.table import Table
 from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
+from symbolic.plausible_signals import MAX_RETURNED_WORK
 from symbolic.vehicle.steering import jacking, lever, mean_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 
@@ -17,8 +18,6 @@ Array = NDArray[np.float64]
 MIN_RACK_SPAN = 0.03
 """Way of the rack from end to end from which on force and signs are judged [m]: tyres that stand twisted
 unwind within half of it, and give work."""
-GIVEN_BACK = 0.25
-"""Share of the work, without regard to its sign, that no ground and no gear give back [1]."""
 MAX_RACK_FORCE = 6e4
 """Largest force of the gear on a rack [N]."""
 OPPOSED = -0.87
@@ -93,7 +92,7 @@ def _signs(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
             return {wrong: "T_bar and T_motor act against each other"}
     # Without what lifts the body, tyres and gear only take work.
     work = (force - 2 * jacking(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)) * ds
-    if np.nansum(work) < -GIVEN_BACK * np.nansum(np.abs(work)):
+    if np.nansum(work) < -MAX_RETURNED_WORK * np.nansum(np.abs(work)):
         way = "rack" if "rack" in columns else "handwheel"
         against = "F_rack" if "F_rack" in columns else "the torques"
         return {way: f"{way} and {against} have opposite signs, the ground would turn the wheels"}

@@ -14,7 +14,7 @@ from identification.reading.channels import (
     resolve_columns,
 )
 from identification.reading.signal_map import SignalMap, SignalSource
-from identification.reading.table import MOST_SAMPLES, Array, Table
+from identification.reading.table import MAX_SAMPLES, Array, Table
 from identification.reading.units import bare_name
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import naming
@@ -126,8 +126,8 @@ def _on_one_clock(path: Path, columns: Mapping[str, Samples]) -> dict[str, Array
     if clocks[angle].size > _FASTER * clock.size:
         clock = np.union1d(clock, clocks[angle])
         clock = clock[np.append(True, np.diff(clock) >= _SAME_INSTANT)]
-    if clock.size > MOST_SAMPLES:
-        raise InvalidInputError(f"{path}: holds {clock.size} samples, at most {MOST_SAMPLES} allowed")
+    if clock.size > MAX_SAMPLES:
+        raise InvalidInputError(f"{path}: holds {clock.size} samples, at most {MAX_SAMPLES} allowed")
     table = {"t": clock - clock[0]}
     for column, samples in columns.items():
         hold = column in _TORQUES

@@ -8,11 +8,11 @@ from stat import S_ISREG
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import naming, text_of
 
-LARGEST_FILE = 500_000_000
+MAX_FILE_SIZE = 500_000_000
 """Largest file that is read [bytes]."""
 
 
-def require_readable(path: Path, largest: int = LARGEST_FILE) -> int:
+def require_readable(path: Path, largest: int = MAX_FILE_SIZE) -> int:
     """The size of a file that may be read [bytes].
 
     Args:
@@ -37,7 +37,7 @@ def require_readable(path: Path, largest: int = LARGEST_FILE) -> int:
         return status.st_size
 
 
-def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
+def read_bytes(path: Path, largest: int = MAX_FILE_SIZE) -> bytes:
     """The content of a file that `require_readable` allows.
 
     Raises:

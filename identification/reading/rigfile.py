@@ -5,7 +5,7 @@ from pathlib import Path
 from identification.reading.files import read_bytes
 from identification.reading.table import Table
 from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
-from symbolic.tables.parsing import LARGEST_TABLES, naming, toml_of
+from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of
 from symbolic.tables.rig_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, rig_from_values
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
@@ -25,7 +25,7 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
             value is not a number within its range.
     """
     path = Path(path)
-    content = read_bytes(path, LARGEST_TABLES)
+    content = read_bytes(path, MAX_TABLES_SIZE)
     with naming(path):
         return rig_from_tables(toml_of(content))
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from identification.reading.files import read_bytes
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
-from symbolic.tables.parsing import LARGEST_TABLES, excerpt, floats, naming, shown, toml_of
+from symbolic.tables.parsing import MAX_TABLES_SIZE, excerpt, floats, naming, shown, toml_of
 from symbolic.tables.rig_tables import SIGNALS
 
 USUAL_RATIO = 15
@@ -19,7 +19,7 @@ USUAL_RATIO = 15
 FOR_RATIO = f", with your steering ratio for {USUAL_RATIO}"
 DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""
-LEAST_FACTOR, LARGEST_FACTOR = 1e-12, 1e12
+MIN_FACTOR, MAX_FACTOR = 1e-12, 1e12
 """Size of a factor, beyond which no unit is."""
 _FRACTION = re.compile(r"(?P<part>[0-9]{1,9}(\.[0-9]{1,9})?)/(?P<over>[0-9]{1,9}(\.[0-9]{1,9})?)")
 _SOURCE = re.compile(
@@ -50,9 +50,9 @@ class SignalSource:
         """Check name and factor."""
         if not self.channel.strip():
             raise InvalidInputError("a signal needs the name of its channel")
-        if not LEAST_FACTOR <= abs(self.factor) <= LARGEST_FACTOR:
+        if not MIN_FACTOR <= abs(self.factor) <= MAX_FACTOR:
             raise InvalidInputError(
-                f"factor must be finite and not 0, from {LEAST_FACTOR:g} to {LARGEST_FACTOR:g} or its"
+                f"factor must be finite and not 0, from {MIN_FACTOR:g} to {MAX_FACTOR:g} or its"
                 f" negative, got {shown(self.factor)}"
             )
 
@@ -209,7 +209,7 @@ def read_signals(path: str | Path) -> SignalMap:
         InvalidInputError: the file cannot be read, or an entry is none such.
     """
     path = Path(path)
-    content = read_bytes(path, LARGEST_TABLES)
+    content = read_bytes(path, MAX_TABLES_SIZE)
     with naming(path):
         section = toml_of(content).get(SIGNALS, {})
         with naming(f"[{SIGNALS}]"):

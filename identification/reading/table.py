@@ -15,9 +15,9 @@ from symbolic import InvalidInputError
 Array = NDArray[np.float64]
 
 MIN_SAMPLES = 10
-MOST_SAMPLES = 10_000_000
+MAX_SAMPLES = 10_000_000
 """Of a recording, nearly three hours at 1 kHz; what holds more has to be cut or thinned before."""
-SHORTEST_STEP = 1e-6
+MIN_TIME_STEP = 1e-6
 """Time advances by at least so much from sample to sample [s]."""
 REQUIRED_COLUMNS = ("t", "psi", "M_z", "F_N")
 OPTIONAL_COLUMNS = ("psi_dot", "M")
@@ -25,7 +25,7 @@ CAR_COLUMNS = ("rack", "handwheel", "F_rack", "T_bar", "T_motor", "brake", "spee
 """Columns of a car beside the time, see `identification.reading.car`."""
 DECAY_COLUMNS = ("t", "psi")
 """Columns that a recording of a free vibration needs."""
-LARGEST = {
+MAX_VALUES = {
     "t": (1e9, "s"),
     "psi": (100.0, "rad"),
     "psi_dot": (1e4, "rad/s"),
@@ -103,7 +103,7 @@ def require_valid_samples(table: Table, needed: Sequence[str]) -> None:
         InvalidInputError: names the first fault and counts the other faulty samples.
     """
     _require_one_length(table)
-    columns = {name: table.columns[name] for name in LARGEST if name in table.columns}
+    columns = {name: table.columns[name] for name in MAX_VALUES if name in table.columns}
     checks = [
         _unread(table),
         *(_infinite(name, values) for name, values in columns.items()),
@@ -122,9 +122,9 @@ def require_valid_samples(table: Table, needed: Sequence[str]) -> None:
         raise InvalidInputError(
             f"{table.path}: holds {size} sample{'s' * (size != 1)}, at least {MIN_SAMPLES} needed"
         )
-    if size > MOST_SAMPLES:
+    if size > MAX_SAMPLES:
         raise InvalidInputError(
-            f"{table.path}: holds {size} samples, at most {MOST_SAMPLES} allowed; cut it, or thin it"
+            f"{table.path}: holds {size} samples, at most {MAX_SAMPLES} allowed; cut it, or thin it"
         )
     for name in needed:
         known = int(np.isfinite(table.columns[name]).sum())
@@ -162,7 +162,7 @@ def _infinite(name: str, values: Array) -> _Check:
 
 
 def _too_large(table: Table, name: str, values: Array) -> _Check:
-    most, unit = LARGEST[name]
+    most, unit = MAX_VALUES[name]
     allowed = f"allowed: up to {most:g} {unit} in size{_other_unit(table, name)}"
     wrong = np.isfinite(values) & (np.abs(values) > most)
     if unit_by_size(name, values):  # Of a car: refused later, with all else that its units are not.
@@ -187,10 +187,10 @@ def _time_checks(t: Array) -> Iterator[_Check]:
         manner = "stands nearly still" if advance > 0 else "runs backwards" if advance else "repeats"
         return (
             f"time {manner}: t = {t[at]:.10g} s after {before[at]:.10g} s; t must increase from"
-            f" sample to sample, by at least {SHORTEST_STEP:g} s"
+            f" sample to sample, by at least {MIN_TIME_STEP:g} s"
         )
 
-    yield t - before < SHORTEST_STEP, late
+    yield t - before < MIN_TIME_STEP, late
 
 
 def _other_unit(table: Table, column: str) -> str:

@@ -39,13 +39,13 @@ OF_SIZE = {
     "T_bar": (150.0, ("mN m",)),
     "T_motor": (150.0, ("mN m",)),
 }
-"""Of columns of a car: what none reaches, SI, and the units that it is in where it does."""
-LEAST_FORCE = 30.0
-"""No rack moves under less, its gear's friction alone is more [N]."""
+"""Car columns: magnitude in SI that none reaches, and the units to suspect where it is exceeded."""
+MIN_RACK_FORCE = 30.0
+"""Least force that moves a rack: its gear's friction alone is more [N]."""
 IN_UNIT = 10
-"""So many samples beyond are no glitches."""
+"""Samples beyond that are no glitches any more."""
 _WITH_UNIT = re.compile(r"(.*?)\s*[\[(]([^\])]*)[\])]\s*")
-_WORDS = {
+_UNIT_WORDS = {
     "sec": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "millisecond": "ms",
     "milliseconds": "ms", "microseconds": "us", "degree": "deg", "degrees": "deg", "grad": "deg",
     "radian": "rad", "radians": "rad", "degps": "deg/s", "radps": "rad/s", "1/min": "rpm",
@@ -73,7 +73,7 @@ def factor_of(column: str, unit: str) -> float | None:
         return 1.0
     known = {name.replace(" ", ""): factor for name, factor in UNITS[column].items()}
     text = bare.translate(_SIGNS)
-    word = _WORDS.get(text.lower(), "").replace(" ", "")
+    word = _UNIT_WORDS.get(text.lower(), "").replace(" ", "")
     # Upper case matters where a letter is a prefix: MN m is no mN m.
     relaxed = text.lower() if column in ("psi", "psi_dot") or text in ("S", "Sec") else text
     return next((known[name] for name in (text, word, relaxed) if name in known), None)
@@ -85,7 +85,7 @@ def unit_by_size(column: str, values: NDArray[np.float64]) -> str:
     if sizes.size < IN_UNIT:
         return ""
     if column == "F_rack":
-        return "kN" if 0 < sizes[-1] < LEAST_FORCE else ""
+        return "kN" if 0 < sizes[-1] < MIN_RACK_FORCE else ""
     most, units = OF_SIZE.get(column, (math.inf, ()))
     if not sizes[-IN_UNIT] > most:
         return ""

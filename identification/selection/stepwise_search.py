@@ -135,7 +135,7 @@ class Search:
         return [e for e in allowed if e not in idle], [e for e in allowed if e in idle]
 
     def _changes(self, present: Effects, effect: Effect) -> bool:
-        """Whether a model with the effect too is another one for these recordings.
+        """Whether adding the effect changes the model for these recordings.
 
         One that gives every ground its own values needs a parameter to do that to, and two grounds.
         """
@@ -210,7 +210,7 @@ class Search:
         steps: Sequence[SearchStep],
         added: SearchStep,
     ) -> SearchStep | None:
-        """Put its rival in place of the effect added last, where that makes another one worth adding.
+        """Replace the last effect by its equal rival if another effect is worth adding beside it.
 
         Which of two equal effects goes on is little more than chance. Where nothing is worth adding
         beside it something may be so beside its rival, unless it gained next to nothing beside the

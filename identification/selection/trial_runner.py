@@ -24,9 +24,9 @@ Submit = Callable[..., Future[Any]]
 """Takes a function and its arguments, returns the future of its result."""
 Key = TypeVar("Key")
 _BETWEEN_WAITS = 0.5
-"""Time for which a wait is not looked up from [s]."""
+"""Longest wait before a pending interrupt is served [s]."""
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
-"""What the libraries of linear algebra read once, when they are loaded."""
+"""Variables that the libraries of linear algebra read once, when they are loaded."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -29,7 +29,7 @@ from observers.embedded.status import STATUS_FLAGS
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.angle_derivative import FILTER_TIME_CONSTANT
-from observers.measurement.measurement_model import LEAST_FIRST_LOAD, RIG
+from observers.measurement.measurement_model import MIN_FIRST_LOAD, RIG
 from observers.measurement.torque_error import SENSIBLE
 from observers.protocol import (
     ESTIMATE,
@@ -193,7 +193,7 @@ def template_placeholders(
         "slack": real.literal(SLACK),
         "longest_step": repr(MAX_SAMPLE_PERIOD),
         "largest_value": repr(SENSIBLE),
-        "least_first_load": repr(LEAST_FIRST_LOAD),
+        "least_first_load": repr(MIN_FIRST_LOAD),
         **changed,
     }
 

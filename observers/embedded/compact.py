@@ -32,7 +32,7 @@ from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
 from observers.quality.branches import TRACK
-from observers.quality.hypotheses import LIMITS, per_hypothesis
+from observers.quality.hypotheses import SETTINGS, per_hypothesis
 from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import MONITOR
 from observers.quality.verdict import VERDICT
@@ -122,6 +122,6 @@ def _names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
     return {
         "sample": SAMPLE, "last": CLEAN, "now": CLEAN, "x": states, "mean": states, "newest": states,
         "slopes": slopes, "counts": COUNTS, "monitor": MONITOR, "output": OUTPUT, "result": OUTPUT,
-        "own": OWN, "track": TRACK, "part": per_hypothesis("gear" in states), "limits": LIMITS,
+        "own": OWN, "track": TRACK, "part": per_hypothesis("gear" in states), "limits": SETTINGS,
         "verdict": VERDICT, "factor": factor, "P": covariance,
     }  # fmt: skip

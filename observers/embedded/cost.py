@@ -22,7 +22,7 @@ ERROR = 0.2
 """Largest difference between estimate and count, as a share of the count [1]."""
 MARGIN = 1.05
 """Factor on the estimated maximum, so that no measured count exceeds it [1]."""
-CORNERS, MOST_CORNERS = 7, DEPTH - 2
+CORNERS, MAX_CORNERS = 7, DEPTH - 2
 """Corners of the patch in ordinary steering, and at most."""
 VECTORS = 100_000
 """Instructions that vector code takes at least, in single precision."""
@@ -104,7 +104,7 @@ class Cost:
     at_most: int | None = None
     corner: int = 0
     corners: int = CORNERS
-    most_corners: int = MOST_CORNERS
+    most_corners: int = MAX_CORNERS
     acquiring: int = 0
     error: float | None = None
     vectors: bool = False
@@ -146,7 +146,7 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     mean = step + counts.tracking * patch.observer.acquire + CORNERS * corner
     # From the steering torque no corner is dropped in the longest step.
     drops = bool(corner) and "psi" not in patch.observer.states
-    most = step + acquiring + MOST_CORNERS * corner + counts.drop * drops
+    most = step + acquiring + MAX_CORNERS * corner + counts.drop * drops
     if on_bristles:
         mean, most = (
             mean + _bristle_instructions(patch, counts, 0),

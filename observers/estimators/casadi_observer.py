@@ -17,7 +17,7 @@ from observers.compiled_step import (
     run_stretches,
 )
 from observers.layout import Expression, Layout, ObserverState, outputs_of
-from observers.measurement.measurement_model import LEAST_FIRST_LOAD
+from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.protocol import ESTIMATE, OUTPUT, UNINFORMED, Estimate, Sample, Status, prior_estimate
 from observers.quality.plausibility import EVIDENCE, START
@@ -172,7 +172,7 @@ class CasadiObserver:
         """
         if not is_first(self, first.psi, first.F_N):
             raise InvalidInputError(
-                f"the first sample must have a finite psi and F_N >= {LEAST_FIRST_LOAD:g} N, both within"
+                f"the first sample must have a finite psi and F_N >= {MIN_FIRST_LOAD:g} N, both within"
                 f" the limits of the tuning, as they say where the patch stands; got psi = {first.psi}"
                 f" rad, F_N = {first.F_N} N; wait for one that has"
             )

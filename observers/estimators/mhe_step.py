@@ -31,7 +31,7 @@ from observers.estimators.mhe_terms import (
     build_backward,
     build_forward,
     build_prediction,
-    is_unsettled,
+    has_not_converged,
 )
 from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.layout import Layout, Parts, symbols
@@ -133,7 +133,7 @@ def build_window_step(
         previous = x[:, -1]
         x, P = smoother(mean, factor, x, M_z, slopes, *given)
     x_newest, M_z = x[:, -1], test.expected
-    unsettled = is_unsettled(measurement_model, x_newest, previous, P)
+    unsettled = has_not_converged(measurement_model, x_newest, previous, P)
     if follows_angle:
         history = append(x=x_newest)
         M_z, _ = torques(patch.newest(history), x_newest)

@@ -100,7 +100,7 @@ def arrival_jump(window: int, reset: Expression, run: Expression, variance: Expr
     return ca.if_else(run >= window, reset * variance, 0)
 
 
-def is_unsettled(
+def has_not_converged(
     measurement_model: MeasurementModel, x: Expression, before: Expression, P: Expression
 ) -> Expression:
     """True where the last Gauss-Newton step moved ln mu by more than its standard deviation."""

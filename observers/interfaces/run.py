@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from observers.compiled_step import first_sample
 from observers.estimates import Estimates
 from observers.measurement.angle_derivative import causal_rate
-from observers.measurement.measurement_model import LEAST_FIRST_LOAD
+from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import (
     ESTIMATE,
     BatchObserver,
@@ -83,7 +83,7 @@ def arrange(
         needed = "M, the steering torque" if observer.channel == "M" else "M_z, the aligning torque"
         raise InvalidInputError(f"this observer needs {needed}, in at least one sample")
     psi_limit, _, F_N_limit, *_ = limits = sample_limits_of(observer)
-    known = (np.abs(psi) < psi_limit) & (F_N >= LEAST_FIRST_LOAD) & (F_N_limit > F_N)
+    known = (np.abs(psi) < psi_limit) & (F_N >= MIN_FIRST_LOAD) & (F_N_limit > F_N)
     if not known.any():
         raise InvalidInputError(
             "psi must be finite and F_N at least 0.001 N in at least one sample, both within the limits"

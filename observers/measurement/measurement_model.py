@@ -34,13 +34,13 @@ from symbolic import Model, Rig, full_slide_torque
 Moments = tuple[Expression, Expression]
 RIG = ("a", "e", "J_A", "b_t", "slide_rate", "noise", "dry_friction", "zero_std")
 """Order of the rig's numbers; one that is unknown is NaN."""
-LONGEST = 0.05
-"""The weight of a sample grows with its time step up to this step [s]."""
+MAX_WEIGHTED_STEP = 0.05
+"""Longest time step up to which the weight of a sample grows [s]."""
 GAIN_SHARE = 0.5
 """Share of the stiffness that may be an error of the torque's scale, where nothing else is known [1]."""
-LEAST_FIRST_LOAD = 1e-3
+MIN_FIRST_LOAD = 1e-3
 """Least load of a first sample [N]."""
-LEAST_LOAD = 0.05
+MIN_LOAD_SHARE = 0.05
 """Share of the first load below which a load is missing [1]: a torque weighs with 1 / F_N^2."""
 CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel", "gear_angle", "slip", "dry", "dry_std")
 """Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s];
@@ -135,12 +135,12 @@ class MeasurementModel(Hashable, Protocol):
 
 
 def impute_load(sample: Parts, last: Parts) -> tuple[Expression, Expression, Expression]:
-    """The load [N], whether it is missing, so that the last one stands, and whether it is too small.
+    """Load [N], the last valid one where it is missing, and two flags: is missing, is too small.
 
-    A load below `LEAST_LOAD` of the first one, zero or negative too, is missing as NaN is.
+    A load below `MIN_LOAD_SHARE` of the first one, zero or negative too, is missing as NaN is.
     """
     given = is_known(sample["F_N"])
-    too_small = ca.logic_and(given, sample["F_N"] < LEAST_LOAD * last["F_N_first"])
+    too_small = ca.logic_and(given, sample["F_N"] < MIN_LOAD_SHARE * last["F_N_first"])
     missing = ca.logic_or(ca.logic_not(given), too_small)
     return ca.if_else(missing, last["F_N"], sample["F_N"]), missing, too_small
 
@@ -269,7 +269,7 @@ class AligningTorque:
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
     ) -> Measurement:
         """The aligning torque with the zero of its channel [N m]."""
-        slide, dt = full_slide_torque(now["F_N"], rig["a"]), ca.fmin(now["dt"], LONGEST)
+        slide, dt = full_slide_torque(now["F_N"], rig["a"]), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
         independent = independent_share(now["travel"], tuning["error_travel"])
         noise, error = white_variance(rig, tuning, slide), model_error_variance(x, tuning)
         variance = error * dt + REFERENCE_STEP * noise * independent

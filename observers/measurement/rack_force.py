@@ -1,4 +1,4 @@
-"""A car's front axle: the force on the rack is measured, as torque of the wheel that stands for both.
+"""A car's front axle: the force on the rack is measured, as torque of the mean wheel.
 
     M_z = h(history of the angle, mu) + M_0 + gear D,    D = -(r/2 F_f + share |M_z|) z
 
@@ -18,7 +18,7 @@ import casadi as ca
 
 from observers.layout import Expression, Parts
 from observers.measurement.measurement_model import (
-    LONGEST,
+    MAX_WEIGHTED_STEP,
     AligningTorque,
     Measurement,
     Moments,
@@ -37,7 +37,7 @@ from symbolic import full_slide_arm
 from symbolic.vehicle.kingpin import growth_of
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock
 from symbolic.vehicle.steering import jacking, lock_angle
-from symbolic.vehicle.vehicle import SPREAD, Vehicle
+from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
 
 JACKING = 0.08
 """Standard deviation of the return torque as a share of it [1]: angles within 1 deg, wheel radius."""
@@ -99,11 +99,11 @@ class RackForce(AligningTorque):
         return cls(
             friction=vehicle.steering_arm / 2 * vehicle.gear_friction,
             load_share=vehicle.gear_load_share,
-            gear_spread=SPREAD * vehicle.tolerances.gear_friction,
+            gear_spread=STD_PER_TOLERANCE * vehicle.tolerances.gear_friction,
             presliding=vehicle.presliding / vehicle.steering_arm,
             error=vehicle.steering_arm / 2 * vehicle.force_error,
             jacking=JACKING * abs(float(jacking(vehicle, lock))) / sin(lock),
-            damping=SPREAD * vehicle.tolerances.damping * vehicle.damping,
+            damping=STD_PER_TOLERANCE * vehicle.tolerances.damping * vehicle.damping,
             growth=GROWTH * abs(growth_of(vehicle, brakes=held).torque),
             lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,
             **chosen,
@@ -153,7 +153,7 @@ class RackForce(AligningTorque):
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
     ) -> Measurement:
         """The torque of the mean wheel with the gear's and the zero of its channel [N m]."""
-        slide, dt = _slide(now, rig), ca.fmin(now["dt"], LONGEST)
+        slide, dt = _slide(now, rig), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
         independent = independent_share(now["travel"], tuning["error_travel"])
         noise, error = white_variance(rig, tuning, slide), model_error_variance(x, tuning)
         lasting = error + (now["dry_std"] / slide) ** 2

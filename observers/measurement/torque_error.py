@@ -13,8 +13,8 @@ SENSIBLE = 1e9
 """Sensor values of this magnitude and above are invalid, in SI units; 1e20 squared overflows a float."""
 SENSOR = 0.005
 """Least white torque noise of a sample, as a share of 3/8 F_N a [1]."""
-SHORTEST_TRAVEL = 1e-9
-"""Turn that counts as none [rad]."""
+MIN_TRAVEL = 1e-9
+"""Travel that is added to numerator and divisor, against division by zero [rad]."""
 
 
 def is_known(value: Expression) -> Expression:
@@ -24,7 +24,7 @@ def is_known(value: Expression) -> Expression:
 
 def independent_share(travel: Expression, error_travel: Expression) -> Expression:
     """Share of an independent sample of the model's error that a turn [rad] is worth, at most 1."""
-    return ca.fmin(1, (travel + SHORTEST_TRAVEL) / (error_travel + SHORTEST_TRAVEL))
+    return ca.fmin(1, (travel + MIN_TRAVEL) / (error_travel + MIN_TRAVEL))
 
 
 def retained(share: Expression, memory: float) -> Expression:

@@ -13,15 +13,15 @@ from symbolic import InvalidInputError
 Array = NDArray[np.float64]
 
 
-GREATEST = {
+MAX_STEERING_LIMITS = {
     "angle": 20.0, "rate": 100.0, "slowest": 100.0, "torque": inf, "time": 600.0, "acceleration": 1e4,
 }  # fmt: skip
-"""Of each limit; a path has so many samples as time and angle allow."""
+"""Greatest value of each limit; time and angle bound the number of samples of a path."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SteeringLimits:
-    """What the wheel may do.
+    """Limits on the motion of the wheel.
 
     Attributes:
         angle: either way from where it stands at first [rad].
@@ -32,7 +32,7 @@ class SteeringLimits:
         acceleration: greatest yaw acceleration [rad/s^2].
 
     Raises:
-        InvalidInputError: one is not greater than 0 and at most what `GREATEST` allows.
+        InvalidInputError: one is not greater than 0 and at most what `MAX_STEERING_LIMITS` allows.
     """
 
     angle: float = 0.4
@@ -45,7 +45,7 @@ class SteeringLimits:
     def __post_init__(self) -> None:
         """Check the numbers."""
         for field in fields(self):
-            value, greatest = getattr(self, field.name), GREATEST[field.name]
+            value, greatest = getattr(self, field.name), MAX_STEERING_LIMITS[field.name]
             if not 0 < value <= greatest:
                 raise InvalidInputError(
                     f"limit {field.name} must be greater than 0 and at most {greatest:g}, got {value}"
@@ -99,7 +99,7 @@ def steer(
     points: Sequence[float], rate: float, acceleration: float, dt: float, time: float,
     speed: float = 0.0, *, rest: float = 0.0,
 ) -> SteeringPath:  # fmt: skip
-    """From one angle to the next, with a stop at each, as quickly as rate and acceleration allow.
+    """Fastest path from angle to angle within rate and acceleration, with a stop at each angle.
 
     Args:
         points: turning points, the first one is the present angle [rad].

@@ -36,15 +36,15 @@ RAMP = 0.2
 """Time in which a path comes to its rate [s]: a limit of the acceleration is one of the rate."""
 REST = 0.5
 """Time before the first turn in which the torque tells its zero [s]."""
-LEAST_FIRST, A_DECADE = 10**-2.5, 10
-"""Least first turning point [rad], and how many there are up to ten times as much."""
+MIN_FIRST_TURN, POINTS_PER_DECADE = 10**-2.5, 10
+"""Least first turning point [rad], and the number of points per decade above it."""
 LEGS = 4
 """Turning points from the first to the farthest."""
 NEVER = 1e3
 """Cost where the target is not reached, to which the least deviation is added."""
-LEAST_SAMPLES = 10
-"""Of a path."""
-LEAST_TARGET = 1e-3
+MIN_SAMPLES = 10
+"""Least number of samples of a path."""
+MIN_TARGET = 1e-3
 """Least target that makes sense [1]."""
 
 
@@ -113,9 +113,9 @@ def plan(
         InvalidInputError: a target, friction or load is out of range, or the limits leave no rate.
     """
     _check(target, mus, F_N)
-    if limits.time < LEAST_SAMPLES * dt:
+    if limits.time < MIN_SAMPLES * dt:
         raise InvalidInputError(
-            f"limit time must be at least {LEAST_SAMPLES * dt:g} s, got {limits.time:g}"
+            f"limit time must be at least {MIN_SAMPLES * dt:g} s, got {limits.time:g}"
         )
     search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
     for swing in swings(limits, coarse=coarse):
@@ -147,8 +147,8 @@ def swings(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
         )
     step, apart = (3, 1) if coarse else (1, 2)
     # The last one lies beyond the limit: it stands for a turn without an end.
-    many = max(1, ceil(A_DECADE * log10(limits.angle / LEAST_FIRST) / step + 1e-9)) * step
-    angles = [LEAST_FIRST * 10 ** (i / A_DECADE) for i in range(0, many + 1, step)]
+    many = max(1, ceil(POINTS_PER_DECADE * log10(limits.angle / MIN_FIRST_TURN) / step + 1e-9)) * step
+    angles = [MIN_FIRST_TURN * 10 ** (i / POINTS_PER_DECADE) for i in range(0, many + 1, step)]
     return [
         Swing(rate, first, farthest)
         for rate in rates
@@ -221,7 +221,7 @@ class _Search:
         return self.least[0]
 
     def along(self, path: SteeringPath) -> Array:
-        """What is to be least, up to each sample."""
+        """The cost up to each sample."""
         if self.objective == "angle":
             return np.maximum.accumulate(np.abs(path.psi - self.psi))
         return path.travel if self.objective == "travel" else path.t
@@ -288,9 +288,9 @@ def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) 
 
 
 def _check(target: float, mus: Sequence[float], F_N: float) -> None:
-    if not LEAST_TARGET <= target < 1:
+    if not MIN_TARGET <= target < 1:
         raise InvalidInputError(
-            f"target must be a share of mu from {LEAST_TARGET:g} to below 1, got {target:g}"
+            f"target must be a share of mu from {MIN_TARGET:g} to below 1, got {target:g}"
         )
     if not mus or not all(FRICTION[0] <= mu <= FRICTION[1] for mu in mus):
         raise InvalidInputError(

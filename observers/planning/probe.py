@@ -40,10 +40,10 @@ CHANGES = 3
 VAGUE = 0.15
 """Deviation of ln mu below which one friction stands for all [1]."""
 ASTRAY = (0.02, 0.3)
-"""The wheel has left the path where it is off by this turn [rad] and that of this time at the limit of
-the rate [s]: the path then begins anew where it is."""
-LEAST_SWING = 1e-3
-"""Bounds of the angle closer than this leave nothing to steer [rad]."""
+"""The wheel has left the path where it is off by more than an angle [rad] plus the turn of this time [s]
+at the limit of the rate; the path then begins anew where the wheel is."""
+MIN_SWING = 1e-3
+"""Least distance of the bounds of the angle that leaves room to steer [rad]."""
 _ACQUIRING, _EXCESS = OWN.index("acquiring"), OWN.index("excess")
 MOVES, AGAIN = 3.0, 1.5
 """Deviations by which an estimate has moved since it first was within the target if that deviation is
@@ -54,7 +54,7 @@ GAIN = 0.97
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Advice:
-    """What to steer now.
+    """Advice what to steer now.
 
     Attributes:
         psi: angle for the next sample [rad].
@@ -219,7 +219,7 @@ class Probe:
     def _obstacle(self, estimate: Estimate) -> str:
         """Why the steering has to end; empty where it may go on."""
         low, high = self._bounds
-        held = high - low < 2 * self.limits.angle - LEAST_SWING
+        held = high - low < 2 * self.limits.angle - MIN_SWING
         within = f"the torque's limit of {self.limits.torque:g} N m keeps the wheel within"
         within = f"{within} {low:.3f} to {high:.3f} rad" if held else ""
         if self._time >= self.limits.time:
@@ -227,7 +227,7 @@ class Probe:
             remedy = "" if estimate.usable else estimate.status.remedy
             relative = f"at {estimate.mu_std / estimate.mu:.1%}"
             return "; ".join(filter(None, (f"{over} {relative}", within, remedy)))
-        return within if high - low < LEAST_SWING else ""
+        return within if high - low < MIN_SWING else ""
 
     def _replan(self, sample: Sample, state: ObserverState) -> None:
         """Take the best of the present path and a few changes of it."""
@@ -268,7 +268,7 @@ class Probe:
         return list(dict.fromkeys(likely))
 
     def _cost(self, path: SteeringPath, lanes: Sequence[Lane], F_N: float, best: float) -> float:
-        """Mean travel until the target; where it exceeds the best so far, something that does too."""
+        """Mean travel until the target; stops early, with a value above the best so far."""
         cost, travel = 0.0, path.travel
         for lane in lanes:
             last = min(int(np.searchsorted(travel, best * len(lanes) - cost)), self._horizon)

@@ -18,14 +18,14 @@ from observers.protocol import OUTPUT, Status
 from observers.quality.acquired_to_estimator import handover_vector
 from observers.quality.branches import START, TRACK, build_sensitivity, build_track
 from observers.quality.hypotheses import (
-    LIMITS,
-    MOST_ERROR,
+    MAX_MODEL_ERROR,
+    SETTINGS,
     build_error,
-    build_weighing,
+    build_hypotheses_update,
     dry_size,
     search_layout,
 )
-from observers.quality.plausibility import GREATEST_FRICTION
+from observers.quality.plausibility import MAX_TYRE_FRICTION
 from observers.quality.screening import has_flag
 from observers.quality.verdict import ALLOWED, VERDICT, build_verdict, variance_of_scale
 from symbolic.functions import named_function
@@ -36,19 +36,20 @@ SLIPPERY = (0.015, 0.3)
 """Standard deviations of mu and of ln mu at which friction of a car is known too, whatever s may be [1]:
 on ice the contacts slide at once, and nothing tells how stiff they are."""
 HANDED = 3.0
-"""Model errors that ln mu is uncertain by at the handover [1]: a real tyre's do not average out."""
-MOST_VARIANCE = 1.0
-"""Variance of ln mu that the model's error makes at most [1]."""
+"""Factor on the model error in the deviation of ln mu at handover [1]: it does not average out."""
+MAX_MODEL_VARIANCE = 1.0
+"""Upper limit of the variance of ln mu from the model's error [1]."""
 SHRINK = 4.0
 """Model errors that ln s is uncertain by [1]."""
 GAIN_FREE = 0.5
-"""Deviations of the stiffness that are k's own; see `MeasurementModel.gain_share` for what is beyond."""
-DOUBTED, MOST_DOUBT = 2.0, 10.0
-"""Independent samples that the model has not explained before it is doubted, and the most that count."""
+"""|s - 1| up to this many `stiffness_std` is k's own and adds nothing to the deviation of mu [1]; see
+`MeasurementModel.gain_share` for the part beyond."""
+DOUBT_LIMIT, MAX_DOUBT = 2.0, 10.0
+"""Unexplained independent samples from which on the status is INCONSISTENT, and the most that count."""
 HOPELESS = 8.0
 """Independent samples not explained after which friction is acquired anew."""
 FORGIVING = 10.0
-"""Independent samples over which a doubt is forgotten while the model explains the torque."""
+"""Explained independent samples over which that count fades."""
 OWN = (
     *("acquiring", "phase", "scale", "excess", "F_N", "F_N_first"),
     *("squares", "weight", "doubt", "again", "streak", "lost", "predicted", "predicted_before"),
@@ -105,10 +106,10 @@ def build_search(gear: bool = False) -> ca.Function:
     """
     inputs = symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, psi=1, F_N=1, M_z=1,
-        added=1, tyre=3, limits=len(LIMITS), **dry_size(gear),
+        added=1, tyre=3, limits=len(SETTINGS), **dry_size(gear),
     )  # fmt: skip
     search, verdict, phase, psi, F_N, M_z, added, tyre, limits, *dry = inputs.values()
-    parts, numbers = search_layout(gear).split(search), named(LIMITS, limits)
+    parts, numbers = search_layout(gear).split(search), named(SETTINGS, limits)
     known = ca.logic_and(is_known(psi), is_known(M_z))
     torque = ca.if_else(known, M_z, 0)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
@@ -131,7 +132,7 @@ def build_search(gear: bool = False) -> ca.Function:
     )
     variance = variance + sum((d[1] ** 2 / share for d in dry), ca.MX(0))
     weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre, *dry)
-    hypotheses = output_if(counts, build_weighing(gear), weighed, parts["hypotheses"])
+    hypotheses = output_if(counts, build_hypotheses_update(gear), weighed, parts["hypotheses"])
     after["explained"] += ca.if_else(counts, noisy, 0)
     judged = (hypotheses, after["explained"], after["reach"], limits)
     found = {"track": vector_of(TRACK, after), "points": points, "hypotheses": hypotheses}
@@ -161,11 +162,11 @@ def build_conclusion(
     """
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
-        tyre=3, limits=len(LIMITS),
+        tyre=3, limits=len(SETTINGS),
     )  # fmt: skip
-    own, limits = named(OWN, inputs["own"]), named(LIMITS, inputs["limits"])
+    own, limits = named(OWN, inputs["own"]), named(SETTINGS, inputs["limits"])
     verdict, output = named(VERDICT, inputs["verdict"]), named(OUTPUT, inputs["output"])
-    error = ca.fmin(limits["error"], MOST_ERROR) ** 2
+    error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
     given = (inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
     by_error = error / build_sensitivity()(*given) ** 2
@@ -186,10 +187,10 @@ def build_conclusion(
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
         "excess": gain_share * ca.fmax(0, excess),
         **dict.fromkeys(("squares", "weight", "streak", "confirmed", "lasting"), 0),
-        "doubt": doubt_after(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
+        "doubt": update_doubt(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
     }
     after["lost"] = after["doubt"] > HOPELESS
-    variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MOST_VARIANCE)
+    variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MAX_MODEL_VARIANCE)
     log_mu = verdict["log_mu"] - ca.log(after["scale"] * patch.friction)
     means = {"log_mu": log_mu, "stiffness": 1}
     means |= {name: verdict[of] / after["scale"] for name, of in (("M_0", "zero"), ("gear", "gear"))}
@@ -227,9 +228,9 @@ def _is_known(verdict: Parts, unsure: Expression, limits: Parts, gear: bool) -> 
     return ca.logic_or(known, ca.logic_and(unsure < most**2, possible))
 
 
-def doubt_after(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
-    """Independent samples that the model did not explain, after one more; explained ones make up."""
-    more = ca.fmin(MOST_DOUBT, doubt + share)
+def update_doubt(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
+    """Update the count of unexplained independent samples; explained ones reduce it."""
+    more = ca.fmin(MAX_DOUBT, doubt + share)
     return ca.if_else(wrong, more, doubt * retained(share, FORGIVING))
 
 
@@ -250,7 +251,7 @@ def _acquired_output(
         # What is handed over is yet to be confirmed.
         Status.ACQUIRING: ca.SX(1),
         Status.SUSPECT: ca.logic_or(
-            ca.logic_and(stays, verdict["suspect"]), mu * (1 - 2 * relative) > GREATEST_FRICTION
+            ca.logic_and(stays, verdict["suspect"]), mu * (1 - 2 * relative) > MAX_TYRE_FRICTION
         ),
     }
     return {
@@ -269,7 +270,7 @@ def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
     """Inputs of a sample of the supervision, while friction is acquired and afterwards."""
     return symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT),
-        psi=1, M_z=1, dt=1, added=1, tyre=3, limits=len(LIMITS), **dry_size(gear),
+        psi=1, M_z=1, dt=1, added=1, tyre=3, limits=len(SETTINGS), **dry_size(gear),
     )  # fmt: skip
 
 

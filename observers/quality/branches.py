@@ -35,13 +35,13 @@ FRACTION = 0.25
 error [1]."""
 START = 2.0
 """Deviations of the angle's noise by which a wheel at rest may seem to turn [1]."""
-SHORTEST = 1e-9
-"""Least travel that something is divided by [rad]."""
-LEAST_SHARE = 1e-3
-"""Share of an independent sample that a sample on the spot is worth [1]."""
-LEAST_SENSITIVITY = 1e-3
-"""Least relative change of a torque by that of mu that is reckoned with [1]."""
-MEMORY = 160.0
+MIN_TRAVEL_DIVISOR = 1e-9
+"""Least divisor that is a travel [rad]."""
+MIN_SAMPLE_WEIGHT = 1e-3
+"""Weight of a sample without travel, in independent samples [1]."""
+MIN_SENSITIVITY = 1e-3
+"""Lower limit of d ln M_z / d ln mu [1]."""
+FORGETTING_SAMPLES = 160.0
 """Independent samples after which older ones are forgotten: a loop on ice is worth twenty."""
 ERRORS = 2.0
 """Squares of the model's error, over its variance, that an independent sample may have [1]."""
@@ -94,10 +94,10 @@ def _counted(after: Parts, counts: Expression, least: Expression) -> tuple[Parts
     least is the travel at which a branch begins to tell something [rad].
     """
     travel = ca.fabs(after["extreme"] - after["origin"])
-    counted = ca.fmax(after["progress"], ca.fmax(least, SHORTEST))
+    counted = ca.fmax(after["progress"], ca.fmax(least, MIN_TRAVEL_DIVISOR))
     share = ca.fmin(1, ca.log(ca.fmax(travel / counted, 1)) / FRACTION)
     progress = ca.if_else(counts, travel, after["progress"])
-    return {**after, "progress": progress}, ca.fmax(LEAST_SHARE, share)
+    return {**after, "progress": progress}, ca.fmax(MIN_SAMPLE_WEIGHT, share)
 
 
 def _widest(after: Parts) -> Expression:
@@ -135,7 +135,7 @@ def build_track() -> ca.Function:
     )
     counted, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts, START * slack)
     after = dict(counted)
-    older = retained(share, MEMORY)
+    older = retained(share, FORGETTING_SAMPLES)
     after |= {
         "reach": ca.fmax(ca.if_else(counts, older, 1) * was["reach"], size),
         "widest": _widest(after),
@@ -206,7 +206,7 @@ def build_sensitivity() -> ca.Function:
     """
     inputs = symbols(ca.SX, turn=1, log_ratio=1, F_N=1, tyre=3)
     moment, by_mu = _moment(*inputs.values())
-    outputs = {"share": ca.fmin(ca.fmax(by_mu / moment, LEAST_SENSITIVITY), 1)}
+    outputs = {"share": ca.fmin(ca.fmax(by_mu / moment, MIN_SENSITIVITY), 1)}
     return named_function("sensitivity", inputs, outputs, cse=True)
 
 
@@ -227,7 +227,7 @@ def _moment(
     """Torque of a virgin turn over k and turn [m^3], and its derivative by ln mu."""
     k, a, e = named(("k", "a", "e"), tyre).values()
     slope = full_slide_level(F_N, a) * ca.exp(log_ratio) / k
-    z = ca.fmin(slope / ca.fmax(turn, SHORTEST), FAR)
+    z = ca.fmin(slope / ca.fmax(turn, MIN_TRAVEL_DIVISOR), FAR)
     # As z is proportional to mu.
     beyond, by_z = ca.vertsplit(moment_of_corner(z, a, e))
     return unit_moment(0, a, e) - beyond, -z * by_z

@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
-from observers.quality.hypotheses import LIMITS, VAGUE, build_start
+from observers.quality.hypotheses import SETTINGS, VAGUE, build_start
 from observers.quality.verdict import VERDICT
 from observers.tuning import Tuning
 from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
@@ -51,7 +51,7 @@ def _equivalent(
     start = build_start()(psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a))
     count = psi.size
     search = build_search().mapaccum("searches", count, 2, {})
-    constant = (np.array([[k], [a], [e]]), np.array([[getattr(tuning, name)] for name in LIMITS]))
+    constant = (np.array([[k], [a], [e]]), np.array([[getattr(tuning, name)] for name in SETTINGS]))
     phases = np.arange(count).reshape(1, -1) % 2
     _, verdicts, _, _ = search(
         start, np.zeros(len(VERDICT)), phases, psi.reshape(1, -1), rows["F_N"].reshape(1, -1),

@@ -15,7 +15,7 @@ from scipy.special import stdtrit
 from observers.quality.settling_and_coverage import BAND_95
 from symbolic import InvalidInputError
 
-LEAST_RECORDINGS = 3
+MIN_RECORDINGS = 3
 """Recordings that a band for a further one takes: of two, the scatter is hardly known."""
 
 
@@ -28,7 +28,7 @@ class GroundFriction:
         mu_eff: their mean [1].
         scatter: their standard deviation [1]; None of a single one.
         further: half-width of the interval about `mu_eff` that holds the friction of a further recording
-            with a probability of 95 % [1]; None of fewer than `LEAST_RECORDINGS`.
+            with a probability of 95 % [1]; None of fewer than `MIN_RECORDINGS`.
     """
 
     recordings: int
@@ -59,7 +59,7 @@ def ground_friction(mu_eff: Sequence[float], mu_eff_std: Sequence[float]) -> Gro
     if n == 1:
         return GroundFriction(recordings=n, mu_eff=mean)
     scatter, further = float(values.std(ddof=1)), None
-    if n >= LEAST_RECORDINGS:
+    if n >= MIN_RECORDINGS:
         between = stdtrit(n - 1, 0.975) * scatter * np.sqrt(1 + 1 / n)
         further = float(np.hypot(between, BAND_95 * np.sqrt(np.mean(own**2))))
     return GroundFriction(recordings=n, mu_eff=mean, scatter=scatter, further=further)

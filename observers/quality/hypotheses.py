@@ -29,26 +29,26 @@ from observers.layout import (
     vector_of,
 )
 from observers.measurement.torque_error import SENSOR, is_stated, retained
-from observers.quality.branches import MEMORY, PATHS, POINTS, SLID, TRACK, build_branch
+from observers.quality.branches import FORGETTING_SAMPLES, PATHS, POINTS, SLID, TRACK, build_branch
 from observers.udu import update_covariance
 from symbolic import full_slide_torque
 from symbolic.functions import named_function
 
 RATIOS = np.geomspace(0.012, 6.0, 14)
 """Hypotheses about mu at the declared k [1]."""
-STEP = float(np.log(RATIOS[1] / RATIOS[0]))
+GRID_SPACING = float(np.log(RATIOS[1] / RATIOS[0]))
 """Distance of two hypotheses in ln mu [1]."""
 RELATIVE_SENSOR = 0.01
-"""What noise adds that grows with the torque, as a share of the greatest one so far [1]."""
+"""Noise that grows with the torque, as a share of the greatest torque so far [1]."""
 VAGUE = 10.0
 """Standard deviation of s before any torque [1]."""
 ROBUST = 4.0
 """Normalised innovation beyond which the cost of a sample grows linearly, as in Huber's loss [1]."""
-MOST_ERROR = 0.2
-"""Largest error of the model that is reckoned with [1]."""
+MAX_MODEL_ERROR = 0.2
+"""Upper limit of the model error that is assumed [1]."""
 NOISIER = 4.0
 """Squares of the noise, over its variance, that a sample may have: a sensor is twice as noisy [1]."""
-LIMITS = (
+SETTINGS = (
     *("mu", "mu_std", "stiffness_std", "error", "psi_noise", "zero_std"),
     *("mu_floor", "least", "greatest", "explained"),
 )
@@ -56,7 +56,7 @@ LIMITS = (
 TWIST_STD = 0.5
 """Standard deviation of the share in which the patch was twisted before the first sample, over s [1]."""
 RESTART_STD = 0.1
-"""Standard deviation of s, known once, in a later acquisition [1]."""
+"""Prior standard deviation of s in an acquisition that follows one which determined s [1]."""
 PATH_ERROR = 0.05
 """Least error of a model on a path that began on another ground [1]."""
 
@@ -102,8 +102,8 @@ def search_layout(gear: bool) -> Layout:
     return Layout((*sizes, ("hypotheses", len(per_hypothesis(gear)), len(RATIOS))))
 
 
-def limits_of(tuning: Parts, misfit: float, again: Expression) -> Expression:
-    """The tuning in the order of `LIMITS`; misfit is the least error of the model [1].
+def settings_of(tuning: Parts, misfit: float, again: Expression) -> Expression:
+    """Values of the tuning in the order of `SETTINGS`; misfit is the model's least error [1].
 
     again is 1 where the ground has changed: what the patch was before is then known roughly. An error
     that is stated for no turn is that of the noise, `Tuning.error_travel`.
@@ -111,7 +111,7 @@ def limits_of(tuning: Parts, misfit: float, again: Expression) -> Expression:
     error = tuning["error"]
     error = ca.if_else(is_stated(tuning), error, ca.fmin(error, tuning["noise"]))
     least = ca.if_else(again, ca.fmax(misfit, PATH_ERROR), misfit)
-    return vector_of(LIMITS, {**tuning, "error": ca.fmax(least, error)})
+    return vector_of(SETTINGS, {**tuning, "error": ca.fmax(least, error)})
 
 
 @cache
@@ -188,7 +188,7 @@ def build_error() -> ca.Function:
 
 
 @cache
-def build_hypothesis(gear: bool = False) -> ca.Function:
+def build_hypothesis_update(gear: bool = False) -> ca.Function:
     """One hypothesis after a torque: (part, free, slid, measured, variance, share, dry) -> part_next.
 
     part is in the order of `per_hypothesis`; free and slid are the torques at s = 1 of a patch that was
@@ -199,7 +199,7 @@ def build_hypothesis(gear: bool = False) -> ca.Function:
     names = per_hypothesis(gear)
     inputs = symbols(ca.SX, part=len(names), free=1, slid=1, measured=1, variance=1, share=1)
     part, free, slid, measured, variance, share = inputs.values()
-    older, was, order = retained(share, MEMORY), named(names, part), unknowns(gear)
+    older, was, order = retained(share, FORGETTING_SAMPLES), named(names, part), unknowns(gear)
     # The measured torque by each unknown.
     by: dict[str, Expression] = {"gain": free, "zero": 1, "twist": slid - free}
     if gear:
@@ -228,13 +228,13 @@ def build_hypothesis(gear: bool = False) -> ca.Function:
 
 
 @cache
-def build_weighing(gear: bool = False) -> ca.Function:
-    """All hypotheses after a torque.
+def build_hypotheses_update(gear: bool = False) -> ca.Function:
+    """Update all hypotheses with a measured torque.
 
     (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses; turns (POINTS, PATHS) [rad]. With
     a gear the torque of its declared friction [N m] is a further input.
     """
-    count, rows = len(RATIOS), build_hypothesis(gear).numel_in(0)
+    count, rows = len(RATIOS), build_hypothesis_update(gear).numel_in(0)
     inputs = symbols(
         ca.MX, hypotheses=(rows, count), turns=(POINTS, PATHS), F_N=1, M_z=1, variance=1, share=1,
         tyre=3, **dry_size(gear),
@@ -247,7 +247,7 @@ def build_weighing(gear: bool = False) -> ca.Function:
     )  # fmt: skip
     expected = ca.reshape(ca.sum1(ca.reshape(branches, POINTS, PATHS * count)), PATHS, count)
     given = (ca.repmat(each, 1, count) for each in (M_z, variance, share, *(d[0] for d in dry)))
-    after = build_hypothesis(gear).map(count)(hypotheses, *ca.vertsplit(expected), *given)
+    after = build_hypothesis_update(gear).map(count)(hypotheses, *ca.vertsplit(expected), *given)
     return named_function("weigh", inputs, {"hypotheses_next": after})
 
 

@@ -17,7 +17,7 @@ from observers.layout import Expression, named, outputs_of, symbols, symbols_lik
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
-from observers.quality.innovation_monitor import LEAST_SAMPLES, MONITOR, build_monitor
+from observers.quality.innovation_monitor import MIN_SAMPLES, MONITOR, build_monitor
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic.functions import named_function
 
@@ -133,7 +133,7 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
         run=ca.fmax(run, alarm),
         counts_next=counts_next,
         inconsistent=inconsistent,
-        untested=monitor_next[MONITOR.index("samples")] < LEAST_SAMPLES,
+        untested=monitor_next[MONITOR.index("samples")] < MIN_SAMPLES,
         monitor_next=monitor_next,
     )
     return named_function("innovation", inputs, vars(test))

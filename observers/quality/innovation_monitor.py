@@ -8,10 +8,10 @@ measurement by ln mu. Two cumulative sums of the log-likelihood ratio of such a 
 detect it where a sum exceeds `Tuning.alarm` [Page 1954], [Basseville 1993], section 2.2. n is the share
 of an independent sample that a sample is worth. Samples in stick, h = 0, count for nothing.
 
-The consistency is q / w, with q the sum of n nu^2 / S and w that of n, both forgetting over W = `WINDOW`
-independent samples: 1 on average where the model and its stated error are right, [Bar-Shalom 2001],
-section 5.4. Where it is more than that, alarms become rarer. Innovations beyond the gate count for
-neither.
+The consistency is q / w, with q the sum of n nu^2 / S and w that of n, both forgetting over
+W = `FORGETTING_SAMPLES` independent samples: 1 on average where the model and its stated error are
+right, [Bar-Shalom 2001], section 5.4. Where it is more than that, alarms become rarer. Innovations
+beyond the gate count for neither.
 """
 
 from functools import cache
@@ -28,11 +28,11 @@ MONITOR = ("rise", "fall", "squares", "samples")
 """Cumulative sums for a rise and a fall of mu, then q and w of the consistency; 0 at the start."""
 CHANGE = 0.5
 """Change of ln mu that is looked for [1]."""
-WINDOW = 20.0
+FORGETTING_SAMPLES = 20.0
 """Independent samples after which the consistency has forgotten older ones."""
-LEAST_SAMPLES = 5.0
+MIN_SAMPLES = 5.0
 """Independent samples before the consistency is judged: the first ones share the prior's error."""
-LARGEST = 25.0
+MAX_NORMALISED_SQUARE = 25.0
 """Upper limit of a squared innovation over its variance in the consistency [1]."""
 
 
@@ -52,7 +52,7 @@ def build_monitor() -> ca.Function:
     innovation, slope, variance, independent, accepted, monitor, tuning = inputs.values()
     past, limits = named(MONITOR, monitor), named(TUNING_FIELDS, tuning)
     share, shift = accepted * independent, CHANGE * slope
-    scale = share / (variance * (1 + ca.fmax(0, past["squares"] - past["samples"]) / WINDOW))
+    scale = share / (variance * (1 + ca.fmax(0, past["squares"] - past["samples"]) / FORGETTING_SAMPLES))
     # No single sample raises an alarm, as none makes a reset.
     most = limits["alarm"] / limits["reset_after"]
     sums = [
@@ -61,11 +61,11 @@ def build_monitor() -> ca.Function:
     ]
     watched = ca.logic_and(limits["gate"] < SENSIBLE, limits["alarm"] < SENSIBLE)
     alarm = ca.logic_and(watched, ca.fmax(*sums) > limits["alarm"])
-    square = ca.fmin(LARGEST, innovation**2 / variance)
-    older = retained(share, WINDOW)
+    square = ca.fmin(MAX_NORMALISED_SQUARE, innovation**2 / variance)
+    older = retained(share, FORGETTING_SAMPLES)
     squares = older * past["squares"] + share * square
     samples = older * past["samples"] + share
-    inconsistent = ca.logic_and(samples >= LEAST_SAMPLES, squares > limits["explained"] * samples)
+    inconsistent = ca.logic_and(samples >= MIN_SAMPLES, squares > limits["explained"] * samples)
     quiet = ca.logic_not(alarm)
     outputs = {
         "alarm": alarm,

@@ -5,7 +5,7 @@
 | psi in degrees | no wheel is steered beyond a right angle |
 | dt in milliseconds | samples half a second apart and more cannot follow the wheel |
 | F_N in kN, torque in N mm | the torque would need a friction of more than `MAX_TORQUE_RATIO` |
-| F_N in lbf or kgf | friction is found to be more than `GREATEST_FRICTION` |
+| F_N in lbf or kgf | friction is found to be more than `MAX_TYRE_FRICTION` |
 | psi or torque of the other sign | the ground takes work from a wheel that turns; this one gives it |
 | torque clipped or frozen | it stays the same to the last digit while the wheel turns |
 
@@ -31,6 +31,7 @@ from symbolic import Rig, full_slide_torque
 from symbolic.functions import named_function
 from symbolic.plausible_signals import (
     MAX_PLAUSIBLE_PERIOD,
+    MAX_RETURNED_WORK,
     MAX_STEERING_ANGLE,
     MIN_SIGN_TRAVEL,
     MIN_WHEEL_LOAD,
@@ -39,7 +40,7 @@ from symbolic.plausible_signals import (
 Array = NDArray[np.float64]
 MAX_TORQUE_RATIO = 15.0
 """Ratio of torque to that of full slide at mu = 1 which no ground reaches [1]."""
-GREATEST_FRICTION = 2.75
+MAX_TYRE_FRICTION = 2.75
 """Friction coefficient of a tyre that no ground has [1]."""
 LIFTED = 0.05
 """Share of the first load below which the wheel is lifted, and a torque beside it no evidence [1]."""
@@ -47,8 +48,6 @@ IN_A_ROW = 10
 """Samples in a row that make a suspicion."""
 WORK_TRAVEL = 2.0
 """Turn in which work is forgotten [rad]."""
-GIVEN_BACK = 0.25
-"""Share of the work, without regard to its sign, that no ground gives back [1]."""
 FROZEN = 6
 """Samples in a row with the same torque that may be a frozen one."""
 FROZEN_TRAVEL = 0.015
@@ -118,7 +117,7 @@ def causes(evidence: Parts) -> dict[str, Expression]:
     """Each cause in a sentence that says what to do, and whether it is suspected."""
     light = evidence["load"] < MIN_WHEEL_LOAD
     beyond = evidence["friction"] >= IN_A_ROW
-    given_back = evidence["work"] > GIVEN_BACK * evidence["exchanged"]
+    given_back = evidence["work"] > MAX_RETURNED_WORK * evidence["exchanged"]
     return {
         "psi looks like degrees, or like a steering wheel's angle: it goes beyond a right angle;"
         " convert it to rad, or divide it by the steering ratio": evidence["angle"] >= IN_A_ROW,

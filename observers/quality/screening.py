@@ -30,7 +30,7 @@ from observers.layout import (
     symbols,
     vector_of,
 )
-from observers.measurement.measurement_model import LEAST_FIRST_LOAD
+from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.plausibility import EVIDENCE, build_evidence
 from observers.tuning import NO_LIMIT, PLAUSIBLE
@@ -185,4 +185,4 @@ def sample_limits_of(observer: object) -> tuple[float, ...]:
 def is_first(observer: object, psi: float, F_N: float) -> bool:
     """True where angle [rad] and load [N] can be those of a first sample."""
     psi_limit, _, F_N_limit, *_ = sample_limits_of(observer)
-    return abs(psi) < psi_limit and LEAST_FIRST_LOAD <= F_N < F_N_limit
+    return abs(psi) < psi_limit and MIN_FIRST_LOAD <= F_N < F_N_limit

@@ -20,7 +20,7 @@ from typing import Any
 import casadi as ca
 
 from observers.layout import Expression, Layout, Parts, named, symbols, symbols_like, vector_of
-from observers.measurement.measurement_model import LEAST_LOAD, MeasurementModel
+from observers.measurement.measurement_model import MIN_LOAD_SHARE, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, is_known, retained
 from observers.patch.patch_protocol import PatchModel, split_constants
 from observers.protocol import OUTPUT, SAMPLE, Status
@@ -32,28 +32,28 @@ from observers.quality.acquired_to_estimator import (
     take_acquired,
 )
 from observers.quality.acquisition import (
-    DOUBTED,
+    DOUBT_LIMIT,
     HOPELESS,
-    MOST_DOUBT,
+    MAX_DOUBT,
     OWN,
     EquivalentPatch,
     build_acquiring,
-    doubt_after,
     output_if,
     supervision_symbols,
+    update_doubt,
 )
 from observers.quality.branches import TRACK, build_turn, sliding_turn
 from observers.quality.hypotheses import (
-    LIMITS,
     RESTART_STD,
+    SETTINGS,
     VAGUE,
     build_restart,
     build_start,
-    limits_of,
     search_layout,
+    settings_of,
 )
-from observers.quality.innovation_monitor import LARGEST, LEAST_SAMPLES, WINDOW
-from observers.quality.plausibility import GREATEST_FRICTION
+from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
+from observers.quality.plausibility import MAX_TYRE_FRICTION
 from observers.quality.screening import has_flag, with_flag
 from observers.quality.torque_innovation import (
     IN_A_ROW,
@@ -67,19 +67,19 @@ from observers.tuning import TUNING_FIELDS
 from symbolic import full_slide_torque
 from symbolic.functions import named_function
 
-LASTING_DOUBT = 3.0
-"""Independent samples not explained that such an innovation counts as [1]."""
-MOST_ZERO = 3.0
-"""Deviations of the torque's zero before the first sample within which it stays [1]."""
+MIN_WHILE_LASTING = 3.0
+"""Lower limit of the count of unexplained independent samples while an innovation lasts [1]."""
+MAX_ZERO_DEVIATIONS = 3.0
+"""Limit of the torque's zero in its standard deviations before the first sample [1]."""
 CONFIRMS = 0.5
-"""Turn at which a branch begins to tell friction, over that at which the patch begins to slide [1]."""
+"""Least turn of an informative branch, over the turn at which the patch begins to slide [1]."""
 AFTERWARDS = 4.0
 """Independent samples not explained that a new acquisition begins with at most, unless they were as many
 as count: then it was not the ground that changed."""
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
-SMALLEST = 1e-12
-"""Least square of an innovation that something is divided by [N^2 m^2]."""
+MIN_SQUARE_DIVISOR = 1e-12
+"""Least divisor that is the square of an innovation [N^2 m^2]."""
 SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 """Outputs that are proportional to the torque."""
 
@@ -128,46 +128,46 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
     """
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, turn=1, dt=1,
-        M_z=1, added=1, tyre=3, limits=len(LIMITS),
+        M_z=1, added=1, tyre=3, limits=len(SETTINGS),
     )  # fmt: skip
     own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
-    limits = named(LIMITS, inputs["limits"])
+    limits = named(SETTINGS, inputs["limits"])
     known = output["nis"] < SENSIBLE
     share = ca.if_else(known, inputs["share"], 0)
-    older = retained(share, WINDOW)
+    older = retained(share, FORGETTING_SAMPLES)
     nis, by_k, lasts = output["nis"], ca.SX(0), ca.SX(0)
     if not is_computed and (patch.misfit > 0 or not gear):
         by_k = variance_by_k(inputs, own, output, patch)
     if patch.misfit > 0 and not is_computed:
-        square = ca.fmax(innovation_of(inputs, own, output) ** 2, SMALLEST)
+        square = ca.fmax(innovation_of(inputs, own, output) ** 2, MIN_SQUARE_DIVISOR)
         nis = nis * square / (square + by_k * nis)
     if not (is_computed or gear):
         own["lasting"], lasts = lasting_innovation(inputs, own, output, by_k)
-    squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, LARGEST), 0)
+    squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, MAX_NORMALISED_SQUARE), 0)
     weight = older * own["weight"] + share
     much = squares > EXCESS * limits["explained"] * weight
-    too_much = ca.logic_or(ca.logic_and(weight >= LEAST_SAMPLES, much), lasts)
+    too_much = ca.logic_or(ca.logic_and(weight >= MIN_SAMPLES, much), lasts)
     if is_computed:
         predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
         own |= torques_beyond(inputs, own, predicted, limits["error"])
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
-    doubt = ca.fmax(doubt_after(own["doubt"], share, wrong), LASTING_DOUBT * lasts)
+    doubt = ca.fmax(update_doubt(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
     results = {name: output[name] * own["scale"] for name in SCALED}
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
     grown = ca.sqrt(1 + (own["excess"] * output["mu"] / output["mu_std"]) ** 2)
     std = results["mu_std"] * grown
-    status = with_flag(output["status"], Status.INCONSISTENT, ca.logic_or(too_much, doubt > DOUBTED))
-    status = with_flag(status, Status.ACQUIRING, weight < LEAST_SAMPLES)
+    status = with_flag(output["status"], Status.INCONSISTENT, ca.logic_or(too_much, doubt > DOUBT_LIMIT))
+    status = with_flag(status, Status.ACQUIRING, weight < MIN_SAMPLES)
     results |= {
         "mu": mu,
         "mu_std": std,
         "mu_eff_std": results["mu_eff_std"] * grown,
         "nis": output["nis"],
-        "status": with_flag(status, Status.SUSPECT, mu - 2 * std > GREATEST_FRICTION),
+        "status": with_flag(status, Status.SUSPECT, mu - 2 * std > MAX_TYRE_FRICTION),
     }
     after = own | {"squares": squares, "weight": weight, "doubt": doubt}
-    explains = ca.logic_and(weight >= LEAST_SAMPLES, ca.logic_not(wrong))
+    explains = ca.logic_and(weight >= MIN_SAMPLES, ca.logic_not(wrong))
     after["confirmed"] = ca.logic_or(own["confirmed"], explains)
     # Once, if the ground changed while friction was acquired: a model that is wrong explains no ground.
     retried = ca.logic_or(own["again"], after["confirmed"])
@@ -189,7 +189,7 @@ def build_following(
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
     least = CONFIRMS * sliding_turn(named(OUTPUT, output)["mu"], named(OWN, own)["F_N"], tyre)
-    track, share = build_turn()(parts["track"], at, named(LIMITS, limits)["psi_noise"], least, known)
+    track, share = build_turn()(parts["track"], at, named(SETTINGS, limits)["psi_noise"], least, known)
     path = named(TRACK, track)
     turn = ca.fabs(path["extreme"] - path["origin"])
     track_output = build_tracking(patch, is_computed=is_computed, gear=gear)
@@ -236,7 +236,7 @@ def build_supervised_step(
     changed = ca.logic_or(has_flag(named(OUTPUT, output)["status"], Status.RESET), own["lost"])
     tracked = own["acquiring"] == 0
     own["again"] = ca.logic_or(own["again"], ca.logic_and(changed, tracked))
-    limits = limits_of(fields, patch.misfit, own["again"])
+    limits = settings_of(fields, patch.misfit, own["again"])
     std = fields["zero_std"] * full_slide_torque(own["F_N"], rig[0])
     zero = _zero_within(own["scale"] * newest_state(parts, measurement_model, after, "M_0"), std)
     gear, searched = has_gear(measurement_model), search_layout(has_gear(measurement_model))
@@ -244,7 +244,7 @@ def build_supervised_step(
     begun = (own["scale"], ca.if_else(tracked, RESTART_STD, VAGUE), zero, std)
     search = _search_of(anew, searched.join(before), begun, measurement_model)
     own["phase"] = ca.if_else(anew, 0, own["phase"])
-    excused = ca.logic_and(anew, own["doubt"] < MOST_DOUBT)
+    excused = ca.logic_and(anew, own["doubt"] < MAX_DOUBT)
     own["doubt"] = ca.if_else(excused, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
     search, verdict, own_next, handover, output = _either(measurement_model, patch)(
@@ -284,11 +284,11 @@ def _search_of(
 
 def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:
     """The last load of a wheel on the ground [N], and whether the wheel is lifted."""
-    loaded = ca.logic_and(is_known(F_N), LEAST_LOAD * own["F_N_first"] <= F_N)
+    loaded = ca.logic_and(is_known(F_N), MIN_LOAD_SHARE * own["F_N_first"] <= F_N)
     lifted = ca.logic_and(is_known(F_N), ca.logic_not(loaded))
     return ca.if_else(loaded, F_N, own["F_N"]), lifted
 
 
 def _zero_within(zero: Expression, std: Expression) -> Expression:
     """The torque's zero [N m] in its range before the first sample; garbage may have moved it far."""
-    return ca.fmax(-MOST_ZERO * std, ca.fmin(MOST_ZERO * std, zero))
+    return ca.fmax(-MAX_ZERO_DEVIATIONS * std, ca.fmin(MAX_ZERO_DEVIATIONS * std, zero))

@@ -1,4 +1,4 @@
-"""What the tolerances of the rig's declared values add to a tuning.
+"""Additions to a tuning from the tolerances of the rig's declared values.
 
 Full slide measures mu times load and lever, so that an error of either is one of mu which no measurement
 lowers: a parameter that is considered, not estimated, [Schmidt 1966]. An error of half-length or caster
@@ -43,7 +43,7 @@ def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
 
 
 def friction_floor(tuning: Tuning, rig: Rig) -> dict[str, float]:
-    """What no measurement of mu lowers, by cause, as shares of mu [1]; together their hypotenuse."""
+    """Deviations that no measurement lowers, by cause, as shares of mu [1]; they add in quadrature."""
     load = USUAL["load"] if rig.tolerances.load is None else rig.tolerances.load
     return {
         OF_LENGTHS: _spread(full_slide_arm, rig),

@@ -6,16 +6,16 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import is_known
 from observers.quality.acquisition import EquivalentPatch
 from observers.quality.branches import stiffness_slope
-from observers.quality.hypotheses import LIMITS, NOISIER, build_error
+from observers.quality.hypotheses import NOISIER, SETTINGS, build_error
 from observers.quality.verdict import VERDICT, variance_of_scale
 
 BEYOND, IN_A_ROW = 8.0, 5
 """Deviations by which a torque computed from the steering torque differs from the predicted one, and so
 often in a row, if the ground has changed: the estimator's measurement is the angle there, which a torque
 moves little."""
-LASTING, LASTS = 3.0, 0.1
-"""Model errors by which an innovation differs from 0 though it is smoothed over this time [s], if the
-model is wrong: what depends on time rather than on the angle, a zero that drifts or a torque that
+INNOVATION_THRESHOLD, SMOOTHING_TIME = 3.0, 0.1
+"""Test of a lasting innovation: threshold in model errors, and time constant of its low-pass [s]. Beyond
+it the model is wrong: what depends on time rather than on the angle, a zero that drifts or a torque that
 relaxes, is hidden in the noise of a sample and lasts."""
 
 
@@ -30,7 +30,7 @@ def variance_by_k(inputs: Parts, own: Parts, output: Parts, patch: EquivalentPat
     The torque of the declared model is divided by s: k is off by no more than s is. A model that was
     found keeps its k, of which the tolerance counts.
     """
-    std = named(LIMITS, inputs["limits"])["stiffness_std"]
+    std = named(SETTINGS, inputs["limits"])["stiffness_std"]
     if not patch.misfit:
         std = ca.sqrt(variance_of_scale(named(VERDICT, inputs["verdict"]), std))
     log_ratio = ca.log(output["mu"] * patch.friction)
@@ -44,16 +44,16 @@ def lasting_innovation(
     """The smoothed innovation [N m], and whether it is more than the model's stated error explains."""
     known = is_known(inputs["M_z"])
     innovation = ca.if_else(known, innovation_of(inputs, own, output), 0)
-    part = ca.if_else(known, ca.fmin(inputs["dt"] / LASTS, 1), 0)
+    part = ca.if_else(known, ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1), 0)
     lasting = own["lasting"] + part * (innovation - own["lasting"])
-    slide, error = output["M_slide"] * own["scale"], named(LIMITS, inputs["limits"])["error"]
+    slide, error = output["M_slide"] * own["scale"], named(SETTINGS, inputs["limits"])["error"]
     a = inputs["tyre"][1]
     _, variance, noisy = build_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
     # Of the noise the smoothed innovation has but a part.
     noise = noisy * variance / NOISIER
-    share = ca.fmin(inputs["dt"] / LASTS, 1)
+    share = ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1)
     variance -= noise * (1 - share / (2 - share))
-    return lasting, lasting**2 > LASTING**2 * (variance + by_k)
+    return lasting, lasting**2 > INNOVATION_THRESHOLD**2 * (variance + by_k)
 
 
 def torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Parts:

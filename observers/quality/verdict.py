@@ -9,10 +9,10 @@ import numpy as np
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.quality.hypotheses import (
-    LIMITS,
-    MOST_ERROR,
+    GRID_SPACING,
+    MAX_MODEL_ERROR,
     RATIOS,
-    STEP,
+    SETTINGS,
     factor_name,
     per_hypothesis,
     variance_of,
@@ -21,17 +21,18 @@ from symbolic.functions import named_function
 
 EVEN = 0.1
 """Share of the prior of ln mu that is even over all hypotheses [1]."""
-LEAST_GAIN = 0.02
+MIN_GAIN = 0.02
 """Least s of a hypothesis [1]."""
 ALLOWED = 3.0
-"""Deviations of `Tuning.stiffness_std` in ln s that are no other scale [1]."""
-SURE = (1.5, 2.0)
-"""Deviations by which ln s lies within what is allowed once verified, and beyond it if suspect."""
+"""|ln s| up to this many `Tuning.stiffness_std` is tolerance of k, not the torque's scale [1]."""
+VERDICT_MARGINS = (1.5, 2.0)
+"""Margins to that limit in standard deviations of ln s: verified if further inside than the first,
+suspect if further outside than the second."""
 UNEXPLAINED = 60.0
-"""The best hypothesis does not explain the torque where its sum of squares exceeds by this much what
-errors and noise explain [1]."""
-WIPED = 0.1
-"""Share of the torque that the twist before the first sample may make at the handover [1]."""
+"""`unexplained`: -2 ln L of the best hypothesis exceeds the sum of squares that errors and noise explain
+by more than this [1]."""
+MAX_TWIST_SHARE = 0.1
+"""Largest share of the torque from the twist before the first sample at handover [1]."""
 VERDICT = (
     *("log_mu", "variance", "log_ratio", "zero", "var_zero", "log_gain", "var_log_gain"),
     *("verified", "suspect", "unexplained", "wiped", "gear", "var_gear"),
@@ -119,7 +120,7 @@ class Mixture:
             vertices.append(middle + shift * (slope + shift * bend))
             slopes.append(slope + 2 * shift * bend)
         narrow = slopes[0] * slopes[1] / curvature + pair(beside[1])[2]
-        is_broad = width > (0.7 * STEP) ** 2
+        is_broad = width > (0.7 * GRID_SPACING) ** 2
         return (
             ca.if_else(is_broad, about + mean, vertices[0]),
             ca.if_else(is_broad, about_other + mean_other, vertices[1]),
@@ -139,29 +140,29 @@ def _chosen(place: Expression, vector: Expression) -> Expression:
 
 @cache
 def build_verdict(gear: bool = False) -> ca.Function:
-    """What the hypotheses say together: (hypotheses, explained, reach, limits) -> `VERDICT`.
+    """Verdict of all hypotheses together: (hypotheses, explained, reach, limits) -> `VERDICT`.
 
     hypotheses has a row for each of `per_hypothesis`, explained and reach are as in `TRACK`, limits is
-    in the order of `LIMITS`. `EVEN` of the prior of ln mu is even over all hypotheses: the tuning's
+    in the order of `SETTINGS`. `EVEN` of the prior of ln mu is even over all hypotheses: the tuning's
     alone would exclude ice.
     """
     names = per_hypothesis(gear)
     count = (len(names), len(RATIOS))
-    inputs = symbols(ca.MX, hypotheses=count, explained=1, reach=1, limits=len(LIMITS))
-    limits, grid = named(LIMITS, inputs["limits"]), ca.DM(np.log(RATIOS))
+    inputs = symbols(ca.MX, hypotheses=count, explained=1, reach=1, limits=len(SETTINGS))
+    limits, grid = named(SETTINGS, inputs["limits"]), ca.DM(np.log(RATIOS))
     rows = (row.T for row in ca.vertsplit(inputs["hypotheses"]))
     parts = {"grid": ca.MX(grid), **dict(zip(names, rows, strict=True))}
     stiffness, log_std = limits["stiffness_std"] ** 2, limits["mu_std"] / limits["mu"]
     usual = ca.exp(-(((grid - ca.log(limits["mu"])) / log_std) ** 2) / 2) / (
         log_std * np.sqrt(2 * np.pi)
     )
-    prior = ca.log((1 - EVEN) * usual + EVEN / (STEP * len(RATIOS)))
+    prior = ca.log((1 - EVEN) * usual + EVEN / (GRID_SPACING * len(RATIOS)))
     misfit = (parts["gain"] - 1) ** 2 / (parts["D_gain"] + stiffness) / 2
     likelihood = parts["log_likelihood"]
     declared = Mixture(
         parts, likelihood + prior - misfit, lambda of: ca.sqrt(1 / (1 + stiffness / of["D_gain"]))
     )
-    log_mu, var_log_mu = declared.moments(partial(_log_mu, stiffness), declared.near("grid"))
+    log_mu, var_log_mu = declared.moments(partial(_log_mu_moments, stiffness), declared.near("grid"))
     log_ratio, _ = declared.moments(lambda of: (of["grid"], 0), declared.near("grid"))
     level, var_level, covariances = ca.MX(0), ca.MX(0), [ca.MX(0)] * 3
     zero, var_zero = declared.moments(partial(_beside, "zero", stiffness), declared.near("zero"))
@@ -176,18 +177,18 @@ def build_verdict(gear: bool = False) -> ca.Function:
             )
         ]
     # Without a prior of s: even in ln s.
-    even = Mixture(parts, likelihood, lambda of: ca.sqrt(of["D_gain"]) / ca.fmax(of["gain"], LEAST_GAIN))
-    log_gain, var_gain = even.moments(_log_gain, ca.log(ca.fmax(even.near("gain"), LEAST_GAIN)))
-    error = ca.fmin(limits["error"], MOST_ERROR) ** 2
+    even = Mixture(parts, likelihood, lambda of: ca.sqrt(of["D_gain"]) / ca.fmax(of["gain"], MIN_GAIN))
+    log_gain, var_gain = even.moments(_log_gain, ca.log(ca.fmax(even.near("gain"), MIN_GAIN)))
+    error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     deviation, allowed = ca.sqrt(var_gain + error), ALLOWED * limits["stiffness_std"]
     inside = (allowed - ca.fabs(log_gain)) / deviation
     squares = -2 * ca.mmax(likelihood)
     outputs = {
         "log_mu": log_mu, "variance": var_log_mu, "log_ratio": log_ratio, "zero": zero,
         "var_zero": var_zero, "log_gain": log_gain, "var_log_gain": var_gain,
-        "verified": inside > SURE[0], "suspect": inside < -SURE[1],
+        "verified": inside > VERDICT_MARGINS[0], "suspect": inside < -VERDICT_MARGINS[1],
         "unexplained": squares > inputs["explained"] + UNEXPLAINED,
-        "wiped": declared.mean(parts["left"]) <= WIPED * inputs["reach"],
+        "wiped": declared.mean(parts["left"]) <= MAX_TWIST_SHARE * inputs["reach"],
         "gear": level, "var_gear": var_level, **dict(zip(VERDICT[-3:], covariances, strict=True)),
     }  # fmt: skip
     return named_function("verdict", inputs, {"verdict": vector_of(VERDICT, outputs)}, cse=True)
@@ -196,13 +197,13 @@ def build_verdict(gear: bool = False) -> ca.Function:
 def _gain(stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
     """Mean and variance of s with the prior 1 of this variance."""
     variance = 1 / (1 / parts["D_gain"] + 1 / stiffness)
-    return ca.fmax((parts["gain"] / parts["D_gain"] + 1 / stiffness) * variance, LEAST_GAIN), variance
+    return ca.fmax((parts["gain"] / parts["D_gain"] + 1 / stiffness) * variance, MIN_GAIN), variance
 
 
-def _log_mu(stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
+def _log_mu_moments(stiffness_variance: Expression, hypotheses: Parts) -> tuple[Expression, Expression]:
     """Mean and variance of ln mu."""
-    gain, variance = _gain(stiffness, parts)
-    return parts["grid"] + ca.log(gain), variance / gain**2
+    gain, variance = _gain(stiffness_variance, hypotheses)
+    return hypotheses["grid"] + ca.log(gain), variance / gain**2
 
 
 def _beside(name: str, stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
@@ -221,7 +222,7 @@ def _both(
     last = _beside(other, stiffness, parts)[0]
     by_gain = parts[factor_name(other, "gain")] * variance
     if one == "log_mu":
-        return _log_mu(stiffness, parts)[0], last, by_gain / gain
+        return _log_mu_moments(stiffness, parts)[0], last, by_gain / gain
     # The gear comes before M_0 in the factor.
     given = parts[factor_name(other, one)] * parts[factor_name(one, one)]
     first = _beside(one, stiffness, parts)[0]
@@ -230,7 +231,7 @@ def _both(
 
 def _log_gain(parts: Parts) -> tuple[Expression, Expression]:
     """Mean and variance of ln s from the torque alone."""
-    gain = ca.fmax(parts["gain"], LEAST_GAIN)
+    gain = ca.fmax(parts["gain"], MIN_GAIN)
     return ca.log(gain), ca.fmin(parts["D_gain"] / gain**2, 2)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from symbolic.errors import InvalidInputError
 
-LARGEST_TABLES = 16_384
+MAX_TABLES_SIZE = 16_384
 """Of a file with values of a rig [bytes]."""
 MAX_MODEL_SIZE = 10_000_000
 """Of a model file [bytes]."""
@@ -69,8 +69,8 @@ def toml_of(content: bytes) -> dict[str, Any]:
     Raises:
         InvalidInputError: not UTF-8 text, not TOML, or larger or deeper than a rig needs.
     """
-    if len(content) > LARGEST_TABLES:
-        raise InvalidInputError(f"holds {len(content)} bytes; allowed: up to {LARGEST_TABLES}")
+    if len(content) > MAX_TABLES_SIZE:
+        raise InvalidInputError(f"holds {len(content)} bytes; allowed: up to {MAX_TABLES_SIZE}")
     text = text_of(content)
     if deep := _DEEP.search(text):
         row = text.count("\n", 0, deep.start()) + 1

@@ -1,4 +1,4 @@
-r"""The one wheel that stands for both front wheels: the declared patch of the same torque.
+r"""The mean wheel of both front wheels: the declared patch of the same torque.
 
 Both wheels turn by nearly the mean angle psi, so that the axle's torque by virtual work, referred to
 psi, is twice that of one wheel; what their angles differ by changes it to second order. A bristle at
@@ -35,7 +35,7 @@ from symbolic.vehicle.steering import (
     mean_angle,
     sine_and_cosine,
 )
-from symbolic.vehicle.vehicle import SPREAD, Vehicle, VehicleTolerances
+from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle, VehicleTolerances
 
 Array = NDArray[np.float64]
 OFFSET = 0.7
@@ -51,7 +51,7 @@ UNEVEN = 0.05
 
 
 def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
-    """The wheel that stands for both, with the tolerances that those of the vehicle make.
+    """The mean wheel, with the tolerances that follow from those of the vehicle.
 
     Args:
         vehicle: the vehicle.
@@ -78,7 +78,7 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
         a=a,
         e=OFFSET * a,
         tolerances=Tolerances(
-            a=0.0, e=0.0, load=min(torque / EVEN, 0.99), k=SPREAD / EVEN * k_share * k,
+            a=0.0, e=0.0, load=min(torque / EVEN, 0.99), k=STD_PER_TOLERANCE / EVEN * k_share * k,
             zero=hypot(half_lever * hypot(vehicle.force_zero, of_gear), of_body),
         ),
         noise=half_lever * vehicle.force_noise,
@@ -104,7 +104,7 @@ def friction_shares(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
         "geometry": hypot(*arm.values(), tolerances.geometry),
         "gear_load_share": vehicle.gear_load_share,
     }
-    return {name: SPREAD * share for name, share in shares.items()}
+    return {name: STD_PER_TOLERANCE * share for name, share in shares.items()}
 
 
 @cache
@@ -120,7 +120,7 @@ def softening(contact: Contact) -> float:
 
 
 def _virgin(pressure: Array, arm: Array, turns: Array) -> Array:
-    """Virgin torque over that of full slide; a sticking contact reaches it after a turn of 1."""
+    """Virgin torque over full-slide torque; a sticking contact would reach it after a turn of 1."""
     turn = (pressure * arm).sum() / (arm**2).sum()
     slip = pressure / np.maximum(arm, 1e-9)
     torques = [float((arm**2 * np.minimum(turn * u, slip)).sum()) for u in turns]
@@ -176,6 +176,6 @@ def aligning_torque(
 
 
 def lever_growth_at_lock(vehicle: Vehicle, *, brakes: bool) -> float:
-    """By how much one over the gear's lever, torques divided as above, grows at full lock [1]."""
+    """Growth of one over the gear's lever at full lock, torques divided as above [1]."""
     growth = growth_of(vehicle, brakes=brakes).torque * np.sin(lock_angle(vehicle)) ** 2
     return float((1 + lever_growth(vehicle)) * (1 + growth) - 1)

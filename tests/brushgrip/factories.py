@@ -3,7 +3,7 @@
 import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import FOUND, FrictionOutcome
+from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome
 from identification.diagnosis.findings import Candidate, Curve, Errors, FoundEffect, FoundFamily, Series
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.proposals import Proposal
@@ -188,7 +188,7 @@ def _track(name: str, usable: slice, value: float, status: Status = Status.USED)
     known[usable] = True
     mu = np.where(known, value, 9.0)
     return FrictionTrack(
-        name=name, label=FOUND, t=t, mu=mu, mu_std=np.full(11, 0.05), usable=known,
+        name=name, label=EKF_FOUND, t=t, mu=mu, mu_std=np.full(11, 0.05), usable=known,
         usable_share=float(known.mean()), last_status=status,
     )  # fmt: skip
 

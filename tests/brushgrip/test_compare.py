@@ -21,8 +21,8 @@ OURS += ["EKF in C"] if compiler() else []
 @pytest.fixture(autouse=True)
 def timed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """No test waits for a steady time."""
-    monkeypatch.setattr(method_scores, "LEAST_ROUNDS", 1)
-    monkeypatch.setattr(method_scores, "LEAST_TIME", 0.0)
+    monkeypatch.setattr(method_scores, "MIN_ROUNDS", 1)
+    monkeypatch.setattr(method_scores, "MIN_TIME", 0.0)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import identification
 from brushgrip.estimation import friction_outcome
 from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.pictures.style import picture
-from brushgrip.published import embedded_files
+from brushgrip.published import bundled_files
 from identification import Diagnosis, Huber, Journal, Recording
 from symbolic import InvalidInputError
 from tests.brushgrip.factories import make_diagnosis
@@ -310,7 +310,7 @@ class TestDemo:
     def test_missing_recordings_are_said(
         self, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
-        monkeypatch.setattr(embedded_files, "RIG", "elsewhere.toml")
+        monkeypatch.setattr(bundled_files, "RIG", "elsewhere.toml")
         run("demo", "--out", tmp_path / "out").refused("elsewhere.toml")
 
     def test_the_examples_are_written_to_a_new_folder(

@@ -6,10 +6,10 @@ from pathlib import Path
 from struct import error as StructError
 from struct import unpack_from
 
-from identification.reading.files import LARGEST_FILE
+from identification.reading.files import MAX_FILE_SIZE
 from symbolic import InvalidInputError
 
-_CONTAINER, _LARGEST_CONTAINER = 10, 64_000_000
+_CONTAINER, _MAX_CONTAINER_SIZE = 10, 64_000_000
 _METHODS = {0: False, 2: True}
 """Whether a container is compressed, by its method."""
 _OBJECT_HEADER = 16
@@ -26,10 +26,10 @@ def require_bounded(path: Path) -> None:
     try:
         for part, compressed in _containers(path.read_bytes()):
             inflater = zlib.decompressobj()
-            unpacked = inflater.decompress(part, _LARGEST_CONTAINER) if compressed else part
+            unpacked = inflater.decompress(part, _MAX_CONTAINER_SIZE) if compressed else part
             total += len(unpacked)
-            if inflater.unconsumed_tail or total > LARGEST_FILE:
-                raise InvalidInputError(f"{path}: holds more than {LARGEST_FILE / 1e6:.3g} MB unpacked")
+            if inflater.unconsumed_tail or total > MAX_FILE_SIZE:
+                raise InvalidInputError(f"{path}: holds more than {MAX_FILE_SIZE / 1e6:.3g} MB unpacked")
             rest = _after_objects(path, rest + unpacked)
     except (StructError, zlib.error) as error:
         raise InvalidInputError(f"{path}: is damaged, or no .blf file: {error}") from None

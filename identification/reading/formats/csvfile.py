@@ -20,7 +20,7 @@ from identification.reading.formats.csvdialect import Numbers, delimiter_of, rea
 from identification.reading.guessed_car_channels import absent_of_steering
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import CAR_COLUMNS, MOST_SAMPLES, Fault, Table, columns_of
+from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Fault, Table, columns_of
 from identification.reading.units import unit_of_name
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
@@ -222,9 +222,9 @@ def _columns(
     for sample, (number, fields) in enumerate(rows):
         if any(field.strip() for field in fields):
             size = sample + 1
-        if size > MOST_SAMPLES:
+        if size > MAX_SAMPLES:
             raise InvalidInputError(
-                f"{path}: holds more than {MOST_SAMPLES} samples; cut it, or thin it out"
+                f"{path}: holds more than {MAX_SAMPLES} samples; cut it, or thin it out"
             )
         numbers.append(number)
         fitting = len(fields) == width

@@ -16,7 +16,7 @@ from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 
-_MOST_OBJECTS = 10_000
+_MAX_OBJECTS = 10_000
 _MAX_DEFLATE_RATIO = 1032
 """Largest compression ratio of deflate."""
 _UNTESTED = 100_000_000
@@ -54,7 +54,7 @@ def _numeric(h5py: Any, file: Any) -> Iterator[tuple[str, Any]]:
 
     def collect(name: str) -> bool | None:
         names.append(name)
-        return True if len(names) >= _MOST_OBJECTS else None
+        return True if len(names) >= _MAX_OBJECTS else None
 
     file.visit(collect)
     for name in names:

@@ -20,7 +20,7 @@ from identification.reading.clock import tabulate
 from identification.reading.files import read_bytes, require_readable
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import MOST_SAMPLES, Array, Table
+from identification.reading.table import MAX_SAMPLES, Array, Table
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.tables.parsing import naming
 
@@ -44,7 +44,7 @@ _COMPLEX_FLAG = 0x0800
 _MAX_DIMENSIONS, _MAX_VARIABLES = 32, 10_000
 _MAX_HEAD_SIZE = 1024
 """Largest size of flags, shape and name, in front of the values [bytes]."""
-_LARGEST_ARRAY = 8 * MOST_SAMPLES + _MAX_HEAD_SIZE
+_MAX_ARRAY_SIZE = 8 * MAX_SAMPLES + _MAX_HEAD_SIZE
 
 
 def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
@@ -183,8 +183,8 @@ def _variable(
     name, shape, _ = _head(memoryview(begin)[8:], order)
     if wanted is not None and (shape is None or name not in wanted):
         return name, None
-    if size > _LARGEST_ARRAY:
-        raise InvalidInputError(f"{name} takes {size} bytes; allowed: up to {MOST_SAMPLES} numbers")
+    if size > _MAX_ARRAY_SIZE:
+        raise InvalidInputError(f"{name} takes {size} bytes; allowed: up to {MAX_SAMPLES} numbers")
     # One byte more than declared tells whether more is in it.
     whole = begin + inflater.decompress(inflater.unconsumed_tail, max(1, size + 9 - len(begin)))
     if not inflater.eof or len(whole) != size + 8:
@@ -217,10 +217,10 @@ def _values(name: str, shape: tuple[int, ...], part: _Element | None, order: str
     values = _numbers(part, order)
     if min(shape, default=-1) < 0 or prod(shape) != values.size:
         raise DamagedFileError(f"{name} holds {values.size} numbers, its shape is {shape}")
-    if len(shape) > _MAX_DIMENSIONS or prod(max(1, length) for length in shape) > MOST_SAMPLES:
+    if len(shape) > _MAX_DIMENSIONS or prod(max(1, length) for length in shape) > MAX_SAMPLES:
         raise InvalidInputError(
             f"{name} has {len(shape)} dimensions, {values.size} numbers; allowed: up to"
-            f" {_MAX_DIMENSIONS} dimensions, {MOST_SAMPLES} numbers"
+            f" {_MAX_DIMENSIONS} dimensions, {MAX_SAMPLES} numbers"
         )
     with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN
         return values.astype(np.float64).reshape(shape, order="F")

@@ -11,7 +11,7 @@ from identification.reading.channels import Opener
 from identification.reading.clock import tabulate
 from identification.reading.files import require_readable
 from identification.reading.signal_map import SignalMap
-from identification.reading.table import MOST_SAMPLES, Table
+from identification.reading.table import MAX_SAMPLES, Table
 from symbolic import InvalidInputError
 from symbolic.compilation.operating_system import MemoryLimit
 from symbolic.tables.parsing import excerpt
@@ -78,9 +78,9 @@ def require_size(path: Path, name: str, samples: int) -> None:
     Raises:
         InvalidInputError: it holds more samples than a recording may.
     """
-    if samples > MOST_SAMPLES:
+    if samples > MAX_SAMPLES:
         raise InvalidInputError(
-            f"{path}: {name} holds {samples} samples, at most {MOST_SAMPLES} allowed; cut it, or thin it"
+            f"{path}: {name} holds {samples} samples, at most {MAX_SAMPLES} allowed; cut it, or thin it"
         )
 
 

@@ -35,7 +35,7 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
     observer, real = patch.observer, patch.real.c_type
     model, memory = observer.measurement_model, [name for name, _, _ in patch.torque_model.layout.fields]
     parts = layout(patch.torque_model, model)
-    step = _step(patch, constants, parts)
+    step = _build_step(patch, constants, parts)
     # C keeps the parts that a step depends on.
     used = inputs_used(step)
     kept = Layout(tuple(field for field in parts.fields if field[0] in used - {"memory"}))
@@ -89,7 +89,7 @@ def _begin(patch: PatchCode, constants: Constants, parts: Layout, kept: list[str
     return constants.fill("begin_filter", begin)
 
 
-def _step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:
+def _build_step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:
     """(parts, memory, sample, mu) -> (steps between, parts after, output).
 
     mu is exp of ln mu before the sample; the steps between are those of `SECTIONS`.

@@ -16,7 +16,7 @@ from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
-from observers.measurement.measurement_model import CLEAN, LEAST_LOAD, RIG
+from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import acquisition, branches, hypotheses, supervision, verdict
 from observers.quality.acquired_to_estimator import handed_states, handover_names, pairs_of
@@ -37,7 +37,7 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
         branches.build_turn(),
         branches.build_sliding(),
         _edge(observer, constants.tunable == "all"),
-        hypotheses.build_hypothesis(gear),
+        hypotheses.build_hypothesis_update(gear),
         hypotheses.build_error(),
         supervision.build_tracking(patch, is_computed=not observer.measurement_model.scaled, gear=gear),
         acquisition.build_conclusion(
@@ -66,7 +66,7 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
     function = verdict.build_verdict(supervision.has_gear(observer.measurement_model))
     begin = len(observer.model.coordinates) + len(RIG)
     numbers = {
-        hypotheses.LIMITS.index(name): float(observer.constants[begin + TUNING_FIELDS.index(name)])
+        hypotheses.SETTINGS.index(name): float(observer.constants[begin + TUNING_FIELDS.index(name)])
         for name in ("mu", "mu_std", "stiffness_std")
     }
     known = {} if tunable else {"limits": numbers}
@@ -84,7 +84,11 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
     """
     if not observer.acquire:
         return body
-    values = {**terms, **_terms(observer, terms), **_handed(observer, is_window=bool(terms["window"]))}
+    values = {
+        **terms,
+        **_placeholders(observer, terms),
+        **_handed(observer, is_window=bool(terms["window"])),
+    }
     sizes = {
         "own": len(acquisition.OWN), "verdict": len(verdict.VERDICT),
         "block": len(observer.measurement_model.torque_state),
@@ -130,7 +134,7 @@ def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Functio
     )
     patch = equivalent_patch(observer.model, observer.values, observer.rig)
     again = ca.SX.sym("again")
-    limits = hypotheses.limits_of(named(TUNING_FIELDS, tuning), patch.misfit, again)
+    limits = hypotheses.settings_of(named(TUNING_FIELDS, tuning), patch.misfit, again)
     function = ca.Function(
         "observe_torque", [block, sample, again, rig, tuning],
         [ca.vertcat(*(after[name] for name in model.torque_state)), *rest, limits],
@@ -139,7 +143,7 @@ def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Functio
     return constants.fill("observe_torque", function)
 
 
-def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
+def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
     """Values of the placeholders of `templates/estimators/supervision.c`."""
     patch = equivalent_patch(observer.model, observer.values, observer.rig)
     begin = len(observer.model.coordinates)
@@ -164,15 +168,15 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
         "gear_spread": repr(float(observer.measurement_model.gear_spread)),
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",
-        "limits": hypotheses.LIMITS,
+        "limits": hypotheses.SETTINGS,
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
         "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
         "confirms": repr(supervision.CONFIRMS), "afterwards": repr(supervision.AFTERWARDS),
-        "most_doubt": repr(acquisition.MOST_DOUBT),
-        "most_zero": repr(supervision.MOST_ZERO),
+        "most_doubt": repr(acquisition.MAX_DOUBT),
+        "most_zero": repr(supervision.MAX_ZERO_DEVIATIONS),
         "verdict": len(verdict.VERDICT),
         "block": len(torque_state), "handover": len(handover_names(handed_states(states))),
-        "vague": repr(hypotheses.VAGUE), "slid": repr(branches.SLID), "least_load": repr(LEAST_LOAD),
+        "vague": repr(hypotheses.VAGUE), "slid": repr(branches.SLID), "least_load": repr(MIN_LOAD_SHARE),
         "restart_std": repr(hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
         # Deviation of the torque's zero before the first sample [N m].

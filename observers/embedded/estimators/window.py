@@ -27,7 +27,7 @@ from observers.estimators.mhe_terms import (
     build_backward,
     build_forward,
     build_prediction,
-    is_unsettled,
+    has_not_converged,
 )
 from observers.estimators.step_terms import StepSample, clip_to_bounds
 from observers.layout import Layout, named, outputs_of
@@ -123,7 +123,7 @@ class WindowFunctions:
         """All of them."""
         return [
             self.begin(), self.limit(), self.predict(), self.test_innovation(), self.accept(),
-            self.reset_arrival(), self.forward(), self.backward(), self.output(),
+            self.reset_arrival(), self.eliminate(), self.substitute_back(), self.output(),
         ]  # fmt: skip
 
     def symbols(self, *names: str) -> list[ca.MX]:
@@ -205,7 +205,7 @@ class WindowFunctions:
         jump = arrival_jump(self.window, result["reset"], result["run"], unknown)
         return function_of_symbols("reset_arrival", inputs, jump=jump)
 
-    def forward(self) -> ca.Function:
+    def eliminate(self) -> ca.Function:
         """(mean, factor, x, torque, row, after) -> mean, factor, eliminated."""
         names = ("mean", "factor", "x", "torque", "row", "after", "rig", "tuning")
         mean, factor, x, torque, row, after, rig, tuning = inputs = self.symbols(*names)
@@ -218,7 +218,7 @@ class WindowFunctions:
             eliminated=elimination_parts(self.model).join(results),
         )  # fmt: skip
 
-    def backward(self) -> ca.Function:
+    def substitute_back(self) -> ca.Function:
         """(costate, eliminated, row, after) -> costate before, smoothed x within bounds."""
         names = ("costate", "eliminated", "row", "after", "rig", "tuning")
         costate, eliminated, row, after, rig, tuning = inputs = self.symbols(*names)
@@ -241,6 +241,6 @@ class WindowFunctions:
             model=model, measurement_model=self.model, now=now, imputed=imputed, theta=theta, rig=rig,
             tuning=tuning,
         )  # fmt: skip
-        unsettled = is_unsettled(self.model, x, newest, P)
+        unsettled = has_not_converged(self.model, x, newest, P)
         output = sample.output(x, P, memory, result["expected"], result, unsettled=unsettled)
         return function_of_symbols("step_output", inputs, result=output)

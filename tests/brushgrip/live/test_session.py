@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from brushgrip.inputs.command_inputs import locate_inputs
-from brushgrip.live.clock import Clock
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
 from brushgrip.live.session_state import usability_of
+from brushgrip.live.timestamps import TimestampFilter
 from observers import Ekf, Status
 from observers.protocol import prior_estimate
 from symbolic import Model, Rig
@@ -272,7 +272,7 @@ def test_an_observer_that_fails_is_said(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_clock() -> None:
-    clock = Clock()
+    clock = TimestampFilter()
     times = [
         1.7e9,
         1.7e9 + 0.5,

@@ -138,7 +138,7 @@ def test_a_blf_file_that_unpacks_to_far_more_is_refused(
     path.write_bytes(header + body)
 
     blf.require_bounded(path)
-    monkeypatch.setattr(blf, "_LARGEST_CONTAINER", 1_000_000)
+    monkeypatch.setattr(blf, "_MAX_CONTAINER_SIZE", 1_000_000)
     assert re.search(r"bomb\.blf: holds more than .* unpacked", refused(blf.require_bounded, path))
 
 

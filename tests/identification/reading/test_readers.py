@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identification import READERS, Table, read_decay, read_recording, read_rig
-from identification.reading.files import LARGEST_FILE, read_bytes
+from identification.reading.files import MAX_FILE_SIZE, read_bytes
 from identification.reading.formats import csvfile
 from identification.reading.formats.csvfile import read_csv
 from observers import Ekf, from_files
@@ -85,7 +85,7 @@ def test_a_device_is_not_read_for_ever() -> None:
 def test_a_file_that_is_too_large(tmp_path: Path) -> None:
     large = tmp_path / "large.csv"
     with large.open("wb") as file:
-        file.truncate(LARGEST_FILE + 1_000_000)
+        file.truncate(MAX_FILE_SIZE + 1_000_000)
     with pytest.raises(InvalidInputError, match=r"large\.csv: holds 501 MB; allowed: up to 500 MB$"):
         read_bytes(large)
     with pytest.raises(InvalidInputError, match=r"large\.csv: holds 501 MB; allowed: up to 0\.0164 MB$"):

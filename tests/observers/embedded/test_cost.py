@@ -9,7 +9,7 @@ import pytest
 from benchmarks.embedded import counted
 from observers import AligningTorque, Ekf
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.cost import CORNERS, ERROR, MOST_CORNERS, VECTORS, estimated_cost
+from observers.embedded.cost import CORNERS, ERROR, MAX_CORNERS, VECTORS, estimated_cost
 from tests.observers.embedded.cortex.target import M4F, TOOLS, tools_installed
 from tests.observers.embedded.generated_code import (
     FOUND,
@@ -43,10 +43,10 @@ def test_what_a_corner_and_what_acquiring_friction_takes_is_told() -> None:
     alone = estimated_cost(observer_named("ekf declared aligning", acquire=False))
     bristles = estimated_cost(observer_named("ekf effects aligning"))
 
-    assert (cost.corners, cost.most_corners) == (CORNERS, MOST_CORNERS) == (7, 30)
+    assert (cost.corners, cost.most_corners) == (CORNERS, MAX_CORNERS) == (7, 30)
     assert cost.instructions is not None
     assert cost.at_most is not None
-    assert cost.at_most - cost.instructions > cost.corner * (MOST_CORNERS - CORNERS) + cost.acquiring / 2
+    assert cost.at_most - cost.instructions > cost.corner * (MAX_CORNERS - CORNERS) + cost.acquiring / 2
     assert f"{cost.corner} for each corner of the patch, from 7 to 30" in str(cost)
     assert (alone.acquiring, alone.corner, bristles.corner) == (0, cost.corner, 0)
     assert "corner" not in str(bristles)

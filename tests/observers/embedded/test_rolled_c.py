@@ -9,7 +9,7 @@ import pytest
 
 from observers.embedded.rolled_c import rolled_c
 from observers.embedded.rolled_values import Known
-from observers.quality.hypotheses import LIMITS, RATIOS, per_hypothesis
+from observers.quality.hypotheses import RATIOS, SETTINGS, per_hypothesis
 from observers.quality.verdict import build_verdict
 from symbolic import BrushgripError, compiler
 from symbolic.compilation.scalar_c import c_function
@@ -75,8 +75,8 @@ def test_sums_maxima_and_choices(tmp_path: Path, seed: int) -> None:
 @pytest.mark.parametrize("known", [False, True], ids=["at run time", "numbers"])
 def test_the_verdict_of_the_hypotheses(tmp_path: Path, known: bool) -> None:
     rng, verdict = np.random.default_rng(5), build_verdict()
-    limits = dict.fromkeys(LIMITS, 0.05) | {"mu": 1.0, "mu_std": 0.5, "stiffness_std": 0.14}
-    numbers = {"limits": {i: limits[name] for i, name in enumerate(LIMITS[:3])}} if known else {}
+    limits = dict.fromkeys(SETTINGS, 0.05) | {"mu": 1.0, "mu_std": 0.5, "stiffness_std": 0.14}
+    numbers = {"limits": {i: limits[name] for i, name in enumerate(SETTINGS[:3])}} if known else {}
     library = compiled(verdict, len(RATIOS), tmp_path, numbers)
     for spread in (1.0, 30.0, 500.0):
         gain = rng.uniform(0.01, 3.0, len(RATIOS))

@@ -21,8 +21,8 @@ from observers.quality.branches import (
     build_track,
 )
 from observers.quality.hypotheses import (
-    LIMITS,
-    build_hypothesis,
+    SETTINGS,
+    build_hypothesis_update,
     build_start,
     factor_name,
     per_hypothesis,
@@ -60,7 +60,7 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
     }
     part: Any = [prior.get(name, 0.0) for name in per_hypothesis(gear=False)]
     for g, other, y in zip(expected, slid, measured, strict=True):
-        part = build_hypothesis()(part, g, other, y, variance, 0.0)
+        part = build_hypothesis_update()(part, g, other, y, variance, 0.0)
     found = dict(zip(per_hypothesis(gear=False), np.array(part).ravel(), strict=True))
 
     order = unknowns(gear=False)
@@ -208,7 +208,7 @@ def test_tolerances_enter_the_band_as_they_move_full_slide() -> None:
 def test_no_torque_is_weighed_while_a_turn_back_may_be_noise() -> None:
     """On ice a turn of the angle's noise is part of the stick phase, of either branch."""
     tuning = Tuning(psi_noise=2e-4)
-    limits: Any = [getattr(tuning, name) for name in LIMITS]
+    limits: Any = [getattr(tuning, name) for name in SETTINGS]
     search, verdict = build_start()(0.0, 1, 10.0, 0, 0.2), np.zeros(len(VERDICT))
     counted = []
     for psi in (0.0, 0.005, 0.01, 0.0099, 0.0101, 0.00995, 0.0095, 0.009):

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import Ekf, Status, Tuning, run
-from observers.quality.innovation_monitor import CHANGE, LEAST_SAMPLES, WINDOW, build_monitor
+from observers.quality.innovation_monitor import CHANGE, FORGETTING_SAMPLES, MIN_SAMPLES, build_monitor
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of
 from tests.observers.surface_changes import HIGH, LOW, counted_turn, crossing
@@ -38,8 +38,8 @@ def test_sums_are_those_of_the_log_likelihood_ratio(side: int) -> None:
     shift, rise, squares, samples = 0.8 * CHANGE, 0.0, 0.0, 0.0
     for each, state in zip(side * nu, states, strict=True):
         ratio = (each**2 - (each - shift) ** 2) / (2 * variance)
-        rise = max(0.0, rise + 0.1 * ratio / (1 + max(0.0, squares - samples) / WINDOW))
-        squares, samples = ((1 - 0.1 / WINDOW) * s for s in (squares, samples))
+        rise = max(0.0, rise + 0.1 * ratio / (1 + max(0.0, squares - samples) / FORGETTING_SAMPLES))
+        squares, samples = ((1 - 0.1 / FORGETTING_SAMPLES) * s for s in (squares, samples))
         squares, samples = squares + 0.1 * min(25.0, each**2 / variance), samples + 0.1
         assert state[0 if side > 0 else 1] == pytest.approx(rise, abs=1e-12)
         assert state[2:] == pytest.approx([squares, samples])
@@ -68,7 +68,9 @@ def test_in_stick_nothing_counts() -> None:
 
 def test_inconsistent_beyond_the_mean_square_that_is_explained() -> None:
     # Samples of a tenth, of which those long ago are forgotten.
-    few = int(np.ceil(np.log(1 - LEAST_SAMPLES / WINDOW) / np.log(1 - 0.1 / WINDOW)))
+    few = int(
+        np.ceil(np.log(1 - MIN_SAMPLES / FORGETTING_SAMPLES) / np.log(1 - 0.1 / FORGETTING_SAMPLES))
+    )
     for size, expected in ((1.05, True), (0.95, False)):
         _, inconsistent, _ = watched(np.full(200, size * 0.1), slope=0.0, share=0.1, explained=1.0)
         assert not inconsistent[: few - 1].any()

@@ -11,7 +11,7 @@ from observers.protocol import OUTPUT
 from observers.quality.acquisition import DECLARED_PATCH, OWN, build_conclusion
 from observers.quality.branches import TRACK
 from observers.quality.hypotheses import (
-    LIMITS,
+    SETTINGS,
     build_restart,
     build_start,
     per_hypothesis,
@@ -58,7 +58,7 @@ def test_what_the_scale_may_be_off_by_widens_the_band(off: float, variance: floa
     output = dict.fromkeys(OUTPUT, 1.0) | {"status": 0}
     conclude = build_conclusion(DECLARED_PATCH, is_scaled=True, gear=False, gain_share=0.5)
     given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1]
-    given += [[K, 0.045, 0.009], [getattr(tuning, name) for name in LIMITS]]
+    given += [[K, 0.045, 0.009], [getattr(tuning, name) for name in SETTINGS]]
     after, *_ = conclude(*given)
 
     # Of two pieces of evidence, the torque and the tolerances, the precisions add up.
@@ -73,7 +73,7 @@ def test_of_the_noise_a_smoothed_innovation_has_a_part() -> None:
     names = ("own", "output", "M_z", "dt", "added", "tyre", "limits")
     own = dict.fromkeys(OWN, 0.0) | {"scale": 1, "F_N": 400.0}
     output = dict.fromkeys(OUTPUT, 0.0)
-    limits = [getattr(tuning, name) for name in LIMITS]
+    limits = [getattr(tuning, name) for name in SETTINGS]
 
     def flagged(lasting: float) -> bool:
         values = ({**own, "lasting": lasting}, output, lasting, 0.01, 0.3**2, [K, 0.045, 0.009], limits)

@@ -4,7 +4,7 @@ from math import isfinite
 from typing import NamedTuple
 
 from brushgrip.live.columns import Row
-from identification.reading.table import SHORTEST_STEP
+from identification.reading.table import MIN_TIME_STEP
 
 GAP = 2.0
 """After a longer pause the patch may have been turned unseen, and the observer begins anew [s]."""
@@ -23,7 +23,7 @@ class Timed(NamedTuple):
     begins: bool
 
 
-class Clock:
+class TimestampFilter:
     """Puts the times of a source into order.
 
     Attributes:
@@ -49,15 +49,15 @@ class Clock:
             return []
         if self._last is None:
             return [self._begin(row)]
-        if SHORTEST_STEP <= t - self._last <= GAP:
+        if MIN_TIME_STEP <= t - self._last <= GAP:
             self.wrong += self._jumped is not None
             self._jumped = None
             return [self._next(row)]
-        if -LATE < t - self._last < SHORTEST_STEP:
+        if -LATE < t - self._last < MIN_TIME_STEP:
             self.late += 1
             return []
         jumped, self._jumped = self._jumped, row
-        if jumped is not None and SHORTEST_STEP <= t - jumped["t"] <= GAP:
+        if jumped is not None and MIN_TIME_STEP <= t - jumped["t"] <= GAP:
             self._jumped = None
             return [self._begin(jumped), self._next(row)]
         self.wrong += jumped is not None
