@@ -52,7 +52,7 @@ class SensorDelay(Effect):
         """Angle, rate and load of `delay` ago, at most as old as the oldest stored sample."""
         ages = memory[:DEPTH] + signals.dt
         # The newest sample always stands first; the one before it stays if it is far from the next.
-        # Ages differ, as no sample takes less than `symbolic.model.SHORTEST_PERIOD`.
+        # Ages differ, as no sample takes less than `symbolic.model.MIN_PERIOD`.
         keeps = ages[1] - ages[0] >= SPACING
         ages = _pushed(ages, 0, keeps)
         span = ages[1:] - ages[:-1]
