@@ -1,7 +1,5 @@
 """What the band of a recording's last usable friction is made of."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from brushgrip.estimation.estimates import ObserverFactory, channels_of, held_wheel
@@ -10,14 +8,15 @@ from identification import FoundModel, Recording
 from observers import DirectionalFriction, Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
 from observers.quality.tolerances import OF_LOAD
-from symbolic import Vehicle, rig_of
+from symbolic.vehicle.mean_wheel import friction_shares
 
-MOST_SAMPLES = 100_000
+MAX_BUDGET_SAMPLES = 100_000
 """Samples that go through the filter once more."""
 OF_VEHICLE = {
-    "load": "axle load",
+    "front_axle_load": "axle load",
     "half_length": "half-length of the contact",
     "geometry": "lengths and ratios of the steering",
+    "gear_load_share": "gear friction that grows with the force",
 }
 """What the mean wheel of a car counts as its load, by the tolerance that makes it."""
 
@@ -28,7 +27,7 @@ def friction_budget(
     """Half of the 95 % band of mu_eff by cause at the last usable sample [1], which add up as squares.
 
     Empty where no sample is usable, for other observers than an `Ekf`, friction by direction, and beyond
-    `MOST_SAMPLES`.
+    `MAX_BUDGET_SAMPLES`.
 
     Args:
         factory: of the observer that made the estimates.
@@ -37,7 +36,7 @@ def friction_budget(
         estimates: over the recording, causal.
     """
     at = last_usable(estimates)
-    if at is None or at >= MOST_SAMPLES:
+    if at is None or at >= MAX_BUDGET_SAMPLES:
         return {}
     channels, held = channels_of(recording), recording
     if (car := recording.standstills) is not None:
@@ -51,23 +50,8 @@ def friction_budget(
         return {}
     shares = uncertainty_budget(observer, at, **channels)
     if car is not None:
-        load = shares.pop(OF_LOAD)
-        shares |= {n: load * s for n, s in _shares_of_load(car.vehicle, car.brakes[number]).items()}
+        shares.pop(OF_LOAD)
+        declared = friction_shares(car.vehicle, brakes=car.brakes[number])
+        shares |= {OF_VEHICLE[name]: share for name, share in declared.items()}
     half = BAND_STDS * float(estimates.mu_eff[last_usable(estimates)])
     return {name: half * share for name, share in shares.items() if share > 0}
-
-
-def _shares_of_load(vehicle: Vehicle, brakes: bool) -> dict[str, float]:
-    """The parts of what the mean wheel counts as tolerance of the load, as shares of it [1]."""
-    whole = rig_of(vehicle, brakes=brakes)[0].tolerances.of("load") ** 2
-    if whole == 0:
-        return {}
-    parts = {}
-    for name, label in OF_VEHICLE.items():
-        known = replace(vehicle, tolerances=replace(vehicle.tolerances, **{name: 0.0}))
-        rest = rig_of(known, brakes=brakes)[0].tolerances.of("load") ** 2
-        parts[label] = max(0.0, (whole - rest) / whole) ** 0.5
-    parts["gear friction that grows with the force"] = (
-        max(0, 1 - sum(p**2 for p in parts.values())) ** 0.5
-    )
-    return parts

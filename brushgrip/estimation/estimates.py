@@ -207,7 +207,7 @@ def _over_standstills(
 
 
 def held_wheel(recording: Recording, standstills: Standstills, brakes: bool) -> Recording:
-    """The recording of a car with the wheel that stands for both, brakes held or not."""
+    """The recording of a car with its mean wheel, brakes held or not."""
     rig, tyre = rig_of(standstills.vehicle, brakes=brakes)
     own = replace(standstills, brakes=(brakes,))
     return replace(recording, rig=rig, tyre=tyre, standstills=own)
@@ -278,7 +278,7 @@ def friction_track(
         mu_std=estimates.mu_eff_std,
         usable=estimates.usable,
         changes=estimates.t[estimates.status & Status.RESET != 0],
-        inconsistent=estimates.status & Status.INCONSISTENT != 0,
+        inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.measured,
         reference=recording.tyre.mu,
         last_status=Status(int(estimates.status[-1])),
         usable_share=estimates.usable_share,

@@ -198,13 +198,14 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     noise = excess_noise(factory(recording, found), recording)
     of_car = recording.standstills is not None
     told = [ground, estimates_summary(estimates, noise, own_rate(recording), of_car=of_car)]
+    at, budget = last_usable(estimates), {}
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
         told.append(band_parts(budget, with_model=found is not None or of_car))
-    if last_usable(estimates) is None:
+    if at is None:
         told.append(suspected_cause(factory, recording, found, estimates))
-    elif car := recording.standstills:
-        told.append(rests_on(car.vehicle, brakes=car.brakes[-1]))
+    elif (car := recording.standstills) and not budget:
+        told.append(rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])]))
     lines = (f"{recording.name}: {line}" for line in told if line)
     return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines))
 

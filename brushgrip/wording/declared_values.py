@@ -18,7 +18,7 @@ REMEDIES = {
 
 
 def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:
-    """The declared values in mu with their standard deviations, and what narrows the band most."""
+    """The declared values in mu with their standard deviations, and what narrows them most."""
     shares = friction_shares(vehicle, brakes=brakes)
     values = {
         "front_axle_load": f"front_axle_load {vehicle.front_axle_load:.0f} N",
@@ -33,5 +33,5 @@ def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:
     follows = "; half_length follows from the load" if vehicle.half_length is None else ""
     return (
         f"{hypot(*shares.values()):.1%} of mu, as a standard deviation, rests on declared values that no"
-        f" steering tells: {listed(named)}{follows}; {REMEDIES[ranked[0]]} narrows the band most"
+        f" steering tells: {listed(named)}{follows}; {REMEDIES[ranked[0]]} narrows that most"
     )

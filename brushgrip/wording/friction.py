@@ -97,7 +97,8 @@ def last_usable(estimates: Estimates) -> int | None:
     """The last usable sample on the last ground, unless what follows contradicts it; None for none."""
     changes = np.flatnonzero(estimates.status & Status.RESET)
     begin = int(changes[-1]) if changes.size else 0
-    return uncontradicted(estimates.usable, estimates.status & Status.INCONSISTENT != 0, begin)
+    inconsistent = (estimates.status & Status.INCONSISTENT != 0) & estimates.measured
+    return uncontradicted(estimates.usable, inconsistent, begin)
 
 
 def uncontradicted(

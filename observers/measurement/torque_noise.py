@@ -2,8 +2,9 @@
 
 Means of the torque over blocks of `REFERENCE_STEP` are compared with their neighbours: of three in a row
 the second difference has six times the variance of one, and a smooth torque contributes little to it.
-What counts is noise by time, so that a sensor that is sampled oftener than it measures is not taken for
-one that is less noisy. The corners of the torque are rare, and their squares are limited.
+What counts is noise by time, so that a sensor that measures every 10 ms or faster is not taken for less
+noisy where it is sampled oftener; one that measures more slowly is. The corners of the torque are rare,
+and their squares are limited.
 """
 
 from typing import Any
@@ -17,9 +18,9 @@ from observers.tuning import REFERENCE_STEP
 NOISE = ("time", "sum", "newer", "older", "variance", "blocks")
 """Time of the present block [s], and integral of its torque [N m s]; means of the last two blocks [N m];
 variance of a block [N^2 m^2]; blocks so far."""
-MEMORY = 100.0
+MAX_BLOCKS = 100.0
 """Blocks over which the variance is averaged."""
-MOST = 9.0
+MAX_SQUARE = 9.0
 """Square of a second difference that counts at most, over its variance."""
 JITTER = 0.99
 """Share of `REFERENCE_STEP` that fills a block [1]."""
@@ -39,14 +40,16 @@ def noise_after(
     mean = total / time
     closes = ca.logic_and(known, time >= JITTER * REFERENCE_STEP)
     variance = ca.if_else(before["blocks"] > 0, before["variance"], ca.fmax(before["variance"], usual))
-    most = MOST * ca.fmax(variance, least)
-    square = ca.fmin((mean - 2 * before["newer"] + before["older"]) ** 2 / 6, most)
+    most = MAX_SQUARE * ca.fmax(variance, least)
+    # A block may be longer than `REFERENCE_STEP`, of which the variance is counted.
+    length = time / ca.fmax(REFERENCE_STEP, dt)
+    square = ca.fmin(length * (mean - 2 * before["newer"] + before["older"]) ** 2 / 6, most)
     # The usual variance weighs as one block.
     seen = ca.fmax(before["blocks"], 1)
     grown = variance + ca.if_else(before["blocks"] >= 2, (square - variance) / seen, 0)
     closed = {
         "time": 0, "sum": 0, "newer": mean, "older": before["newer"], "variance": grown,
-        "blocks": ca.fmin(before["blocks"] + 1, MEMORY),
+        "blocks": ca.fmin(before["blocks"] + 1, MAX_BLOCKS),
     }  # fmt: skip
     present = {**before, "time": time, "sum": total, "variance": variance}
     after: dict[str, Any] = {

@@ -207,7 +207,9 @@ class Probe:
         causes = least_deviation(self.observer, likely, sample.F_N)
         if not state["own"][_ACQUIRING]:
             # From the handover on it stays.
-            causes["a stiffness that is not the declared one"] = float(state["own"][_EXCESS])
+            causes["a stiffness that is not the declared one, or not known better"] = float(
+                state["own"][_EXCESS]
+            )
         if (floor := hypot(*causes.values())) >= self.target:
             cause = max(causes, key=lambda name: causes[name])
             return (

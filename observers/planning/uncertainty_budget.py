@@ -37,7 +37,8 @@ def uncertainty_budget(
 
     The tolerances of lengths and load, `Tuning.mu_floor` and dry friction stay as they are however the
     wheel is steered. `SLOPE` is by how much the torque grows otherwise with the angle than k and its
-    tolerance say, as while friction was acquired. `REST` is the filter's own variance.
+    tolerance say, as far as that was known when friction was acquired. `REST` is the filter's own
+    variance.
 
     Args:
         observer: the filter.

@@ -41,8 +41,8 @@ MIN_SAMPLE_WEIGHT = 1e-3
 """Weight of a sample without travel, in independent samples [1]."""
 MIN_SENSITIVITY = 1e-3
 """Lower limit of d ln M_z / d ln mu [1]."""
-FORGETTING_SAMPLES = 160.0
-"""Independent samples after which older ones are forgotten: a loop on ice is worth twenty."""
+FORGETTING_SAMPLES = 40.0
+"""Independent samples after which older ones are forgotten."""
 ERRORS = 2.0
 """Squares of the model's error, over its variance, that an independent sample may have [1]."""
 TRACK = (

@@ -17,6 +17,8 @@ INNOVATION_THRESHOLD, SMOOTHING_TIME = 3.0, 0.1
 """Test of a lasting innovation: threshold in model errors, and time constant of its low-pass [s]. Beyond
 it the model is wrong: what depends on time rather than on the angle, a zero that drifts or a torque that
 relaxes, is hidden in the noise of a sample and lasts."""
+NOISE_ALLOWANCE = 3.0
+"""Variance of the smoothed noise that is allowed, over its own [1]."""
 
 
 def innovation_of(inputs: Parts, own: Parts, output: Parts) -> Expression:
@@ -49,10 +51,10 @@ def lasting_innovation(
     slide, error = output["M_slide"] * own["scale"], named(SETTINGS, inputs["limits"])["error"]
     a = inputs["tyre"][1]
     _, variance, noisy = build_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
-    # Of the noise the smoothed innovation has but a part.
+    # Of the noise the smoothed innovation has but a part; it is tested often, so that more is allowed.
     noise = noisy * variance / NOISIER
     share = ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1)
-    variance -= noise * (1 - share / (2 - share))
+    variance -= noise * (1 - NOISE_ALLOWANCE * share / (2 - share))
     return lasting, lasting**2 > INNOVATION_THRESHOLD**2 * (variance + by_k)
 
 

@@ -96,8 +96,10 @@ def friction_shares(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
     contact, tolerances = Contact.of(vehicle, brakes=brakes), vehicle.tolerances
     arm = _spreads("slide_arm", contact, tolerances)
     of_length = arm.pop("a")
-    follows = vehicle.half_length is None and tolerances.half_length > 0
-    load = tolerances.load * (1 + follows * of_length / (tolerances.half_length or 1))
+    load = tolerances.load
+    if vehicle.half_length is None:
+        as_load = replace(tolerances, half_length=load)
+        load += _spreads("slide_arm", contact, as_load)["a"]
     shares = {
         "front_axle_load": load,
         "half_length": abs(of_length),

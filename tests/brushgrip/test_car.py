@@ -3,11 +3,14 @@
 import json
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from brushgrip.wording.declared_values import rests_on
+from identification.reading.car import read_vehicle
 from symbolic.vehicle.effects import CAR_EFFECTS
 from tests.brushgrip.helpers import Run, table_of
 from tests.identification.reading.logs import write_frames
@@ -48,8 +51,6 @@ def test_from_a_log_to_friction_in_one_command(
     assert outcome.status == 0
     assert found["usable"][-1] == 1
     assert found["mu"][-1] == pytest.approx(0.5, rel=0.06)
-    assert "front_axle_load 8000 N (7.5%)" in outcome.out
-    assert "weighing the front axle narrows the band most" in outcome.out
     assert (tmp_path / "mu.png").is_file()
     budget = outcome.out.splitlines()[1]
     parts = [float(n) for n in re.findall(r"(?<= )0\.\d\d(?=[,;])", budget)]
@@ -57,7 +58,9 @@ def test_from_a_log_to_friction_in_one_command(
     assert "axle load" in budget
     assert "half-length of the contact" in budget
     # Those that are not told are less than a tenth of it each.
-    assert np.hypot.reduce(parts) == pytest.approx(whole, rel=0.1)
+    assert np.hypot.reduce(parts) == pytest.approx(whole, rel=0.06)
+    told = float(budget.partition("± ")[2].split()[0])
+    assert told == pytest.approx(whole, abs=0.011)
 
 
 @pytest.mark.parametrize(
@@ -170,3 +173,18 @@ def test_messages_mend_the_log_of_an_assisted_car(run: Run, tmp_path: Path) -> N
     )
     assert "usable in" in outcome.out
     assert 0.45 < float(outcome.out.partition("mu_eff = ")[2].split()[0]) < 0.55
+
+
+@pytest.mark.parametrize("tolerance", [0.15, 0.0])
+def test_a_half_length_that_follows_from_the_load_has_its_error(
+    tmp_path: Path, tolerance: float
+) -> None:
+    (tmp_path / "car.toml").write_text(vehicle_text())
+    declared = read_vehicle(tmp_path / "car.toml")
+    tolerances = replace(declared.tolerances, half_length=tolerance)
+    follows = replace(declared, half_length=None, tolerances=tolerances)
+
+    assert "front_axle_load 8000 N (7.5%)" in rests_on(declared, brakes=True)
+    told = rests_on(follows, brakes=True)
+    assert float(told.partition("8000 N (")[2].partition("%")[0]) > 9
+    assert "half_length follows from the load; weighing the front axle narrows that most" in told

@@ -236,7 +236,7 @@ def test_without_a_file_to_write_the_line_suffices(
     line, budget, *more = outcome.out.splitlines()
     assert (outcome.status, line, more) == (0, told, [])
     assert budget.startswith(
-        "run: the band ± 0.16 is made of (the squares add up): noise and the model's"
+        "run: the band ± 0.19 is made of (the squares add up): noise and the model's"
     )
     assert contents(tmp_path) == before
     assert run("estimate", "--rig", rig, simulated, "--picture", "only.png").status == 0
@@ -325,7 +325,8 @@ def test_tuning_by_name(estimate: Run, simulated: Path, tmp_path: Path) -> None:
     for name in ("real_tyre", "clean"):
         assert estimate(simulated, "--tuning", name).status == 0
         ends[name] = table_of(tmp_path / "mu.csv")["mu_std"][-1]
-    assert ends["clean"] < 0.7 * ends["real_tyre"]
+    # What the slope of the torque leaves open is the same in both.
+    assert ends["clean"] < 0.75 * ends["real_tyre"]
 
 
 def test_picture_goes_where_it_is_wanted(estimate: Run, simulated: Path, tmp_path: Path) -> None:

@@ -71,7 +71,7 @@ def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
         "signatures",
     ):
         monkeypatch.setattr(report, f"draw_{name}", blank)
-    monkeypatch.setattr(report, "MOST_RECORDINGS", 3)
+    monkeypatch.setattr(report, "MAX_RECORDINGS", 3)
 
 
 def text_of(folder: Path, diagnosis: Diagnosis) -> str:

@@ -198,7 +198,7 @@ def test_an_old_estimate_is_not_usable(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_source_that_cannot_wait_loses_what_is_too_much_and_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("brushgrip.live.session.MOST_WAITING", 100)
+    monkeypatch.setattr("brushgrip.live.session.MAX_QUEUED_SAMPLES", 100)
 
     class Flood(ListSource):
         waits = False

@@ -122,7 +122,7 @@ def test_a_file_of_many_objects_is_not_listed_without_end(
     with h5py.File(tmp_path / "many.h5", "w") as file:
         for i in range(9):
             file[f"channel_{i}"] = 1.0
-    monkeypatch.setattr("identification.reading.formats.hdf5._MOST_OBJECTS", 3)
+    monkeypatch.setattr("identification.reading.formats.hdf5._MAX_OBJECTS", 3)
 
     assert "there are channel_0, channel_1, channel_2; say" in refusal(tmp_path / "many.h5")
 
@@ -156,7 +156,7 @@ def test_a_channel_too_long_is_refused_before_it_is_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, signals = written("parquet", tmp_path)
-    monkeypatch.setattr("identification.reading.formats.opening.MOST_SAMPLES", 100)
+    monkeypatch.setattr("identification.reading.formats.opening.MAX_SAMPLES", 100)
 
     assert "at most 100 allowed" in refusal(path, signals)
 

@@ -110,8 +110,8 @@ def test_a_table_is_not_held_twice(tmp_path: Path) -> None:
 def test_more_samples_than_a_recording_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "long.csv"
     path.write_text("t,psi\n" + "".join(f"{i},0\n" for i in range(20)) + 30 * "\n")
-    monkeypatch.setattr(csvfile, "MOST_SAMPLES", 20)
+    monkeypatch.setattr(csvfile, "MAX_SAMPLES", 20)
     assert read_csv(path, ("t", "psi")).columns["t"].size == 20
-    monkeypatch.setattr(csvfile, "MOST_SAMPLES", 19)
+    monkeypatch.setattr(csvfile, "MAX_SAMPLES", 19)
     with pytest.raises(InvalidInputError, match=r"long\.csv: holds more than 19 samples; cut it"):
         read_csv(path, ("t", "psi"))

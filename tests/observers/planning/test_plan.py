@@ -47,8 +47,8 @@ def test_turning_back_tells_ice_sooner_than_turning_on(acquiring: Ekf) -> None:
     on, back = (steer([0.0, *points], 0.12, 10.0, 0.01, 6.0) for points in ([0.6], [0.03, -0.05, 0.08]))
 
     # The zero of the torque looks like friction until the wheel has turned back.
-    assert forecaster.whole(on, lane, LOAD).reached(0.05) is None
-    assert forecaster.whole(back, lane, LOAD).reached(0.05) is not None
+    assert forecaster.whole(on, lane, LOAD).reached(0.07) is None
+    assert forecaster.whole(back, lane, LOAD).reached(0.07) is not None
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -51,7 +51,8 @@ def test_the_parts_are_those_of_the_stated_deviation(
     without, _ = estimated(exact, path, torque)
     left = (without.mu_std[-1] / without.mu[-1]) ** 2
     assert stated**2 - left == pytest.approx(budget[OF_LOAD] ** 2, rel=1e-6)
-    assert budget[SLOPE] == 0
+    # The slope is as declared, and known to so much.
+    assert 0 < budget[SLOPE] < budget[OF_LOAD] / 1.5
     assert max(budget, key=lambda cause: budget[cause]) == OF_LOAD
     assert budget[OF_LENGTHS] > budget[REST] / 10 > 0
 

@@ -1,4 +1,4 @@
-"""A vehicle from its file, its steering, and the wheel that stands for both."""
+"""A vehicle from its file, its steering, and its mean wheel."""
 
 from dataclasses import replace
 from math import cos, radians
