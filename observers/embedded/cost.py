@@ -65,13 +65,13 @@ class Instructions:
 
 FLOAT = Instructions(
     step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 20), limit=(45, 45),
-    branch=(23, 25), creep=(46, 89), sample=354, sample_corner=62, sample_bristles=316, tracking=800,
-    acquiring=(7_800, 8_700), tunable=300, tunable_sample=220,
+    branch=(23, 25), creep=(46, 89), sample=354, sample_corner=62, sample_bristles=316, tracking=1_100,
+    acquiring=(7_900, 8_800), tunable=300, tunable_sample=220,
 )  # fmt: skip
 DOUBLE = Instructions(
     step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),
     limit=(3_000, 3_000), branch=(1_000, 1_000), creep=(22_300, 43_100), sample=14_700,
-    sample_corner=5_400, sample_bristles=13_500, tracking=18_000, acquiring=(545_000, 600_000),
+    sample_corner=5_400, sample_bristles=13_500, tracking=38_000, acquiring=(591_000, 646_000),
     tunable=10_000, tunable_sample=8_000,
 )  # fmt: skip
 NOT_COUNTED = ("limited", "grows", "relaxation")
