@@ -8,7 +8,9 @@ import pytest
 
 from brushgrip.live.messages import DATABASE, IDENTIFIER, frame_of
 from brushgrip.live.session_state import State
-from observers import Estimate, Status
+from identification import read_recording, read_rig
+from observers import Ekf, Estimate, Status, from_files
+from observers import run as observe
 from tests.brushgrip.helpers import Run
 from tests.brushgrip.live.sessions import RIG
 
@@ -71,7 +73,9 @@ def test_friction_is_sent_while_it_is_measured(run: Run, tmp_path: Path) -> None
     assert (tmp_path / "friction.dbc").read_text() == DATABASE
     assert any(one["usable"] for one in told)
     assert not told[-1]["usable"]
-    assert told[-1]["mu_eff"] == pytest.approx(1.3382615756)
+    wheel = read_recording(RIG.with_name("train_a.csv"), read_rig(RIG))
+    estimates = observe(from_files(Ekf, RIG), wheel.t, wheel.psi, wheel.F_N, wheel.M_z)
+    assert told[-1]["mu_eff"] == pytest.approx(estimates.mu_eff[-1])
     assert len(frames) == len(told) > 10
     assert [frame.data[5] for frame in frames] == [number % 256 for number in range(1, len(frames) + 1)]
 

@@ -184,6 +184,8 @@ def test_an_old_estimate_is_not_usable(monkeypatch: pytest.MonkeyPatch) -> None:
     run_to_end(session)
     usable = np.flatnonzero(session.ring.since(0).of("usable") == 1)
     assert usable.size
+    # As of a source that falls silent.
+    session._ended = False
     session._newest = session._newest and type(session._newest)(
         mu=1.0, mu_std=0.01, M_z_predicted=0.0, informed=True
     )
