@@ -213,7 +213,7 @@ def _key(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artis
     if diagnosis.effects:
         key.append(Patch(color=AFTER, label="added to the model"))
     if any(effect.indistinguishable_from for effect in diagnosis.effects):
-        key.append(Patch(color=_INDISTINGUISHABLE, label="indistinguishable from an added one"))
+        key.append(Patch(color=_INDISTINGUISHABLE, label="cannot be told from an added one"))
     key.append(Patch(color=QUIET, label="not added"))
     if baseline is not None:
         label = f"no effect: {baseline:.2f} %"

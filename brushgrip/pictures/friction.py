@@ -63,7 +63,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
                 _track(axes, track, line_styles[track.label])
             axes.set_title(literal(name))
             axes.set_ylabel("effective friction μ_eff [1]")
-            axes.set_ylim(*_limits(own))
+            axes.set_ylim(*_limits(tracks))
             axes.margins(x=0.01)
         panels[-1].set_xlabel("time t [s]")
         legend_above(figure, _key(tracks, line_styles))
@@ -73,13 +73,13 @@ def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
     colour, stroke, width, filled = line_style
     low, high = track.mu - BAND_STDS * track.mu_std, track.mu + BAND_STDS * track.mu_std
     if filled:
-        for where, alpha in ((track.usable, 0.18), (~track.usable, 0.06)):
+        for where, alpha in ((track.usable, 0.2), (~track.usable, 0.09)):
             axes.fill_between(track.t, low, high, where=where.tolist(), color=colour, alpha=alpha, lw=0)
     else:
         for edge in (low, high):
             shown = np.where(track.usable, edge, np.nan)
             axes.plot(track.t, shown, color=colour, lw=0.6 * width, ls=stroke, alpha=0.6)
-    axes.plot(track.t, track.mu, color=colour, lw=0.8, alpha=0.45, ls=stroke)
+    axes.plot(track.t, track.mu, color=colour, lw=0.8, alpha=0.6, ls=stroke)
     axes.plot(track.t, np.where(track.usable, track.mu, np.nan), color=colour, lw=width, ls=stroke)
     if track.inconsistent is not None and track.inconsistent.any():
         axes.fill_between(

@@ -11,6 +11,7 @@ from brushgrip.outputs.console import say, show
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, provenance_of, remove_earlier
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
 from brushgrip.report.printed import print_diagnosis
+from brushgrip.report.scope import simulated_warning
 from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
 from identification.selection.trials import RANKING_STEP, thin
@@ -83,6 +84,6 @@ def finish_diagnosis(
     written = content[KEY]["files"]
     remove_earlier(out, earlier, written)
     remove_stale_pictures(out, written)
-    print_diagnosis(diagnosis, outcome)
+    print_diagnosis(diagnosis, outcome, simulated_warning(content[KEY]))
     show(content)
     say(f"report: {out / PAGE}")

@@ -5,9 +5,19 @@ from collections.abc import Callable, Mapping
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_outcome import EKF_FOUND, FIGURES, FrictionOutcome
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction import meaning, narrowed_by, with_95_band
+from brushgrip.wording.friction import meaning, with_95_band
 from observers import Status
+from observers.planning.uncertainty_budget import REST, SLOPE
+from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
+IN_PLAIN_WORDS = {
+    SLOPE: "the tyre turns stiffer or softer than its parameters say",
+    REST: "noise of the torque, and what the model gets wrong",
+    OF_LENGTHS: "how well the lengths of contact and caster are known",
+    OF_LOAD: "how well the load is known",
+    OF_TUNING: "a share that is always added (mu_floor)",
+}
+"""Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
 """Labels of `FrictionOutcome.groups`."""
 
@@ -33,22 +43,26 @@ def band_shares(outcome: FrictionOutcome) -> dict[str, float]:
 
 
 def widest_causes(outcome: FrictionOutcome) -> str:
-    """What the bands are made of and what narrows them; empty where that is not known."""
+    """What the bands are made of, and what of it all recordings share; empty where that is not known."""
     shares = band_shares(outcome)
     if not shares:
         return ""
-    told = [f"{cause} {100 * share:.0f}" for cause, share in shares.items() if share >= LEAST_TOLD]
-    return (
-        f"Variance of the bands by cause, in %: {', '.join(told)}. To narrow them, "
-        f"{narrowed_by(next(iter(shares)), with_model=True)}."
-    )
+    told = {cause: share for cause, share in shares.items() if share >= LEAST_TOLD}
+    parts = [f"{IN_PLAIN_WORDS.get(cause, cause)}, {100 * share:.0f} %" for cause, share in told.items()]
+    line = f"The ± comes from (shares of its square): {'; '.join(parts)}."
+    if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
+        line += (
+            " Lengths and load are known alike in all recordings: their error moves all values"
+            " together, so that recordings may agree more closely than their ±."
+        )
+    return line
 
 
 def usable_until(track: FrictionTrack) -> str:
     """How much of a track is usable, until when, and what is wrong at its end."""
     at, end = track.last_usable, track.t.size - 1
     if at == end:
-        return f"{_share(track)}, to the end"
+        return f"{_share(track)} of the samples, the last one too"
     why = meaning(track.last_status)
     if at is None and track.usable.any() and not track.changes.size:
         return f"{_share(track)}, but contradicted by what follows: {meaning(Status.INCONSISTENT)}"
@@ -57,7 +71,7 @@ def usable_until(track: FrictionTrack) -> str:
         return f"{_share(track)}, but not since a new ground was noticed at {since}: {why}"
     if at is None:
         return f"never: {why}"
-    return f"{_share(track)}, to {track.t[at]:.1f} of {track.t[end]:.1f} s: {why}"
+    return f"{_share(track)} of the samples, until {track.t[at]:.1f} of {track.t[end]:.1f} s: {why}"
 
 
 def _share(track: FrictionTrack) -> str:
@@ -81,7 +95,7 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
     "drift": (
         "movement after half-time",
         lambda share: _percent(share, 0),
-        "Largest minus smallest estimate in the second half of a recording, over the last one.",
+        "Largest minus smallest estimate in the second half of a recording, divided by the last one.",
     ),
     "relative_band": (
         "standard deviation",
@@ -90,13 +104,13 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
         " either side.",
     ),
     "coverage": (
-        "bands that hold the end",
+        "bands around the last value",
         lambda share: _percent(share, 0),
         "Share of the informed samples whose 95 % band holds the last estimate. Far below 95 % the bands"
-        " are too narrow. The filter is compared with itself: necessary, no evidence of accuracy.",
+        " are too narrow; near 100 % proves no accuracy, as the filter is compared with itself.",
     ),
     "reference_coverage": (
-        "bands that hold the fit",
+        "bands around the fitted value",
         lambda share: _percent(share, 0),
         "The same for the friction that was afterwards fitted to the whole recording: independent of the"
         " filter, not of the recording.",

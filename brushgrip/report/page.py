@@ -25,10 +25,10 @@ from brushgrip.pictures import (
 )
 from brushgrip.pictures.diagnosis import MAX_RECORDINGS
 from brushgrip.pictures.style import is_drawn_by_us, vectors
-from brushgrip.report import friction_words, tables, to_send
+from brushgrip.report import friction_words, scope, tables, to_send
 from brushgrip.wording import diagnosis_in_words, formatting
 from brushgrip.wording import friction as friction_wording
-from identification import Diagnosis
+from identification import Diagnosis, FoundEffect
 
 PAGE, TEMPLATE = "report.html", "report.html.j2"
 EXPERIMENT = "experiment_{}"
@@ -41,7 +41,7 @@ _MAX_DRAWING_SIZE = 3_000_000
 """Bytes of a drawing that the page takes."""
 _MAX_LINE_SAMPLES = 100_000
 """Samples of all recordings that are drawn as lines; of more the page takes points."""
-_WORDING_MODULES = (formatting, diagnosis_in_words, friction_wording, friction_words, to_send)
+_WORDING_MODULES = (formatting, diagnosis_in_words, friction_wording, friction_words, scope, to_send)
 """Modules whose public functions the template uses, as functions and as filters."""
 
 
@@ -106,11 +106,16 @@ def _contents(
         ("signatures", "What the residual follows", True),
         ("candidates", "Candidates", bool(diagnosis.candidates)),
         ("effects", "Effects found", True),
-        ("experiments", "Next experiments", any(e.experiment for e in diagnosis.effects)),
+        ("experiments", "Next recording", any(_separates(e) for e in diagnosis.effects)),
         ("unexplained", "What remains unexplained", True),
         ("inputs", "Inputs", bool(made and made["inputs"])),
     ]
     return [(anchor, title) for anchor, title, there in sections if there]
+
+
+def _separates(effect: FoundEffect) -> bool:
+    """Whether a manoeuvre was found that tells an effect from what it may be."""
+    return effect.experiment is not None and effect.experiment.times is not None
 
 
 def remove_stale_pictures(folder: Path, written: Container[str]) -> None:
@@ -182,7 +187,8 @@ def _keep_units(value: Any) -> Any:
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
     together = r" (%|±) ?|\[N m\]"
-    return re.sub(together, lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), value)
+    apart = re.sub(r"(?<=\d)%(?!\w)", " %", value)
+    return re.sub(together, lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), apart)
 
 
 def _data_address(png: Path, drawing: bytes | None) -> str:

@@ -32,8 +32,18 @@ def say_ground(recording: Recording, found: FoundModel | None) -> None:
         say(f"{recording.name}: {taken}")
 
 
-def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> None:
-    """Print the finding, friction, errors, effects and the unexplained residual on standard output."""
+def print_diagnosis(
+    diagnosis: Diagnosis, outcome: FrictionOutcome | None = None, warning: str = ""
+) -> None:
+    """Print the finding, friction, errors, effects and the unexplained residual on standard output.
+
+    Args:
+        diagnosis: the result of the search.
+        outcome: friction before and after, None where none was estimated.
+        warning: goes before all, such as that the recordings are simulated.
+    """
+    if warning:
+        print_text(warning, style="bold")
     for line in friction_lines(outcome):
         print_text(line, style="bold")
     print_text(headline(diagnosis), style="bold")
@@ -61,7 +71,8 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
             print_text(f"{plain(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
     for effect in diagnosis.effects:
         if effect.experiment:
-            print_text(f"next experiment: {sentence(effect.experiment.sentence)}")
+            label = "not separable" if effect.experiment.times is None else "next recording"
+            print_text(f"{label}: {sentence(effect.experiment.sentence)}")
     if outcome:
         figures = [(label, *values) for label, values, _ in friction_figures(outcome)]
         headings = ("figure", *friction_groups(outcome))
@@ -74,7 +85,7 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
         print_text(f"note: {note}")
     print_text(use_of(diagnosis, found_model(diagnosis)))
     if outcome:
-        print_text(f"To send: {paragraph_to_send(diagnosis, outcome)}")
+        print_text(f"To send: {paragraph_to_send(diagnosis, outcome, warning)}")
 
 
 def _effect_row(effect: FoundEffect) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from brushgrip.report.friction_words import (
 from brushgrip.wording.diagnosis_in_words import GRADES, plain_parameter
 from brushgrip.wording.formatting import (
     all_worse,
-    candidate_outcome,
+    candidate_reason,
     error_columns,
     error_figures,
     listed,
@@ -60,8 +60,8 @@ def friction_by_ground(friction: FrictionOutcome) -> ReportTable:
         if name in tracks
     ]
     return ReportTable(
-        caption="Friction μ_eff ± 95 % band at the last usable sample, and share of usable samples"
-        " among those with a torque"
+        caption="Friction μ_eff ± 95 % band, by the filter on the model found, at the last sample that a"
+        " controller may use, and the share of such samples"
         + "; --ground NAME says it for a further recording too"
         * (not named),
         headings=("recording", *["ground"][:named], "μ_eff", "usable"),
@@ -74,8 +74,8 @@ def friction_meaning(friction: FrictionOutcome) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
     groups = friction_groups(friction)
     return ReportTable(
-        caption="Mean over recordings: by the declared model → by the model found. “(3 of 4)”:"
-        " of 4 recordings only 3 have the figure",
+        caption="Mean over recordings: by the declared model → by the model found. In brackets: how many"
+        " recordings have the figure, where not all do",
         headings=("figure", *groups, "in plain words"),
         rows=[(label, *figures, words) for label, figures, words in friction_figures(friction)],
         words=(len(groups) + 1,),
@@ -85,9 +85,9 @@ def friction_meaning(friction: FrictionOutcome) -> ReportTable:
 def friction_by_recording(friction: FrictionOutcome) -> ReportTable:
     """How each recording's estimate came to its end."""
 
-    def pair(name: str, figure: str, text: str, factor: float = 1.0) -> str:
+    def pair(name: str, figure: str) -> str:
         values = [getattr(stage[name], figure) for stage in friction.stages.values()]
-        return " → ".join("–" if v is None else text.format(factor * v) for v in values)
+        return " → ".join("–" if v is None else f"{v:.1f}" for v in values)
 
     declared = friction.tracks_of(EKF_DECLARED)
     rows = [
@@ -95,19 +95,14 @@ def friction_by_recording(friction: FrictionOutcome) -> ReportTable:
             name,
             "validation" if name in friction.holdout else "training",
             known_friction(declared[name]) if name in declared else "–",
-            pair(name, "settling", "{:.1f}"),
-            pair(name, "coverage", "{:.0f} %", 100),
-            pair(name, "reference_coverage", "{:.0f} %", 100),
+            pair(name, "settling"),
         )
         for names in friction.grounds.values()
         for name in names
     ]
     return ReportTable(
         caption="Each recording; with an arrow: by the declared model → by the model found",
-        headings=(
-            *("recording", "used for", "μ_eff by the declared model", "time to settle [s]"),
-            *("bands that hold the end", "bands that hold the fit"),
-        ),
+        headings=("recording", "used for", "μ_eff by the declared model", "time to settle [s]"),
         rows=rows,
         words=(1,),
     )
@@ -116,16 +111,17 @@ def friction_by_recording(friction: FrictionOutcome) -> ReportTable:
 def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
     """Friction by every observer at its last usable sample."""
     labels = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for t in tracks:
+        reference = "–" if t.reference is None else f"{t.reference:.3f}"
+        alike.setdefault((t.name, known_friction(t), reference, usable_until(t)), []).append(t.label)
     return ReportTable(
-        caption="Friction μ_eff ± 95 % band by the last usable sample"
-        + (f"; reference: {listed(list(labels))}" if labels else ""),
+        caption="Friction μ_eff ± 95 % band at the last usable sample; observers that agree share a row"
+        + (f". Reference: {listed(list(labels))}" if labels else ""),
         headings=("recording", "observer", "μ_eff", "reference", "usable"),
         rows=[
-            (
-                *(t.name, t.label, known_friction(t)),
-                *("–" if t.reference is None else f"{t.reference:.3f}", usable_until(t)),
-            )
-            for t in tracks
+            (name, listed(observers), friction, reference, usable)
+            for (name, friction, reference, usable), observers in alike.items()
         ],
         words=(1, 4),
     )
@@ -139,7 +135,7 @@ def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
         "after, with the effects found": diagnosis.after,
     }
     return ReportTable(
-        caption="Root mean square torque error, averaged over recordings",
+        caption="Torque error (root of the mean square), averaged over recordings",
         headings=("model", *error_columns(diagnosis).values()),
         rows=[(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
     )
@@ -206,7 +202,7 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
         rows=[
             (
                 *(plain(c.name), c.summary, percent(c.holdout_nrmse), signed(c.delta_bic)),
-                candidate_outcome(diagnosis, c.name),
+                candidate_reason(diagnosis, c),
             )
             for c in diagnosis.candidates
         ],
@@ -239,22 +235,19 @@ def all_parameters(diagnosis: Diagnosis) -> ReportTable:
     """Every parameter of the final model; those of validation recordings hold the shared ones fixed."""
     held_out = tuple(f" [{name}]" for name in diagnosis.holdout)
     return ReportTable(
-        caption="All parameters of the final model, with the recording that a value belongs to. The"
-        " deviations are those of the fit: how well half-length and load are known, usually 4 % of μ,"
-        " comes on top, and is part of the bands of friction",
-        headings=("parameter", "value ± standard deviation", ""),
+        caption="All parameters of the final model ± standard deviation of the fit, with the recording"
+        " that a value belongs to. The bands of friction hold the tolerances of lengths and load too."
+        " *: shared parameters were held, so the deviation is too small",
+        headings=("parameter", "value"),
         rows=[
             (
-                *(plain_parameter(name), quantity(estimate)),
-                "not determined by these recordings"
+                plain_parameter(name),
+                f"{quantity(estimate)}, not determined by these recordings"
                 if estimate.std is None
-                else "shared parameters held: the deviation leaves out theirs and is too small"
-                if name.endswith(held_out)
-                else "",
+                else quantity(estimate) + " *" * name.endswith(held_out),
             )
             for name, estimate in diagnosis.parameters.items()
         ],
-        words=(2,),
         narrow=True,
     )
 

@@ -2,21 +2,12 @@
 
 from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_words import band_shares, known_friction
-from brushgrip.wording.formatting import error_percentages, listed, percent, plain
-from brushgrip.wording.friction import further_band, further_recording
-from identification import Diagnosis, FoundEffect
-from observers.planning.uncertainty_budget import REST, SLOPE
-from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
-from symbolic import EFFECTS
+from brushgrip.report.scope import benefit, missing, several_mechanisms, validity
+from brushgrip.wording.formatting import listed, percent, plain
+from brushgrip.wording.friction import further_band, further_recording, narrowed_by
+from identification import Diagnosis
+from observers import GroundFriction
 
-IN_PLAIN_WORDS = {
-    SLOPE: "the torque rises with the angle otherwise than the tyre's stiffness says",
-    REST: "noise of the torque, and what the model gets wrong",
-    OF_LENGTHS: "how well the length of the contact patch is known",
-    OF_LOAD: "how well the load is known",
-    OF_TUNING: "a share that is always added",
-}
-"""Causes of a band for somebody who knows no tyre model."""
 MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
@@ -30,34 +21,55 @@ def friction_lines(outcome: FrictionOutcome | None) -> list[str]:
     return [further_recording(ground, further.get(ground), count) for ground, count in grounds.items()]
 
 
-def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
-    """Friction by ground, the cause, the error before and after, and what is not known."""
-    count, further = len(outcome.before), [g.further for g in outcome.further().values()]
-    one_more = ", and that of one further recording made like these," * any(further)
-    return " ".join(
-        [
-            "The coefficient of friction between tyre and ground is"
-            f" {'; '.join(_on_ground(outcome, ground) for ground in outcome.grounds)}, from"
-            f" {count} recording{'s' * (count != 1)} of a wheel that was steered while it stood still."
-            " For comparison: ice has about 0.1, dry asphalt about 1.",
-            f"In 95 of 100 cases the true value{one_more} lies within the ±, as far as loads, lengths"
-            " and the model's error are stated rightly.",
-            *_widest(outcome),
-            *_cause(diagnosis),
-            _errors(diagnosis),
-            *_unknown(diagnosis, outcome),
-            next_step(diagnosis, outcome),
-        ]
+def answers(outcome: FrictionOutcome | None) -> list[tuple[str, str]]:
+    """The same for a page: friction of a ground, and what it is of; or no friction, and why."""
+    if outcome is None:
+        return []
+    return [
+        (f"{ground}: friction μ_eff {further_band(one)}", _next_recording(one))
+        if (one := outcome.further().get(ground)) is not None and one.further is not None
+        else ("", further_recording(ground, one, len(names)))
+        for ground, names in outcome.grounds.items()
+        if ground
+    ]
+
+
+def _next_recording(friction: GroundFriction) -> str:
+    """Ends of the band, and what lies between them."""
+    half = friction.further or 0.0
+    # Of the rounded figures, so that they agree with the ± beside them.
+    middle, half = round(friction.mu_eff, 2), round(half, 2)
+    low, high = max(0.0, middle - half), middle + half
+    return (
+        f"between {low:.2f} and {high:.2f} in 95 of 100 further recordings of this kind on this ground;"
+        f" from {friction.recordings} recordings"
     )
 
 
-def _widest(outcome: FrictionOutcome) -> list[str]:
-    """What most of the bands comes from, in one sentence; none where that is not known."""
-    shares = band_shares(outcome)
-    cause = next(iter(shares), "")
-    if cause not in IN_PLAIN_WORDS:
-        return [f"The largest part of the ± comes from this: {cause}."] if cause else []
-    return [f"The largest part of the ± comes from this: {IN_PLAIN_WORDS[cause]}."]
+def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> str:
+    """Friction by ground, what it holds for, the cause, and what is not known.
+
+    Args:
+        diagnosis: the result of the search.
+        outcome: friction before and after, recording by recording.
+        warning: what goes before all, such as that the recordings are simulated.
+    """
+    count, further = len(outcome.before), [g.further for g in outcome.further().values()]
+    one_more = ", and that of one more recording of this kind," * any(further)
+    on_grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
+    sentences = [
+        warning,
+        f"The coefficient of friction between tyre and ground is {on_grounds}, from"
+        f" {count} recording{'s' * (count != 1)} (ice has about 0.1, dry asphalt about 1); in 95 of 100"
+        f" cases the true value{one_more} lies within the ±, as far as loads, lengths and the model's"
+        " error are stated rightly.",
+        validity(diagnosis),
+        missing(diagnosis),
+        benefit(diagnosis, outcome),
+        *_unknown(diagnosis, outcome),
+        next_step(diagnosis, outcome),
+    ]
+    return " ".join(filter(None, sentences))
 
 
 def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
@@ -82,10 +94,9 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
         return f"Next: the recording that the report proposes, which tells {rivals} apart."
     if weak := [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]:
         return f"Next: more recordings, which settle whether {listed(weak)} is there."
-    return (
-        "Next: nothing has to be measured; brushgrip estimate --model model.json gives the friction of"
-        " recordings made like these."
-    )
+    cause = next(iter(band_shares(outcome)), "")
+    narrower = f" to narrow the ±, {narrowed_by(cause, with_model=True)}" if cause else " nothing"
+    return f"Next:{narrower}; no further recording is needed to find the model."
 
 
 def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
@@ -103,39 +114,6 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     return where + (listed(values) or "not known")
 
 
-def _cause(diagnosis: Diagnosis) -> list[str]:
-    """Missing effects that are certain, in one sentence."""
-    clear = [e for e in diagnosis.effects if e.grade in ("strong", "ambiguous")]
-    found = {e.name for e in clear}
-    causes = []
-    for e in clear:
-        # What was found beside it needs no second mention.
-        names = [e.name, *(name for name in e.indistinguishable_from if name not in found)]
-        causes.append(listed([_explained(name, e) for name in names], "or"))
-    return [f"The tyre model as it was declared leaves out {listed(causes)}."] if clear else []
-
-
-def _explained(name: str, found: FoundEffect) -> str:
-    """An effect, or one that a found one cannot be told from, with what it is."""
-    known = found.summary if name == found.name else EFFECTS[name].summary if name in EFFECTS else ""
-    return f"{plain(name)} ({known.partition(';')[0]})" if known else plain(name)
-
-
-def _errors(diagnosis: Diagnosis) -> str:
-    """Error before and after, and what judged it."""
-    kind, before, after = error_percentages(diagnosis)
-    judged = {
-        "validation": "on recordings to which the tyre's parameters were not fitted, though they chose"
-        " the effects",
-        "left-out": "on each recording with the parameters that the others gave",
-        "training": "on the very recordings that it was fitted to, as none was left to judge it",
-    }[kind]
-    size = f"{after} of its range"
-    if diagnosis.effects:
-        size += f", {before} without what was found"
-    return f"The model now predicts the steering torque to {size}, {judged}."
-
-
 def _unknown(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """Open questions in one sentence; none where nothing is open."""
     parts = []
@@ -145,8 +123,8 @@ def _unknown(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     if early := [t.name for t in tracks if t.last_usable not in (None, t.t.size - 1)]:
         parts.append(f"friction at the end of {listed(early)}, whose last value to rely on is earlier")
     for e in diagnosis.effects:
-        if e.grade == "ambiguous":
-            rivals = listed([plain(name) for name in (e.name, *e.indistinguishable_from)], "or")
+        rivals = listed([plain(name) for name in (e.name, *e.indistinguishable_from)], "or")
+        if e.grade == "ambiguous" and several_mechanisms(e):
             parts.append(f"which of {rivals} it is")
     if weak := [plain(e.name) for e in diagnosis.effects if e.grade == "weak"]:
         parts.append(f"whether the weak signs of {listed(weak)} are chance")

@@ -14,7 +14,7 @@ GRADES: Mapping[str, str] = {
     "stands_in": "placeholder",
 }
 """Words for the grades; a placeholder stands in for something unknown."""
-COMMON_NAMES = {"mu": "friction μ", "k": "bristle stiffness k"}
+COMMON_NAMES = {"mu": "μ of the model's own law", "k": "bristle stiffness k"}
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -104,7 +104,7 @@ def explained_grade(effect: FoundEffect) -> str:
         case "ambiguous":
             return f"{fall}, but {listed(rivals, 'or')} would explain as much."
         case "strong":
-            return f"{fall}, and no other effect does as well."
+            return f"{fall}, and no other effect with as few parameters does as well."
 
 
 def _why_weak(effect: FoundEffect) -> str:

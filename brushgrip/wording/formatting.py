@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from identification import Diagnosis, Errors, FreeDecay, ParameterEstimate
+from identification import Candidate, Diagnosis, Errors, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
 from symbolic import EFFECTS
 
@@ -134,6 +134,25 @@ def candidate_outcome(diagnosis: Diagnosis, candidate: str) -> str:
             return f"added, no. {number}"
     rivals = [plain(e.name) for e in diagnosis.effects if candidate in e.indistinguishable_from]
     return f"indistinguishable from {listed(rivals)}" if rivals else ""
+
+
+def candidate_reason(diagnosis: Diagnosis, candidate: Candidate) -> str:
+    """The outcome for a candidate, and for one that was not added why."""
+    outcome = candidate_outcome(diagnosis, candidate.name)
+    added = {effect.name: effect for effect in diagnosis.effects}
+    if candidate.name in added and diagnosis.effects[0].name != candidate.name:
+        beside = added[candidate.name].delta_bic
+        return f"{outcome}; beside those added before it its ΔBIC is {signed(beside)}"
+    if outcome:
+        return outcome
+    known = EFFECTS.get(candidate.name)
+    same = [plain(e.name) for e in diagnosis.effects if known and e.family == known.family]
+    if same:
+        more = " with more parameters" if known and known.flexible else ""
+        return f"the same mechanism as {listed(same)}{more}; no clear gain beside it"
+    if candidate.delta_bic > 0:
+        return "not worth its parameters"
+    return "no clear gain beside what was added" if diagnosis.effects else "no clear gain"
 
 
 def all_worse(diagnosis: Diagnosis) -> list[str]:

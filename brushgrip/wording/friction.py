@@ -42,8 +42,7 @@ NARROWED_BY = {
 }
 """What narrows a band, by the largest part of it."""
 WITH_MODEL = {
-    SLOPE: "check a, e and the torque's scale; a part of it stays, as friction is acquired on a patch"
-    " without effects",
+    SLOPE: "check the lengths a and e and the scale of the torque, which narrows a part of it",
     REST: "turn to and fro more often",
 }
 """The same where a model is given, or for a car, whose model is the vehicle file."""

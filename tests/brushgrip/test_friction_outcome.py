@@ -1,12 +1,15 @@
 """Friction before and after: what belongs to training and held-out recordings, and the offline fit."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from brushgrip.estimation.friction_outcome import offline_friction
+from brushgrip.estimation.friction_outcome import EKF_DECLARED, offline_friction
+from brushgrip.outputs.provenance import provenance_of
+from brushgrip.published.bundled_files import demo_folder
 from brushgrip.report.friction_words import (
     friction_figures,
     friction_groups,
@@ -15,6 +18,7 @@ from brushgrip.report.friction_words import (
     usable_until,
     widest_causes,
 )
+from brushgrip.report.scope import benefit, simulated_warning
 from brushgrip.report.tables import friction_by_ground
 from brushgrip.report.to_send import friction_lines, next_step, paragraph_to_send
 from identification import FoundModel
@@ -53,9 +57,10 @@ def test_friction_is_that_of_the_last_usable_sample() -> None:
     judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     rows = {name: cells for name, *cells in friction_by_ground(judged).rows}
 
-    assert rows["a"] == ["ice", "1.20 ± 0.10", "55 %, to the end"]
+    assert rows["a"] == ["ice", "1.20 ± 0.10", "55 % of the samples, the last one too"]
     assert rows["b"] == [
-        "ice", "1.10 ± 0.10", "27 %, to 7.0 of 10.0 s: the model does not explain the torque",
+        "ice", "1.10 ± 0.10",
+        "27 % of the samples, until 7.0 of 10.0 s: the model does not explain the torque",
     ]  # fmt: skip
     assert rows["c"] == ["ice", "–", "never: friction is being acquired"]
     assert rows["d"][2] == "never: the patch has not slid far enough to tell friction"
@@ -71,14 +76,14 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     tracks = (replace(TRACKS[0], budget={OF_LENGTHS: 0.03, OF_LOAD: 0.04}), *TRACKS[1:])
     judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
     assert widest_causes(judged).startswith(
-        f"Variance of the bands by cause, in %: {OF_LOAD} 64, {OF_LENGTHS} 36. To narrow them, weigh"
+        "The ± comes from (shares of its square): how well the load is known, 64 %; how well the lengths"
+        " of contact and caster are known, 36 %. Lengths and load are known alike in all recordings"
     )
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
     assert "is on ice 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a), from 4 recordings" in text
     assert "9.00" not in text
-    assert "of its range, 4.30 % without what was found, on recordings to which" in text
-    assert "comes from this: how well the load is known." in text
+    assert "not for driving speed" in text
     assert "Not known: friction in c and d; friction at the end of b, whose last value" in text
     assert "what makes the 1.20 % of range that no known effect explains." in text
     assert text.endswith(
@@ -112,17 +117,52 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     )
     text = paragraph_to_send(graded, replace(make_outcome("c"), tracks=TRACKS))
 
-    assert (
-        "leaves out carcass torsion (the carcass twists in series with the patch) or patch width (the"
-        " patch has a width)." in text
+    assert "leaves out how the tyre's body yields, or how its pressure is spread." in text
+    assert "which of carcass torsion" not in text
+    drift = replace(torsion, grade="ambiguous", indistinguishable_from=("friction_drift",))
+    other = paragraph_to_send(
+        replace(graded, effects=(drift,)), replace(make_outcome("c"), tracks=TRACKS)
     )
-    assert "which of carcass torsion or patch width it is" in text
+    assert "is spread or that friction changes with time or with the angle turned." in other
+    assert "which of carcass torsion or friction drift it is" in other
     assert "whether the weak signs of torque offset are chance" in text
     known = replace(make_outcome("c"), tracks=TRACKS[:2])
     assert "as something unknown remains" in next_step(graded, known)
     clear = replace(graded, unexplained=replace(graded.unexplained, present=False))
     assert "proposes, which tells carcass torsion or patch width apart" in next_step(clear, known)
-    assert next_step(replace(clear, effects=()), known).startswith("Next: nothing has to be measured")
+    nothing = replace(clear, effects=())
+    assert next_step(nothing, known).startswith("Next: nothing; no further recording is needed")
+    loose = replace(known, tracks=(replace(TRACKS[0], budget={OF_LOAD: 0.04}), TRACKS[1]))
+    assert next_step(nothing, loose).startswith("Next: to narrow the ±, weigh the load")
+    assert "weigh" not in widest_causes(loose)
+
+
+def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
+    old = tuple(replace(track, label=EKF_DECLARED, usable_share=0.1) for track in TRACKS[:2])
+    outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
+    assert benefit(make_diagnosis(), outcome) == (
+        "With the assumed model friction is usable 10 % of the time (± 0.10), with the model found 27 to"
+        " 55 % (± 0.10)."
+    )
+    assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
+    assert benefit(make_diagnosis(found=False), outcome) == ""
+
+
+def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_from(
+    tmp_path: Path,
+) -> None:
+    source = demo_folder() / "train_a.csv"
+    copied, own = tmp_path / "ours.csv", tmp_path / "own.csv"
+    copied.write_bytes(source.read_bytes())
+    own.write_bytes(source.read_bytes() + b"\n")
+
+    assert simulated_warning(provenance_of([copied])).startswith("Simulated, not measured: the rec")
+    assert "1 of the recordings are" in simulated_warning(provenance_of([copied, own]))
+    assert simulated_warning(provenance_of([own])) == simulated_warning(None) == ""
+    text = paragraph_to_send(
+        make_diagnosis(), make_outcome("c"), simulated_warning(provenance_of([copied]))
+    )
+    assert text.startswith("Simulated, not measured")
 
 
 def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:

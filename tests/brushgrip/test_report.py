@@ -135,7 +135,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "What the residual follows",
         "Candidates",
         "Effects found",
-        "Next experiments",
+        "Next recording",
         "What remains unexplained",
     ]
     assert "Before any effect is tried: The residual follows " in page.text
@@ -154,6 +154,10 @@ def test_the_first_screen_says_what_friction_is(tmp_path: Path) -> None:
     first, rest = page.text.split("What was found", 1)
 
     assert "1.20 ± 0.10" in first
+    assert "Valid for a wheel that stands still" in first
+    assert "not for driving speed" in first
+    assert "to 2.37 % of its range (4.30 % without what was found), on 1 validation recording" in first
+    assert "Simulated" not in first
     assert "never: friction is being acquired" in first
     assert "friction at the end of b, whose last value to rely on is earlier" in first
     assert "Share of the informed samples whose 95 % band holds the last estimate." in rest
@@ -190,7 +194,8 @@ def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(tmp_path:
         (
             2,
             1,
-            "2 recordings for training, 1 for validation, which judge every candidate and the result.",
+            "2 recordings for training, 1 for validation, by whose errors every candidate"
+            " and the result are judged.",
         ),
     ],
 )

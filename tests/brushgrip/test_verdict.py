@@ -135,7 +135,7 @@ def test_an_effect_of_no_family_goes_by_its_name() -> None:
 def test_parameters_have_plain_names() -> None:
     assert plain_parameter("carcass_torsion.k_t") == "carcass torsion: k_t"
     assert plain_parameter("torque_offset.M_0 [fem1]") == "torque offset: M_0, fem1"
-    assert plain_parameter("mu [fem1]") == "friction μ, fem1"
+    assert plain_parameter("mu [fem1]") == "μ of the model's own law, fem1"
     assert plain_parameter("k") == "bristle stiffness k"
 
 
