@@ -55,6 +55,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
     labels = list(dict.fromkeys(track.label for track in tracks))
     styles = STYLES if len(labels) > 1 else (LineStyle(AFTER),)
     line_styles = {label: styles[i % len(styles)] for i, label in enumerate(labels)}
+    limits = _limits([track for track in tracks if track.usable.any()] or tracks)
     with picture(path, 1.1 + 2.4 * len(names)) as figure:
         panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
@@ -63,7 +64,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
                 _track(axes, track, line_styles[track.label])
             axes.set_title(literal(name))
             axes.set_ylabel("effective friction μ_eff [1]")
-            axes.set_ylim(*_limits(tracks))
+            axes.set_ylim(*limits)
             axes.margins(x=0.01)
         panels[-1].set_xlabel("time t [s]")
         legend_above(figure, _key(tracks, line_styles))

@@ -44,8 +44,9 @@ def simulated_warning(made: Mapping[str, Any] | None) -> str:
     count = simulated_inputs(made)
     if not count:
         return ""
-    which = "the" if count == len(made["inputs"] if made else ()) else f"{count} of the"
-    return f"Simulated, not measured: {which} recordings are those of brushgrip's demo."
+    total = len(made["inputs"]) if made else 0
+    which = "all" if count == total else f"{count} of {total}"
+    return f"Simulated, not measured: {which} recordings come from brushgrip's demo."
 
 
 def validity(diagnosis: Diagnosis) -> str:

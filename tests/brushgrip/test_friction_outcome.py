@@ -156,8 +156,8 @@ def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_fro
     copied.write_bytes(source.read_bytes())
     own.write_bytes(source.read_bytes() + b"\n")
 
-    assert simulated_warning(provenance_of([copied])).startswith("Simulated, not measured: the rec")
-    assert "1 of the recordings are" in simulated_warning(provenance_of([copied, own]))
+    assert simulated_warning(provenance_of([copied])).startswith("Simulated, not measured: all rec")
+    assert "1 of 2 recordings come" in simulated_warning(provenance_of([copied, own]))
     assert simulated_warning(provenance_of([own])) == simulated_warning(None) == ""
     text = paragraph_to_send(
         make_diagnosis(), make_outcome("c"), simulated_warning(provenance_of([copied]))
