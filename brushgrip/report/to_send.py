@@ -41,7 +41,8 @@ def _next_recording(friction: GroundFriction) -> str:
     middle, half = round(friction.mu_eff, 2), round(half, 2)
     low, high = max(0.0, middle - half), middle + half
     return (
-        f"between {low:.2f} and {high:.2f} in 95 of 100 further recordings of this kind on this ground;"
+        f"between {low:.2f} and {high:.2f} in 95 of 100 further recordings of this kind on this ground,"
+        " as far as loads, lengths and the model's error are stated rightly;"
         f" from {friction.recordings} recordings"
     )
 

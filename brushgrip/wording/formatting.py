@@ -151,7 +151,7 @@ def candidate_reason(diagnosis: Diagnosis, candidate: Candidate) -> str:
         more = " with more parameters" if known and known.flexible else ""
         return f"the same mechanism as {listed(same)}{more}; no clear gain beside it"
     if candidate.delta_bic > 0:
-        return "not worth its parameters"
+        return "alone not worth its parameters"
     return "no clear gain beside what was added" if diagnosis.effects else "no clear gain"
 
 

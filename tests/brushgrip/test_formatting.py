@@ -11,6 +11,7 @@ from brushgrip.running.batch import row_of
 from brushgrip.wording.diagnosis_in_words import headline
 from brushgrip.wording.formatting import (
     candidate_outcome,
+    candidate_reason,
     csv_text,
     is_worse,
     json_text,
@@ -22,7 +23,7 @@ from brushgrip.wording.formatting import (
     torque,
 )
 from brushgrip.wording.friction import estimates_summary, last_usable, model_taken, with_95_band
-from identification import FoundModel, ParameterEstimate, Recording
+from identification import Candidate, FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from symbolic import Model, ModelBasis, ModelError, effects_named
 from tests.brushgrip.factories import make_diagnosis
@@ -107,6 +108,21 @@ def test_outcomes_of_candidates() -> None:
     assert candidate_outcome(diagnosis, "torque_offset") == "added, no. 2"
     assert candidate_outcome(diagnosis, "patch_width") == "indistinguishable from carcass torsion"
     assert candidate_outcome(diagnosis, "stribeck") == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "bic", "reason"),
+    [
+        ("carcass_torsion", -400.0, "added, no. 1"),
+        ("torque_offset", 0.3, "added, no. 2; beside those added before it its ΔBIC is −55.1"),
+        ("iwan", -300.0, "no clear gain beside what was added"),
+        ("pressure_shape", -300.0, "the same mechanism as carcass torsion; no clear gain beside it"),
+        ("stribeck", 4.0, "alone not worth its parameters"),
+    ],
+)
+def test_every_candidate_has_the_reason_of_its_outcome(name: str, bic: float, reason: str) -> None:
+    candidate = Candidate(name=name, summary="", holdout_nrmse=0.03, delta_bic=bic)
+    assert candidate_reason(make_diagnosis(), candidate) == reason
 
 
 def test_worse() -> None:

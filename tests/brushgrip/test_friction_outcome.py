@@ -20,7 +20,7 @@ from brushgrip.report.friction_words import (
 )
 from brushgrip.report.scope import benefit, simulated_warning
 from brushgrip.report.tables import friction_by_ground
-from brushgrip.report.to_send import friction_lines, next_step, paragraph_to_send
+from brushgrip.report.to_send import answers, friction_lines, next_step, paragraph_to_send
 from identification import FoundModel
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
@@ -103,6 +103,10 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert friction_lines(judged) == [
         f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"
     ]
+    (value, ends), *others = answers(judged)
+    assert value == f"ice: friction μ_eff 1.20 ± {half:.2f}"
+    assert ends.startswith(f"between {1.2 - round(half, 2):.2f} and {1.2 + round(half, 2):.2f} in 95 of")
+    assert others == []
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert f"is on ice 1.20 ± {half:.2f} (from 3 recordings); not known, from 4" in text
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
