@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from identification.fits.autocorrelation import autocorrelation_time
 from observers import PROFILES, Ekf, Status, causal_rate, run, tuning_for
 from reference_rig import (
+    OTHER_LAWS,
     RIG_EFFECTS,
     UNMODELLED_EFFECTS,
     RigDrive,
@@ -143,7 +144,8 @@ def _again(recording: RigRecording, name: str, seed: int) -> RigRecording:
 
 def found_models(runs: int) -> None:
     """The model that was found, tuned by its own error, without a floor: the rig's a is known."""
-    names = [n for n in RIG_EFFECTS if n not in UNMODELLED_EFFECTS and n not in OWN]
+    beyond = {*UNMODELLED_EFFECTS, *OTHER_LAWS, *OWN}
+    names = [n for n in RIG_EFFECTS if n not in beyond]
     tasks = list(product(names, range(-(-runs // len(names)))))
     print(f"\nthe model found: {len(tasks)} runs")
     with ProcessPoolExecutor() as pool:

@@ -66,7 +66,7 @@ class Instructions:
 FLOAT = Instructions(
     step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 20), limit=(45, 45),
     branch=(23, 25), creep=(46, 89), sample=354, sample_corner=62, sample_bristles=316, tracking=1_100,
-    acquiring=(7_900, 8_900), tunable=300, tunable_sample=220,
+    acquiring=(7_950, 8_400), tunable=300, tunable_sample=220,
 )  # fmt: skip
 DOUBLE = Instructions(
     step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),
@@ -80,7 +80,7 @@ STEERING, STEERING_SAMPLE, STEERING_CORNER = 1.44, 3.25, 1.29
 """Factors of the steering torque on a step, on a sample of a window, and on a corner of it."""
 GEAR, GEAR_ACQUIRING = 600, 1_600
 """Instructions for the friction of a car's gear: of a step, and more while friction is acquired."""
-RIG_CORNER = 1.29
+RIG_CORNER = 1.48
 """Factor on a corner of a rig that is taken at run time."""
 
 
