@@ -28,7 +28,7 @@ from brushgrip.pictures.style import is_drawn_by_us, vectors
 from brushgrip.report import friction_words, scope, tables, to_send
 from brushgrip.wording import diagnosis_in_words, formatting
 from brushgrip.wording import friction as friction_wording
-from identification import Diagnosis, FoundEffect
+from identification import Diagnosis
 
 PAGE, TEMPLATE = "report.html", "report.html.j2"
 EXPERIMENT = "experiment_{}"
@@ -106,16 +106,15 @@ def _contents(
         ("signatures", "What the residual follows", True),
         ("candidates", "Candidates", bool(diagnosis.candidates)),
         ("effects", "Effects found", True),
-        ("experiments", "Next recording", any(_separates(e) for e in diagnosis.effects)),
+        (
+            "experiments",
+            "Next recording",
+            any(e.experiment and e.experiment.feasible for e in diagnosis.effects),
+        ),
         ("unexplained", "What remains unexplained", True),
         ("inputs", "Inputs", bool(made and made["inputs"])),
     ]
     return [(anchor, title) for anchor, title, there in sections if there]
-
-
-def _separates(effect: FoundEffect) -> bool:
-    """Whether a manoeuvre was found that tells an effect from what it may be."""
-    return effect.experiment is not None and effect.experiment.times is not None
 
 
 def remove_stale_pictures(folder: Path, written: Container[str]) -> None:

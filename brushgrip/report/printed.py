@@ -71,7 +71,7 @@ def print_diagnosis(
             print_text(f"{plain(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
     for effect in diagnosis.effects:
         if effect.experiment:
-            label = "not separable" if effect.experiment.times is None else "next recording"
+            label = "next recording" if effect.experiment.feasible else "not separable"
             print_text(f"{label}: {sentence(effect.experiment.sentence)}")
     if outcome:
         figures = [(label, *values) for label, values, _ in friction_figures(outcome)]

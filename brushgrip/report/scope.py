@@ -9,6 +9,7 @@ from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_outcome import EKF_DECLARED, EKF_FOUND, FrictionOutcome
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import demo_folder
+from brushgrip.wording.diagnosis_in_words import CLEAR
 from brushgrip.wording.formatting import error_percentages, listed, plain
 from identification import Diagnosis, FoundEffect
 from observers.estimates import BAND_STDS
@@ -23,29 +24,19 @@ MECHANISMS = {
     "sensor and steering": "what sensor and steering add to the torque",
 }
 """What a model without a mechanism leaves out, for somebody who knows no tyre model."""
-CLEAR = ("strong", "ambiguous")
-"""Grades of effects that are said to be missing."""
-
-
-def simulated_inputs(made: Mapping[str, Any] | None) -> int:
-    """How many of the inputs are recordings of the demo, which are simulated; by their digests."""
-    if not made or not made["inputs"]:
-        return 0
-    try:
-        folder = demo_folder()
-    except InvalidInputError:
-        return 0
-    bundled = {digest_of(path) for path in folder.glob("*.csv")}
-    return sum(file["sha256"] in bundled for file in made["inputs"])
 
 
 def simulated_warning(made: Mapping[str, Any] | None) -> str:
-    """That recordings are simulated, in one sentence; empty where none is known to be."""
-    count = simulated_inputs(made)
+    """That recordings are the demo's, by their digests, in one sentence; empty where none is."""
+    inputs = made["inputs"] if made else []
+    try:
+        bundled = {digest_of(path) for path in demo_folder().glob("*.csv")}
+    except InvalidInputError:
+        return ""
+    count = sum(file["sha256"] in bundled for file in inputs)
     if not count:
         return ""
-    total = len(made["inputs"]) if made else 0
-    which = "all" if count == total else f"{count} of {total}"
+    which = "all" if count == len(inputs) else f"{count} of {len(inputs)}"
     return f"Simulated, not measured: {which} recordings come from brushgrip's demo."
 
 

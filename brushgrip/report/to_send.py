@@ -87,7 +87,7 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
             "Next: recordings at other speeds, angles and loads, as something unknown remains; until"
             " then keep to the bands and rely on no cause."
         )
-    tests = [e for e in diagnosis.effects if e.experiment and e.experiment.times is not None]
+    tests = [e for e in diagnosis.effects if e.experiment and e.experiment.feasible]
     if tests:
         rivals = listed(
             [plain(name) for name in (tests[0].name, *tests[0].indistinguishable_from)], "or"

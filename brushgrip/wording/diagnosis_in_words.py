@@ -14,6 +14,8 @@ GRADES: Mapping[str, str] = {
     "stands_in": "placeholder",
 }
 """Words for the grades; a placeholder stands in for something unknown."""
+CLEAR = ("strong", "ambiguous")
+"""Grades of effects that are said to be missing."""
 COMMON_NAMES = {"mu": "μ of the model's own law", "k": "bristle stiffness k"}
 
 
@@ -40,7 +42,7 @@ def headline(diagnosis: Diagnosis) -> str:
 def _rest_is_larger(diagnosis: Diagnosis) -> bool:
     """Whether more is unexplained than the effects found explain, or none of them is clear."""
     before, after = judged_errors(diagnosis)
-    clear = any(effect.grade in ("strong", "ambiguous") for effect in diagnosis.effects)
+    clear = any(effect.grade in CLEAR for effect in diagnosis.effects)
     return not clear or diagnosis.unexplained.structured > before - after
 
 
@@ -48,7 +50,7 @@ def _found(diagnosis: Diagnosis) -> str:
     """Findings in words; only effects with clear figures are said to be missing."""
     clear, weak, odd = (
         [e for e in diagnosis.effects if e.grade in grades]
-        for grades in (("strong", "ambiguous"), ("weak",), ("stands_in",))
+        for grades in (CLEAR, ("weak",), ("stands_in",))
     )
     parts = []
     if clear:

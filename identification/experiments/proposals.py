@@ -50,6 +50,11 @@ class Proposal:
     standard_errors: float
 
     @property
+    def feasible(self) -> bool:
+        """Whether standard steering separates the two models within `PATIENCE`."""
+        return self.times is not None
+
+    @property
     def sentence(self) -> str:
         """How to turn the wheel and the expected difference, or that no standard manoeuvre would do."""
         one, other = _words(self.found), _words(self.rival)
@@ -73,7 +78,7 @@ class Proposal:
             "rival": self.rival,
             "sentence": self.sentence,
             "separation": self.separation,
-            "feasible": self.times is not None,
+            "feasible": self.feasible,
             "times": self.times,
             "standard_errors": self.standard_errors,
         }
