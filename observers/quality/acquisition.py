@@ -73,11 +73,13 @@ class EquivalentPatch:
         stiffness: its k over that of the model's parameters [1].
         friction: its mu over the model's [1].
         misfit: least share of the torque by which both differ [1].
+        slides: share of the full slide beyond which memory keeps nothing of an earlier mu [1].
     """
 
     stiffness: float = 1.0
     friction: float = 1.0
     misfit: float = 0.0
+    slides: float = 0.0
 
 
 DECLARED_PATCH = EquivalentPatch()
@@ -173,6 +175,9 @@ def build_conclusion(
     decided = _is_known(verdict, verdict["variance"] + by_error, limits, "gear" in states)
     # The estimator begins with a patch free of torque.
     decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
+    if patch.slides:
+        torque = output["M_z_predicted"] - (verdict["zero"] if is_scaled else 0)
+        decided = ca.logic_and(decided, ca.fabs(torque) > patch.slides * output["M_slide"])
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     is_scaled = is_scaled and patch.misfit == 0

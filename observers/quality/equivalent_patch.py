@@ -23,6 +23,12 @@ SLIDES_AT = 0.08
 MISFIT = 0.05
 """Least difference of a model from its equivalent patch, as a share of the torque [1]."""
 
+SLIDES = 0.8
+"""Share of the full slide from which on a memory that mu enters is handed over [1]. While friction is
+acquired mu changes from sample to sample; what a patch keeps of that, a filter would take for torque.
+Chosen on simulated turns of 0.04 to 0.06 rad by a model with carcass torsion, errors of 0.2 to 2 %: of 800
+other runs, 20 of 584 usable ones were beyond three deviations without it, 1 of 395 at 0.75, none of 328."""
+
 
 def equivalent_patch(model: Model, values: Mapping[str, float], rig: Rig) -> EquivalentPatch:
     """The declared patch that comes closest to a model; the declared model is its own."""
@@ -63,4 +69,9 @@ def _equivalent(
         raise InvalidInputError(
             "the model's torque is not finite over a turn and back; check the parameters of its effects"
         )
-    return EquivalentPatch(stiffness=float(found[0]), friction=float(found[1]), misfit=MISFIT)
+    return EquivalentPatch(
+        stiffness=float(found[0]),
+        friction=float(found[1]),
+        misfit=MISFIT,
+        slides=SLIDES if model.memory_depends_on("mu") else 0.0,
+    )
