@@ -49,9 +49,10 @@ class EstimateRequest(GroundRequest):
     Several recordings go to OUT_<recording>.csv, without pictures, and to rows of --summary. There
     friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground.
     usable, informed and the flags are shares, 0 to 1, of the samples with a torque, whose number is
-    measured; implausible is that of all samples. What is wrong with a recording stands in its
-    row; the others are estimated all the same, and the exit status is 2. A text in --summary that a
-    spreadsheet would take for a formula begins with an apostrophe.
+    measured; implausible is that of all samples, and wide that of samples without a flag whose deviation
+    of mu is too large to be informed. What is wrong with a recording stands in its row; the others are
+    estimated all the same, and the exit status is 2. A text in --summary that a spreadsheet would take
+    for a formula begins with an apostrophe.
     """
 
     observer: Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")] = (

@@ -146,9 +146,7 @@ class Session:
         elif age >= OLD:
             parts.append("no sample has come yet" if estimate is None else f"no sample for {age:.0f} s")
         elif estimate is not None:
-            parts += [estimate.status.remedy, *self.estimator.suspicions]
-            if not estimate.informed and not estimate.status:
-                parts.append("the torque says too little about friction yet: turn the wheel on")
+            parts += [estimate.remedy, *self.estimator.suspicions]
         return "; ".join(filter(None, parts))
 
     def _read(self, source: Source) -> None:

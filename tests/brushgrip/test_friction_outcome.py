@@ -63,7 +63,7 @@ def test_friction_is_that_of_the_last_usable_sample() -> None:
         "27 % of the samples, until 7.0 of 10.0 s: the model does not explain the torque",
     ]  # fmt: skip
     assert rows["c"] == ["ice", "–", "never: friction is being acquired"]
-    assert rows["d"][2] == "never: the patch has not slid far enough to tell friction"
+    assert rows["d"][2] == "never: the deviation of mu is too large to act on"
     moved = replace(TRACKS[1], changes=np.array([7.5]))
     assert (moved.last_usable, known_friction(moved)) == (None, "–")
     assert usable_until(moved).startswith("27 %, but not since a new ground was noticed at 7.5 s: ")
