@@ -155,8 +155,6 @@ class EstimateRequest(GroundRequest):
 
         rows = [outcome.row for outcome in outcomes]
         faults = [row for row in rows if row["fault"]]
-        for line in friction_of_grounds(rows):
-            say(line)
         if len(rows) == 1 and not self.summary:
             for line in outcomes[0].lines:
                 say(line)
@@ -166,6 +164,8 @@ class EstimateRequest(GroundRequest):
                     "Friction ± 95 % band, last usable, and share usable of the samples with a torque"
                 )
                 print_table(title, *printed_rows(rows), overflow="fold")
+            for line in friction_of_grounds(rows):
+                say(line)
             say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings")
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")

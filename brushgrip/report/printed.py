@@ -44,9 +44,11 @@ def print_diagnosis(
     """
     if warning:
         print_text(warning, style="bold")
-    for line in friction_lines(outcome):
+    known, notes = friction_lines(outcome)
+    for line in (*known, headline(diagnosis)):
         print_text(line, style="bold")
-    print_text(headline(diagnosis), style="bold")
+    for line in notes:
+        print_text(line)
     if outcome:
         friction = friction_by_ground(outcome)
         print_table(friction.caption, friction.headings, friction.rows, overflow="fold")

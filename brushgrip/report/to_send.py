@@ -12,25 +12,25 @@ MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
 
-def friction_lines(outcome: FrictionOutcome | None) -> list[str]:
-    """Friction of each named ground for a further recording, a line each; none without an outcome."""
+def friction_lines(outcome: FrictionOutcome | None) -> tuple[list[str], list[str]]:
+    """Friction of named grounds for a further recording, and notes on those without a band."""
+    known: list[str] = []
+    notes: list[str] = []
     if outcome is None:
-        return []
-    further = outcome.further()
-    grounds = {ground: len(names) for ground, names in outcome.grounds.items() if ground}
-    return [further_recording(ground, further.get(ground), count) for ground, count in grounds.items()]
+        return known, notes
+    for ground in filter(None, outcome.grounds):
+        one = outcome.further().get(ground)
+        line = further_recording(ground, one, len(outcome.grounds[ground]))
+        (known if one and one.further is not None else notes).append(line)
+    return known, notes
 
 
 def answers(outcome: FrictionOutcome | None) -> list[tuple[str, str]]:
-    """The same for a page: friction of a ground, and what it is of; or no friction, and why."""
-    if outcome is None:
-        return []
+    """For a page: friction of each ground that has a band, and what it is of."""
     return [
         (f"{ground}: friction μ_eff {further_band(one)}", _next_recording(one))
-        if (one := outcome.further().get(ground)) is not None and one.further is not None
-        else ("", further_recording(ground, one, len(names)))
-        for ground, names in outcome.grounds.items()
-        if ground
+        for ground, one in ({} if outcome is None else outcome.further()).items()
+        if one.further is not None
     ]
 
 

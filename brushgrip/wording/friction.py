@@ -86,8 +86,8 @@ def further_recording(ground: str, friction: GroundFriction | None, recordings: 
     known = 0 if friction is None else friction.recordings
     if friction is None or friction.further is None:
         return (
-            f"{ground}: the band of a further recording takes {MIN_RECORDINGS} recordings with usable"
-            f" friction; here {known} of {recordings}"
+            f"note on {ground}: no band for a further recording yet, which takes {MIN_RECORDINGS}"
+            f" recordings with usable friction; here {known} of {recordings}"
         )
     of = "" if known == recordings else f" of {recordings}"
     return (

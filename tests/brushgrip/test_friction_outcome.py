@@ -89,9 +89,9 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert text.endswith(
         "Next: record c and d again, turning to and fro until the wheel slides both ways."
     )
-    assert friction_lines(judged) == [
-        "ice: the band of a further recording takes 3 recordings with usable friction; here 2 of 4"
-    ]
+    note = "note on ice: no band for a further recording yet, which takes 3 recordings with usable"
+    assert friction_lines(judged) == ([], [f"{note} friction; here 2 of 4"])
+    assert answers(judged) == []
 
 
 def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
@@ -100,9 +100,10 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     # t of two degrees of freedom 4.3027, scatter 0.1; own deviation 0.05.
     half = np.hypot(4.3027 * 0.1 * np.sqrt(4 / 3), 1.96 * 0.05)
 
-    assert friction_lines(judged) == [
-        f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"
-    ]
+    assert friction_lines(judged) == (
+        [f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"],
+        [],
+    )
     (value, ends), *others = answers(judged)
     assert value == f"ice: friction μ_eff 1.20 ± {half:.2f}"
     assert ends.startswith(f"between {1.2 - round(half, 2):.2f} and {1.2 + round(half, 2):.2f} in 95 of")
