@@ -119,7 +119,7 @@ _REMEDIES = {
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
     Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: declare"
     " the torque's noise ([sensor] noise), check units, a, F_N and k, find what the model lacks"
-    " (brushgrip diagnose), or raise error of the tuning",
+    " (brushgrip diagnose), or raise error of the tuning to 0.1: with more, friction is hardly acquired",
     Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor, or"
     " raise the limits of the tuning",
     Status.ACQUIRING: "friction is being acquired: turn on, or turn back once, and where that does not"

@@ -1,7 +1,6 @@
 """Friction in words: a value with its band, an estimate in one line, what a model file gives."""
 
 import math
-import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -199,7 +198,8 @@ def _on_command_line(remedy: str, *, of_car: bool) -> str:
     """A remedy that names options where it names values of a tuning, and keys of a vehicle file."""
     for name, key in OF_CAR.items() if of_car else ():
         remedy = remedy.replace(name, key)
-    return re.sub(r"\b(error|noise) of the tuning", r"\1 of the tuning (--tune \1=...)", remedy)
+    remedy = remedy.replace("tuning to 0.1:", "tuning to 0.1 (--tune error=0.1):")
+    return remedy.replace("noise of the tuning", "noise of the tuning (--tune noise=...)")
 
 
 def _last_friction(estimates: Estimates) -> str:
