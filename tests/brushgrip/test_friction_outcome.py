@@ -162,6 +162,8 @@ def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_fro
     own.write_bytes(source.read_bytes() + b"\n")
 
     assert simulated_warning(provenance_of([copied])).startswith("Simulated, not measured: all rec")
+    (module := tmp_path / "own.py").write_text("")
+    assert "all recordings come" in simulated_warning(provenance_of([copied, module]))
     assert "1 of 2 recordings come" in simulated_warning(provenance_of([copied, own]))
     assert simulated_warning(provenance_of([own])) == simulated_warning(None) == ""
     text = paragraph_to_send(
