@@ -2,7 +2,7 @@
 
 from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_words import band_shares, known_friction
-from brushgrip.report.scope import benefit, missing, several_mechanisms, validity
+from brushgrip.report.scope import missing, several_mechanisms, validity
 from brushgrip.wording.formatting import listed, percent, plain
 from brushgrip.wording.friction import further_band, further_recording, narrowed_by
 from identification import Diagnosis
@@ -66,9 +66,7 @@ def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: s
         " error are stated rightly.",
         validity(diagnosis),
         missing(diagnosis),
-        benefit(diagnosis, outcome),
-        *_unknown(diagnosis, outcome),
-        next_step(diagnosis, outcome),
+        _open_and_next(diagnosis, outcome),
     ]
     return " ".join(filter(None, sentences))
 
@@ -115,8 +113,8 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     return where + (listed(values) or "not known")
 
 
-def _unknown(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
-    """Open questions in one sentence; none where nothing is open."""
+def _open_and_next(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+    """Open questions, where there are any, and what comes next, in one sentence."""
     parts = []
     tracks = outcome.tracks_of(EKF_FOUND).values()
     if never := [track.name for track in tracks if track.last_usable is None]:
@@ -136,4 +134,5 @@ def _unknown(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
             f"what makes the {percent(diagnosis.unexplained.structured)} of range that no known effect"
             " explains"
         )
-    return [f"Not known: {'; '.join(parts)}."] if parts else []
+    then = next_step(diagnosis, outcome)
+    return f"Not known: {'; '.join(parts)}; n{then[1:]}" if parts else then

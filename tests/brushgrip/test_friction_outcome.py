@@ -1,5 +1,6 @@
 """Friction before and after: what belongs to training and held-out recordings, and the offline fit."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -85,9 +86,10 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert "Not known: friction in c and d; friction at the end of b, whose last value" in text
-    assert "what makes the 1.20 % of range that no known effect explains." in text
+    assert "what makes the 1.20 % of range that no known effect explains; next: record c" in text
+    assert len(re.findall(r"[^.]\. [A-Z]", text)) == 3
     assert text.endswith(
-        "Next: record c and d again, turning to and fro until the wheel slides both ways."
+        "next: record c and d again, turning to and fro until the wheel slides both ways."
     )
     note = "note on ice: no band for a further recording yet, which takes 3 recordings with usable"
     assert friction_lines(judged) == ([], [f"{note} friction; here 2 of 4"])

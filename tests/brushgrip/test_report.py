@@ -191,13 +191,17 @@ def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(tmp_path:
 @pytest.mark.parametrize(
     ("training", "holdout", "words"),
     [
-        (1, 0, "1 recording for training, none for validation: with a single recording the errors"),
-        (2, 0, "2 recordings for training, none for validation: each was left out in turn to judge."),
+        (
+            1,
+            0,
+            "1 recording for training (train_0), none for validation: with a single recording the",
+        ),
+        (5, 0, "5 recordings for training, none for validation: each was left out in turn to judge."),
         (
             2,
             1,
-            "2 recordings for training, 1 for validation, by whose errors every candidate"
-            " and the result are judged.",
+            "2 recordings for training (train_0 and train_1), 1 for validation (held_0), by whose errors"
+            " every candidate and the result are judged.",
         ),
     ],
 )
