@@ -74,7 +74,7 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
         if cause.startswith(SIGN):
             source = changed.get(torque, _source(recording, torque))
             changed[torque] = replace(source, factor=-source.factor)
-            causes = [one.replace(FLIP, CONVENTIONS[torque]) for one in causes]
+            causes = with_convention(causes, torque)
         if cause.startswith(ANGLE):
             angle = "psi"
         scale = SCALE.match(cause) if recording.standstills is None else None
@@ -94,6 +94,11 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
     maps = {column: source.as_map(column) for column, source in (given | changed).items()}
     maps["psi"], ratio = _angle(recording)
     return f"{why}: {as_option(maps.values())}{ratio}"
+
+
+def with_convention(causes: Sequence[str], torque: str) -> tuple[str, ...]:
+    """The suspected causes, that of a sign with the sign that is expected of this torque."""
+    return tuple(cause.replace(FLIP, CONVENTIONS[torque]) for cause in causes)
 
 
 def _cause_in_vehicle_keys(cause: str) -> str:

@@ -197,6 +197,15 @@ def test_says_that_the_first_sample_waits_for_the_compiler(monkeypatch: pytest.M
     assert line_of(session.state()).startswith("0.19 s: ")
 
 
+def test_a_torque_of_the_other_sign_is_told_with_the_sign_that_is_expected() -> None:
+    session = session_over([row | {"M_z": -row["M_z"]} for row in rows_of(600)], "ekf", Path("none"))
+    session._wanted = False
+    run_to_end(session)
+
+    (cause,) = session.estimator.suspicions
+    assert "M_z is the moment of the ground on the wheel, negative for a first turn to posit" in cause
+
+
 @pytest.mark.long
 def test_an_old_estimate_is_not_usable(monkeypatch: pytest.MonkeyPatch) -> None:
     session = session_over(rows_of(1400), "ekf", Path("none"))
