@@ -91,7 +91,7 @@ def friction_of(seen: CarRecording) -> tuple[float, float, str]:
         given = {"psi": psi, "psi_dot": nan, "F_N": VEHICLE.wheel_load, "dt": t - before}
         now = loop(Sample(**given, M_z=float(torque)))
         before = t
-    return (now.mu_eff, now.mu_eff_std, "") if now.usable else (nan, nan, str(now.status.remedy))
+    return (now.mu_eff, now.mu_eff_std, "") if now.usable else (nan, nan, now.remedy)
 
 
 def drive_off(mu: float, known: float = nan) -> DriveOff:

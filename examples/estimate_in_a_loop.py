@@ -16,7 +16,7 @@ import math
 import sys
 from pathlib import Path
 
-from identification import read_recording, read_rig
+from identification import read_recording
 from observers import Ekf, Loop, Mhe, Sample
 from symbolic import Model, effects_named
 
@@ -27,7 +27,7 @@ VALUES = {"k": 2.4e6, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
 
 def main() -> None:
     """Run the loop and print mu_eff once a second and at the end."""
-    recording = read_recording(RECORDINGS / "holdout_c.csv", read_rig(RECORDINGS / "rig.toml"))
+    recording = read_recording(RECORDINGS / "holdout_c.csv", RECORDINGS / "rig.toml")
     observer = KINDS[sys.argv[1] if sys.argv[1:] else "ekf"](
         model=Model(effects=effects_named(["rate_friction", "carcass_torsion"])),
         values=VALUES,
@@ -39,7 +39,7 @@ def main() -> None:
         # NaN: the loop takes the rate from the angle.
         now = loop(Sample(psi=psi, psi_dot=math.nan, F_N=F_N, dt=dt, M_z=M_z))
         if number % 100 == 0:
-            word = "" if now.usable else f"  (not usable: {now.status.remedy or 'rests on the prior'})"
+            word = "" if now.usable else f"  (not usable: {now.remedy})"
             print(f"{number * dt:5.1f} s  mu_eff = {now.mu_eff:.3f} ± {now.mu_eff_std:.3f}{word}")
     print(f"friction at the end: mu_eff = {now.mu_eff:.3f} ± {now.mu_eff_std:.3f}")
 

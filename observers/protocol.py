@@ -4,6 +4,7 @@ import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import IntFlag
+from math import isfinite
 from operator import attrgetter
 from typing import Any, Protocol
 
@@ -118,14 +119,29 @@ _REMEDIES = {
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
     Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: declare"
     " the torque's noise ([sensor] noise), check units, a, F_N and k, find what the model lacks"
-    " (brushgrip diagnose), or raise error of the tuning",
+    " (brushgrip diagnose), or raise error of the tuning to 0.1: with more, friction is hardly acquired",
     Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor, or"
     " raise the limits of the tuning",
     Status.ACQUIRING: "friction is being acquired: turn on, or turn back once, and where that does not"
     " help, correct k (stiffness of a vehicle) or declare its tolerance",
     Status.SUSPECT: "an input looks wrong by its unit, its sign, its gear or its sensor, or k, a and F_N"
-    " do not belong to this tyre",
+    " do not belong to this tyre: correct it, or declare k with its tolerance",
 }
+
+
+def uninformed_remedy(share: float) -> str:
+    """Meaning and remedy of an estimate that is not informed and has no flag.
+
+    Args:
+        share: deviation of mu over mu [1]; NaN for an observer without one.
+    """
+    if not isfinite(share):
+        return "the patch has not slid far enough to tell friction: turn further"
+    return (
+        f"the deviation of mu is {100 * share:.0f} % of mu, too much to act on: turn further, and where"
+        " that does not help, correct k (stiffness of a vehicle) or narrow its tolerance (brushgrip"
+        " identify), or find what the model lacks (brushgrip diagnose)"
+    )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -163,6 +179,13 @@ class Estimate:
     def usable(self) -> bool:
         """True where a controller may act on mu_eff: informed by this sample, with no flag."""
         return self.informed and self.status == Status.USED
+
+    @property
+    def remedy(self) -> str:
+        """Why it is not usable and what to do, that of `status` or of the deviation; empty if usable."""
+        if self.informed or self.status:
+            return self.status.remedy
+        return uninformed_remedy(self.mu_std / self.mu)
 
     @property
     def numbers(self) -> list[float]:

@@ -23,6 +23,8 @@ from symbolic.model import GEOMETRY, SIGNALS, Model
 Array = NDArray[np.float64]
 RIG_DIRECTIONS = (*GEOMETRY, "load")
 """Directions beside the parameter vector: half-length and caster [m], factor on the load [1]."""
+ROUNDING = 1e-9
+"""Share by which a value may be beyond its bound [1]."""
 SAMPLES_PER_CALL = 100
 """Samples in one call; a recording is padded to a multiple of it."""
 
@@ -52,17 +54,19 @@ def simulate(
     Args:
         model: the model.
         signals: rows psi [rad], psi_dot [rad/s], F_N [N], dt [s], shape (4, n).
-        theta: parameter vector in the order of `model.coordinates`, shape (p,).
+        theta: parameter vector in the order of `model.coordinates`, shape (p,), as `model.theta` gives
+            it of physical values: of a stiffness such as k_t it holds 1/k_t.
         geometry: a and e [m], shape (2,).
         directions: columns in parameter space, shape (p, d), or with `RIG_DIRECTIONS` as further rows,
             shape (p + 3, d); None for no derivatives.
 
     Raises:
-        InvalidInputError: an array has another shape.
+        InvalidInputError: an array has another shape, or theta holds a value in place of one over it.
     """
     parameters = len(model.parameters)
     seeds = np.zeros((parameters, 0)) if directions is None else directions
     _check_shapes(signals, theta, geometry, seeds, parameters)
+    _require_reciprocals(model, theta)
     count, d = signals.shape[1], seeds.shape[1]
     rig = seeds.shape[0] > parameters
     start = _start_with_sensitivities(model, d, rig=rig)
@@ -103,6 +107,19 @@ def _check_shapes(signals: Array, theta: Array, geometry: Array, seeds: Array, p
             f"directions must have leading shape {(parameters,)}, or {(with_rig,)} with those of the"
             f" rig, got {seeds.shape[:1]}"
         )
+
+
+def _require_reciprocals(model: Model, theta: Array) -> None:
+    """Refuse a value in place of one over it, which is far beyond what bounds allow."""
+    for coordinate, (_, parameter), value in zip(
+        model.coordinates, model.parameters, theta, strict=True
+    ):
+        if parameter.inverse and value * parameter.lower > 1 + ROUNDING:
+            name = coordinate.replace("1/", "")
+            raise InvalidInputError(
+                f"theta holds {coordinate}, one over {name}, which must be at least {parameter.lower:g}"
+                f" {parameter.unit}, got {coordinate} = {value:g}; model.theta takes {name} itself"
+            )
 
 
 @cache

@@ -49,9 +49,10 @@ class EstimateRequest(GroundRequest):
     Several recordings go to OUT_<recording>.csv, without pictures, and to rows of --summary. There
     friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground.
     usable, informed and the flags are shares, 0 to 1, of the samples with a torque, whose number is
-    measured; implausible is that of all samples. What is wrong with a recording stands in its
-    row; the others are estimated all the same, and the exit status is 2. A text in --summary that a
-    spreadsheet would take for a formula begins with an apostrophe.
+    measured; implausible is that of all samples, and wide that of samples without a flag whose deviation
+    of mu is too large to be informed. What is wrong with a recording stands in its row; the others are
+    estimated all the same, and the exit status is 2. A text in --summary that a spreadsheet would take
+    for a formula begins with an apostrophe.
     """
 
     observer: Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")] = (
@@ -154,8 +155,6 @@ class EstimateRequest(GroundRequest):
 
         rows = [outcome.row for outcome in outcomes]
         faults = [row for row in rows if row["fault"]]
-        for line in friction_of_grounds(rows):
-            say(line)
         if len(rows) == 1 and not self.summary:
             for line in outcomes[0].lines:
                 say(line)
@@ -165,6 +164,8 @@ class EstimateRequest(GroundRequest):
                     "Friction ± 95 % band, last usable, and share usable of the samples with a torque"
                 )
                 print_table(title, *printed_rows(rows), overflow="fold")
+            for line in friction_of_grounds(rows):
+                say(line)
             say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings")
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")

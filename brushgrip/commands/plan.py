@@ -21,6 +21,7 @@ from brushgrip.commands.options import (
 from brushgrip.inputs.choices import ModelObserverName, TorqueChannel
 
 if TYPE_CHECKING:
+    from identification import SignalSource
     from observers import Plan
 
 Least = StrEnum("Least", {"TRAVEL": "travel", "TIME": "time", "ANGLE": "angle"})
@@ -126,9 +127,9 @@ class PlanRequest:
             if stages:
                 write_text(stages[0], path_table(planned, self.vehicle))
                 draw_plan_and_forecast(stages[1], planned)
-        self._say(planned, finals)
+        self._say(planned, finals, inputs.signals.of("psi"))
 
-    def _say(self, planned: "Plan", finals: list[Path]) -> None:
+    def _say(self, planned: "Plan", finals: list[Path], angle: "SignalSource") -> None:
         """Print what the plan tells on each ground.
 
         Raises:
@@ -138,7 +139,7 @@ class PlanRequest:
         from brushgrip.outputs.planned import plan_document, plan_rows, turning
         from symbolic import BrushgripError
 
-        say(turning(planned, self.vehicle))
+        say(turning(planned, self.vehicle, angle))
         headings = ("mu", "travel [rad]", "time [s]", "angle [rad]", "sigma/mu")
         print_table(f"until sigma/mu is {planned.target:.1%}", headings, plan_rows(planned), right=True)
         for reason in planned.reasons:

@@ -9,6 +9,7 @@ from observers import Advice, Observer, Probe, Sample, SteeringLimits
 from observers.estimators.model_observer import ModelObserver
 from symbolic import InvalidInputError
 
+PLANNING = "where to turn is being planned"
 MAX_PLAN_SAMPLES = 2_000
 """Samples that a plan may take; where it takes longer, it begins anew."""
 
@@ -17,7 +18,7 @@ class Adviser:
     """Plans take some ten milliseconds, which samples must not wait for.
 
     Attributes:
-        text: what to do now; empty before the first plan.
+        text: what to do now, or why nothing can be said; empty at a turning point.
     """
 
     def __init__(self, target: float, limits: SteeringLimits) -> None:
@@ -29,7 +30,7 @@ class Adviser:
     def begin(self, observer: Observer) -> None:
         """Advise on an observer from its next sample on, as long as no other one begins."""
         self._generation += 1
-        self._waiting, self.text = deque(maxlen=MAX_PLAN_SAMPLES), ""
+        self._waiting, self.text = deque(maxlen=MAX_PLAN_SAMPLES), PLANNING
         arguments = (observer, self._generation, self._waiting)
         threading.Thread(target=self._follow, args=arguments, name="live-advise", daemon=True).start()
 
@@ -52,9 +53,10 @@ class Adviser:
                     probe.reset()
                 else:
                     sample, state = waiting.popleft()
-                    text = text_of(probe(sample, state), sample.psi, self._target)
-                    if own == self._generation and not waiting:
-                        self.text = text
+                    advice = probe(sample, state)
+                    newest = waiting[-1][0] if waiting else sample
+                    if own == self._generation:
+                        self.text = text_of(advice, newest.psi, self._target)
         except Exception as error:
             self.text = f"no advice: {error}"
             if not isinstance(error, InvalidInputError):

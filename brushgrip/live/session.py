@@ -77,7 +77,7 @@ class Session:
         self._looked, self._implausible = 0.0, ""
         self._t, self._fault, self._ended = nan, "", False
         self._newest: Estimate | None = None
-        self._measured, self._last_usable = -np.inf, ""
+        self._measured, self._last_usable, self._estimating = -np.inf, "", False
 
     def start(self) -> None:
         """Open the source and run.
@@ -144,11 +144,10 @@ class Session:
         if self._ended and not self._waiting:
             parts.append("the source has ended: " + (self._last_usable or "friction was never usable"))
         elif age >= OLD:
-            parts.append("no sample has come yet" if estimate is None else f"no sample for {age:.0f} s")
+            none = "compiling the observer" if self._estimating else "no sample has come yet"
+            parts.append(none if estimate is None else f"no sample for {age:.0f} s")
         elif estimate is not None:
-            parts += [estimate.status.remedy, *self.estimator.suspicions]
-            if not estimate.informed and not estimate.status:
-                parts.append("the torque says too little about friction yet: turn the wheel on")
+            parts += [estimate.remedy, *self.estimator.suspicions]
         return "; ".join(filter(None, parts))
 
     def _read(self, source: Source) -> None:
@@ -218,13 +217,14 @@ class Session:
         for timed in self._clock(row):
             if timed.begins:
                 self._begin_stretch()
-            wrong = out_of_range(timed.row)
+            wrong, self._estimating = out_of_range(timed.row), True
             self._counts["out of range"] += len(wrong)
             try:
                 self._store(self.estimator({**timed.row, **dict.fromkeys(wrong, nan)}))
             except InvalidInputError as error:
                 self._counts["unreadable"] += 1
                 self._fault = str(error)
+            self._estimating = False
 
     def _begin_stretch(self) -> None:
         if self._stretch:
@@ -236,9 +236,8 @@ class Session:
     def _store(self, points: list[Point]) -> None:
         if not points:
             return
-        begin, now = self.ring.end, time.monotonic()
-        self.ring.append(points, self._stretch, now)
-        self._done = now
+        begin, self._done = self.ring.end, time.monotonic()
+        self.ring.append(points, self._stretch, self._done)
         for point in points:
             self._see(point)
         if self._recorder is not None:

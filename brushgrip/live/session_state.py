@@ -53,7 +53,7 @@ def usability_of(state: State) -> str:
 
 def line_of(state: State) -> str:
     """A state on one line."""
-    friction = "no sample yet"
+    friction = ""
     if state.estimate is not None:
         value = with_95_band(*friction_of(state.estimate))
         friction = f"{state.t:.2f} s: μ {value}, {usability_of(state)}"

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identification import SignalSource
 from observers import Plan
 from observers.interfaces.factory import read_vehicle_file
 from symbolic.vehicle.steering import mean_angle
@@ -34,15 +35,22 @@ def handwheel(psi: Array, vehicle: Path) -> Array:
     return np.interp(psi, mean_angle(car, ways), ways) / car.rack_gain
 
 
-def turning(plan: Plan, vehicle: Path | None) -> str:
-    """Where the wheel turns back, and how fast it may turn; of a car the handwheel, too."""
+def turning(plan: Plan, vehicle: Path | None, angle: SignalSource) -> str:
+    """Where the wheel turns back, and how fast it may turn.
+
+    Of a car the handwheel, too, and of a rig the channel of the angle that its file maps.
+    """
     turns = ", ".join(f"{turn:.3f}" for turn in plan.turns)
-    rate = f"rad at {plan.path.rate:.3f} rad/s at most"
-    if vehicle is None:
-        return f"turn to {turns} {rate}"
-    degrees = np.degrees(handwheel(plan.turns, vehicle))
-    by_hand = ", ".join(f"{angle:.0f}" for angle in degrees)
-    return f"turn the handwheel to {by_hand} degrees; that turns the wheels, as below, to {turns} {rate}"
+    turned = f"{turns} rad at {plan.path.rate:.3f} rad/s at most"
+    channel, unit = f"channel {angle.channel}", angle.unit or "rad"
+    if vehicle is not None:
+        channel, unit, angles = "the handwheel", "degrees", np.degrees(handwheel(plan.turns, vehicle))
+    elif (scale := angle.scale("psi", "rad")) != 1:
+        angles = plan.turns / scale
+    else:
+        return f"turn to {turned}"
+    places = ", ".join(f"{at:.0f}" if unit[:3] == "deg" else f"{at:.3f}" for at in angles)
+    return f"turn {channel} to {places} {unit}; that turns the wheel, as below, to {turned}"
 
 
 def plan_rows(plan: Plan) -> list[list[str]]:

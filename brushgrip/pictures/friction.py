@@ -56,7 +56,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
     styles = STYLES if len(labels) > 1 else (LineStyle(AFTER),)
     line_styles = {label: styles[i % len(styles)] for i, label in enumerate(labels)}
     limits = _limits([track for track in tracks if track.usable.any()] or tracks)
-    with picture(path, 1.1 + 2.4 * len(names)) as figure:
+    with picture(path, 1.7 + 2.4 * len(names)) as figure:
         panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
             own = [track for track in tracks if track.name == name]

@@ -27,7 +27,7 @@ WIDTH = 10.0
 _DPI = 110
 _SOURCE, _BEGINNING = "brushgrip", 1024
 """Mark of our pictures, and the bytes within which it stands."""
-_LETTERS_ACROSS, _LETTERS_PER_SYMBOL = 135, 8
+_LETTERS_ACROSS, _LETTERS_PER_SYMBOL = 55, 8
 _VECTORS: ContextVar[dict[str, bytes] | None] = ContextVar("_VECTORS", default=None)
 _NO_METADATA: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _STYLE: dict[Any, Any] = {
@@ -81,12 +81,12 @@ def is_drawn_by_us(path: Path) -> bool:
 
 
 def legend_above(figure: Figure, artists: list[Artist]) -> None:
-    """Put a legend above all axes, where it covers no data."""
+    """Put a legend above all axes, where it covers no data, on the left, which a narrow screen shows."""
     labels = [str(artist.get_label()) for artist in artists]
     width = _LETTERS_ACROSS - _LETTERS_PER_SYMBOL * len(labels)
     rows = 1 + sum(map(len, labels)) // max(width, 1)
     columns = max(1, ceil(len(labels) / rows))
-    figure.legend(artists, labels, loc="outside upper center", ncols=columns)
+    figure.legend(artists, labels, loc="outside upper left", ncols=columns)
 
 
 def ordered(diagnosis: Diagnosis) -> list[Series]:

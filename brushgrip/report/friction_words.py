@@ -15,7 +15,7 @@ IN_PLAIN_WORDS = {
     REST: "noise of the torque, and what the model gets wrong",
     OF_LENGTHS: "how well the lengths of contact and caster are known",
     OF_LOAD: "how well the load is known",
-    OF_TUNING: "a share that is always added (mu_floor)",
+    OF_TUNING: "the least doubt that is kept of any tyre (--tune mu_floor)",
 }
 """Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}

@@ -12,18 +12,24 @@ from brushgrip.report.tables import friction_by_ground
 from brushgrip.report.to_send import friction_lines, paragraph_to_send
 from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism
 from brushgrip.wording.formatting import (
+    candidate_reason,
     error_columns,
     error_figures,
+    error_percentages,
     listed,
     parameters,
+    percent,
     plain,
     quantity,
     residual_structure,
     sentence,
+    signed,
 )
 from brushgrip.wording.friction import use_of
 from identification import Diagnosis, FoundEffect, FoundModel, FreeDecay, ParameterEstimate, Recording
 from identification.thesis import DecrementEstimate
+from symbolic import CANDIDATES
+from symbolic.vehicle.effects import CAR_EFFECTS
 
 
 def say_ground(recording: Recording, found: FoundModel | None) -> None:
@@ -44,9 +50,11 @@ def print_diagnosis(
     """
     if warning:
         print_text(warning, style="bold")
-    for line in friction_lines(outcome):
+    known, notes = friction_lines(outcome)
+    for line in (*known, headline(diagnosis)):
         print_text(line, style="bold")
-    print_text(headline(diagnosis), style="bold")
+    for line in notes:
+        print_text(line)
     if outcome:
         friction = friction_by_ground(outcome)
         print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
@@ -83,9 +91,24 @@ def print_diagnosis(
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     for note in diagnosis.notes:
         print_text(f"note: {note}")
+    for line in own_rejected(diagnosis):
+        print_text(line)
     print_text(use_of(diagnosis, found_model(diagnosis)))
     if outcome:
         print_text(f"To send: {paragraph_to_send(diagnosis, outcome, warning)}")
+
+
+def own_rejected(diagnosis: Diagnosis) -> list[str]:
+    """A line for each effect of the user's own that was not added: what it is worth, and why not."""
+    added = {effect.name for effect in diagnosis.effects}
+    before = error_percentages(diagnosis)[1]
+    return [
+        f"{plain(c.name)}, of your own, was not added: {parameters(c.parameters) or 'by recording'};"
+        f" error {before} → {percent(c.holdout_nrmse)} of range with it alone, ΔBIC"
+        f" {signed(c.delta_bic)}; {candidate_reason(diagnosis, c)}"
+        for c in diagnosis.candidates
+        if c.name not in {*added, *CANDIDATES, *CAR_EFFECTS}
+    ]
 
 
 def _effect_row(effect: FoundEffect) -> tuple[str, ...]:

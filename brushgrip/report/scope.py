@@ -28,7 +28,8 @@ MECHANISMS = {
 
 def simulated_warning(made: Mapping[str, Any] | None) -> str:
     """That recordings are the demo's, by their digests, in one sentence; empty where none is."""
-    inputs = made["inputs"] if made else []
+    # Sources of own effects are inputs too.
+    inputs = [file for file in (made["inputs"] if made else []) if not file["name"].endswith(".py")]
     try:
         bundled = {digest_of(path) for path in demo_folder().glob("*.csv")}
     except InvalidInputError:

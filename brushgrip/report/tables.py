@@ -198,15 +198,22 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
     """Every candidate's first step."""
     return ReportTable(
         caption="Candidates, each alone beside the declared model, as ranked; error in % of range",
-        headings=("effect", "description", "error", "ΔBIC", "outcome"),
+        headings=(
+            "effect",
+            "description",
+            "parameters ± standard deviation",
+            "error",
+            "ΔBIC",
+            "outcome",
+        ),
         rows=[
             (
-                *(plain(c.name), c.summary, percent(c.holdout_nrmse), signed(c.delta_bic)),
-                candidate_reason(diagnosis, c),
+                *(plain(c.name), c.summary, parameters(c.parameters) or "by recording"),
+                *(percent(c.holdout_nrmse), signed(c.delta_bic), candidate_reason(diagnosis, c)),
             )
             for c in diagnosis.candidates
         ],
-        words=(1, 4),
+        words=(1, 2, 5),
     )
 
 

@@ -2,7 +2,7 @@
 
 from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_words import band_shares, known_friction
-from brushgrip.report.scope import benefit, missing, several_mechanisms, validity
+from brushgrip.report.scope import missing, several_mechanisms, validity
 from brushgrip.wording.formatting import listed, percent, plain
 from brushgrip.wording.friction import further_band, further_recording, narrowed_by
 from identification import Diagnosis
@@ -12,25 +12,25 @@ MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
 
-def friction_lines(outcome: FrictionOutcome | None) -> list[str]:
-    """Friction of each named ground for a further recording, a line each; none without an outcome."""
+def friction_lines(outcome: FrictionOutcome | None) -> tuple[list[str], list[str]]:
+    """Friction of named grounds for a further recording, and notes on those without a band."""
+    known: list[str] = []
+    notes: list[str] = []
     if outcome is None:
-        return []
-    further = outcome.further()
-    grounds = {ground: len(names) for ground, names in outcome.grounds.items() if ground}
-    return [further_recording(ground, further.get(ground), count) for ground, count in grounds.items()]
+        return known, notes
+    for ground in filter(None, outcome.grounds):
+        one = outcome.further().get(ground)
+        line = further_recording(ground, one, len(outcome.grounds[ground]))
+        (known if one and one.further is not None else notes).append(line)
+    return known, notes
 
 
 def answers(outcome: FrictionOutcome | None) -> list[tuple[str, str]]:
-    """The same for a page: friction of a ground, and what it is of; or no friction, and why."""
-    if outcome is None:
-        return []
+    """For a page: friction of each ground that has a band, and what it is of."""
     return [
         (f"{ground}: friction μ_eff {further_band(one)}", _next_recording(one))
-        if (one := outcome.further().get(ground)) is not None and one.further is not None
-        else ("", further_recording(ground, one, len(names)))
-        for ground, names in outcome.grounds.items()
-        if ground
+        for ground, one in ({} if outcome is None else outcome.further()).items()
+        if one.further is not None
     ]
 
 
@@ -66,9 +66,7 @@ def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: s
         " error are stated rightly.",
         validity(diagnosis),
         missing(diagnosis),
-        benefit(diagnosis, outcome),
-        *_unknown(diagnosis, outcome),
-        next_step(diagnosis, outcome),
+        _open_and_next(diagnosis, outcome),
     ]
     return " ".join(filter(None, sentences))
 
@@ -115,8 +113,8 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     return where + (listed(values) or "not known")
 
 
-def _unknown(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
-    """Open questions in one sentence; none where nothing is open."""
+def _open_and_next(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+    """Open questions, where there are any, and what comes next, in one sentence."""
     parts = []
     tracks = outcome.tracks_of(EKF_FOUND).values()
     if never := [track.name for track in tracks if track.last_usable is None]:
@@ -136,4 +134,5 @@ def _unknown(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
             f"what makes the {percent(diagnosis.unexplained.structured)} of range that no known effect"
             " explains"
         )
-    return [f"Not known: {'; '.join(parts)}."] if parts else []
+    then = next_step(diagnosis, outcome)
+    return f"Not known: {'; '.join(parts)}; n{then[1:]}" if parts else then

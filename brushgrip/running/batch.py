@@ -61,10 +61,11 @@ COLUMNS = (
     *FRICTION,
     *("last_usable", "usable", "informed"),
     *FLAGS,
-    *("changes", "fault"),
+    *("wide", "changes", "fault"),
 )
 """Columns of the summary; measured are the samples with a torque, of which usable, informed and the
-flags are shares [1], implausible that of all samples; duration and last_usable [s], number of changes of
+flags are shares [1], implausible that of all samples, wide that without a flag whose deviation of mu is
+too large to be informed; duration and last_usable [s], number of changes of
 the ground, and what is wrong with a recording."""
 DIGITS = 5
 """Significant digits of a number in the summary."""
@@ -243,6 +244,8 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
         "usable": estimates.usable_share,
         "informed": float((estimates.informed & measured).sum()) / count,
         **{name: share(flag) for name, flag in FLAGS.items()},
+        "wide": float((~estimates.informed & measured & (estimates.status == Status.USED)).sum())
+        / count,
         "changes": int(np.count_nonzero(estimates.status & Status.RESET)),
         "fault": "",
     }
@@ -276,8 +279,8 @@ def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ..
 
 def _why_unknown(row: Row) -> str:
     """The most frequent status of a recording without a usable sample."""
-    flag = max(FLAGS, key=lambda name: row[name])
-    return f"not known: {meaning(FLAGS[flag] if row[flag] else Status.USED)}"
+    flag = max(("wide", *FLAGS), key=lambda name: row[name])
+    return f"not known: {meaning(FLAGS.get(flag, Status.USED))}"
 
 
 def summary_csv(rows: Sequence[Row]) -> str:

@@ -11,6 +11,8 @@ from identification import Candidate, Diagnosis, Errors, FreeDecay, ParameterEst
 from identification.thesis import DecrementEstimate
 from symbolic import EFFECTS
 
+MAX_FEW = 4
+"""Names that are listed in brackets."""
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -24,6 +26,11 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def few(names: Sequence[str]) -> str:
+    """Names in brackets, behind a blank; empty where they are many."""
+    return f" ({listed(names)})" if 0 < len(names) <= MAX_FEW else ""
 
 
 def sentence(text: str) -> str:

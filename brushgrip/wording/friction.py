@@ -1,7 +1,6 @@
 """Friction in words: a value with its band, an estimate in one line, what a model file gives."""
 
 import math
-import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -13,6 +12,7 @@ from identification import Diagnosis, FoundModel, ParameterEstimate
 from observers import Estimates, GroundFriction, Status
 from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
+from observers.protocol import uninformed_remedy
 from observers.quality.ground_friction import MIN_RECORDINGS
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
@@ -29,8 +29,8 @@ REASONS = {
 }
 """Why a sample is not usable, the gravest first; of others the remedy says it."""
 NARROWED_BY = {
-    SLOPE: "identify k (brushgrip identify), check the torque's scale with a weight, or find what the"
-    " model lacks (brushgrip diagnose)",
+    SLOPE: "identify k (brushgrip identify) and declare its tolerance, check the torque's scale with a"
+    " weight, or find what the model lacks (brushgrip diagnose)",
     REST: "turn to and fro more often, or have the model's error measured (brushgrip diagnose)",
     OF_LENGTHS: "measure a and e, and declare them with their tolerances",
     OF_LOAD: "weigh the load, and declare its tolerance ([rig] load = { tolerance = ... })",
@@ -51,6 +51,8 @@ OF_CAR = {
     "a, F_N and k": "front_axle_load, half_length and stiffness",
     "k, a, F_N": "front_axle_load, half_length, stiffness",
     "k, a and F_N": "front_axle_load, half_length and stiffness",
+    "k (stiffness of a vehicle)": "stiffness",
+    " (brushgrip identify)": "",
     "(brushgrip diagnose)": "(brushgrip diagnose --vehicle)",
 }
 """What a remedy names, as a vehicle file calls it."""
@@ -83,8 +85,8 @@ def further_recording(ground: str, friction: GroundFriction | None, recordings: 
     known = 0 if friction is None else friction.recordings
     if friction is None or friction.further is None:
         return (
-            f"{ground}: the band of a further recording takes {MIN_RECORDINGS} recordings with usable"
-            f" friction; here {known} of {recordings}"
+            f"note on {ground}: no band for a further recording yet, which takes {MIN_RECORDINGS}"
+            f" recordings with usable friction; here {known} of {recordings}"
         )
     of = "" if known == recordings else f" of {recordings}"
     return (
@@ -138,10 +140,10 @@ def narrowed_by(cause: str, *, with_model: bool) -> str:
 
 
 def meaning(status: Status) -> str:
-    """Why a sample is not usable, without the remedy."""
+    """Why a sample is not usable, without the remedy; without a flag the deviation is why."""
     if reason := next((text for flag, text in REASONS.items() if flag in status), ""):
         return reason
-    return status.remedy.partition(":")[0] or "the patch has not slid far enough to tell friction"
+    return status.remedy.partition(":")[0] or "the deviation of mu is too large to act on"
 
 
 def estimates_summary(
@@ -156,6 +158,7 @@ def estimates_summary(
         of_car: remedies name what a vehicle file declares.
     """
     counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
+    unflagged = ~estimates.informed & (estimates.status == Status.USED)
     parts = [_last_friction(estimates)]
     if rejected := counts[Status.REJECTED]:
         parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
@@ -170,6 +173,8 @@ def estimates_summary(
     for flag in (Status.SUSPECT, Status.BOUND):
         # The first small turns of a sound wheel may look like either.
         counts[flag] *= counts[flag] > MIN_REPORTED_SHARE * estimates.t.size
+    if unflagged.mean() > 0.5 or not estimates.usable.any():
+        counts[Status.USED] = int(unflagged.sum())
     # Whether the deviation can be believed goes before what happened to samples.
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
     most_frequent = max(first or counts, key=lambda flag: counts[flag])
@@ -182,16 +187,19 @@ def estimates_summary(
             f"{line}; {number} {_plural(number, 'sample')} not usable: {meaning(most_frequent)}; {noise}"
         )
     if number:
-        remedy = _on_command_line(most_frequent.remedy, of_car=of_car)
+        share = np.median((estimates.mu_std / estimates.mu)[unflagged if unflagged.any() else -1])
+        remedy = most_frequent.remedy or uninformed_remedy(float(share))
+        remedy = _on_command_line(remedy, of_car=of_car)
         return f"{line}; {number} {_plural(number, 'sample')} not usable: {remedy}"
-    return line if estimates.usable.any() else f"{line}: {meaning(Status.USED)}"
+    return line
 
 
 def _on_command_line(remedy: str, *, of_car: bool) -> str:
     """A remedy that names options where it names values of a tuning, and keys of a vehicle file."""
     for name, key in OF_CAR.items() if of_car else ():
         remedy = remedy.replace(name, key)
-    return re.sub(r"\b(error|noise) of the tuning", r"\1 of the tuning (--tune \1=...)", remedy)
+    remedy = remedy.replace("tuning to 0.1:", "tuning to 0.1 (--tune error=0.1):")
+    return remedy.replace("noise of the tuning", "noise of the tuning (--tune noise=...)")
 
 
 def _last_friction(estimates: Estimates) -> str:

@@ -89,10 +89,15 @@ def build_diagnosis(
 def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Candidate, ...]:
     return tuple(
         Candidate(
-            name=trial.effects[-1].name,
+            name=(name := trial.effects[-1].name),
             summary=trial.effects[-1].summary,
             holdout_nrmse=trial.nrmse,
             delta_bic=delta_bic(trial.fitted, first.ranked_before.fitted, recordings),
+            parameters={
+                label.removeprefix(f"{name}."): estimate
+                for label, estimate in _fitted(trial.fitted, recordings).items()
+                if label.startswith(f"{name}.") and " [" not in label
+            },
         )
         for trial in first.trials
     )
@@ -109,24 +114,32 @@ def _estimates(
     trial: Trial, training: Sequence[Recording], holdout: Sequence[Recording]
 ) -> dict[str, ParameterEstimate]:
     """Every parameter in physical units; one that was fitted with its deviation."""
-    model, values = trial.fitted.model, trial.fitted.values
-    parameters = {parameter_name(e, p): p for e, p in model.parameters}
-    units = units_of(model) | TOLERATED
-    estimates = {}
+    estimates: dict[str, ParameterEstimate] = {}
     for fitted, recordings in zip(trial.fits, (training, holdout), strict=False):
-        spread = standard_deviations(fitted, recordings)
-        for (owner, name), deviation in zip(fitted.labels, spread, strict=True):
-            value = fitted.values.at((owner, name))
-            if name in parameters and parameters[name].inverse:
-                deviation = deviation * value**2
-            std = float(deviation) if np.isfinite(deviation) else None
-            label = name if owner is None else f"{name} [{owner}]"
-            estimates[label] = ParameterEstimate(value=value, std=std, unit=units.get(name, "1"))
+        estimates |= _fitted(fitted, recordings)
+    values = trial.fitted.values
     return estimates | {
-        name: ParameterEstimate(value=values.tyre[name], std=None, unit=parameter.unit)
-        for name, parameter in parameters.items()
+        parameter_name(effect, parameter): ParameterEstimate(
+            value=values.tyre[parameter_name(effect, parameter)], std=None, unit=parameter.unit
+        )
+        for effect, parameter in trial.fitted.model.parameters
         if parameter.fixed
     }
+
+
+def _fitted(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, ParameterEstimate]:
+    """What a fit found, in physical units; own values of recordings as `mu [fem1]`."""
+    parameters = {parameter_name(e, p): p for e, p in fitted.model.parameters}
+    units, estimates = units_of(fitted.model) | TOLERATED, {}
+    spread = standard_deviations(fitted, recordings)
+    for (owner, name), deviation in zip(fitted.labels, spread, strict=True):
+        value = fitted.values.at((owner, name))
+        if name in parameters and parameters[name].inverse:
+            deviation = deviation * value**2
+        std = float(deviation) if np.isfinite(deviation) else None
+        label = name if owner is None else f"{name} [{owner}]"
+        estimates[label] = ParameterEstimate(value=value, std=std, unit=units.get(name, "1"))
+    return estimates
 
 
 def _series(

@@ -168,12 +168,21 @@ class FoundFamily:
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """An effect tried alone on top of the declared structure, in the first step of the search."""
+    """An effect tried alone on top of the declared structure, in the first step of the search.
+
+    Attributes:
+        name: of the effect.
+        summary: what it does.
+        holdout_nrmse: the judged error with it over the torque range [1].
+        delta_bic: information criterion with it less that without [1].
+        parameters: its shared parameters by name, coarsely fitted.
+    """
 
     name: str
     summary: str
     holdout_nrmse: float
     delta_bic: float
+    parameters: Mapping[str, ParameterEstimate] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

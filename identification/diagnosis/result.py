@@ -141,7 +141,7 @@ class Diagnosis:
             "effects": [effect.to_dict() for effect in self.effects],
             "families": [family.to_dict() for family in self.families],
             "candidates": [
-                {"name": c.name, "holdout_nrmse": c.holdout_nrmse, "delta_bic": c.delta_bic}
+                {name: value for name, value in asdict(c).items() if name != "summary"}
                 for c in self.candidates
             ],
             "unexplained": asdict(self.unexplained),

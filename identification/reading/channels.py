@@ -29,6 +29,9 @@ from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt
 
 COLUMNS = (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)
+IN_PYTHON = " (in Python by signals=, or with the rig file itself as rig)"
+"""How a caller without a command line maps channels."""
+CONSTANT_LOAD = "; a load that was not recorded needs a column too, with its value [N] in every row"
 MAX_NAMES = 20
 """Names of channels that a message lists."""
 _STEERING_WHEEL = re.compile(r"steering.?wheel|hand.?wheel|lenkrad|volant|^(swa|swt|sas)", re.IGNORECASE)
@@ -182,7 +185,7 @@ def map_hint(
             c: _proposed_source(c, guess) for c, guess in guesses_of_steering(absent, names, signals)
         }
         given = {c: source for c, source in signals.signals.items() if c not in absent}
-        return f"; say which is which, such as {mending_map(given, guesses)}"
+        return f"; say which is which (in Python by signals=), such as {mending_map(given, guesses)}"
     channels = dict(_guesses(absent, names, signals))
     guessed = {column: _proposed_source(column, guess) for column, guess in channels.items()}
     of_hand = {
@@ -211,7 +214,9 @@ def map_hint(
         for c in sorted(sources, key=[*COLUMNS, *sources].index)
         if c in of_hand or sources[c] != SignalSource(channel=c)
     ]
-    return f"; say which is which, such as {as_option(parts)}{FOR_RATIO if of_hand else ''}"
+    load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
+    ratio = FOR_RATIO if of_hand else ""
+    return f"{load}; say which is which{IN_PYTHON}, such as {as_option(parts)}{ratio}"
 
 
 def _proposed_source(column: str, channel: str | None) -> SignalSource:

@@ -14,7 +14,7 @@ from identification.reading.car import Standstills, wheel_table
 from identification.reading.channels import ChannelFile, Samples
 from identification.reading.clock import tabulate
 from identification.reading.readers import READERS, Reader, read_table
-from identification.reading.rigfile import read_rig, rig_of_table
+from identification.reading.rigfile import read_rig, rig_and_signals, rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
 from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import MIN_SAMPLES, Table, require_valid_samples, required_columns
@@ -181,7 +181,7 @@ class Recording:
 
 def read_recording(
     path: str | Path,
-    rig: tuple[Rig, Tyre] | None = None,
+    rig: tuple[Rig, Tyre] | str | Path | None = None,
     *,
     torque_required: bool = True,
     causal: bool = False,
@@ -196,21 +196,20 @@ def read_recording(
 
     Args:
         path: the file.
-        rig: rig and tyre as read by `read_rig`; values that the recording declares override them.
+        rig: the rig file, of which [signals] counts too, or rig and tyre as read by `read_rig`; values
+            that the recording declares override them.
         torque_required: whether a recording without any M_z is a fault; otherwise M_z is all NaN.
-        causal: fill gaps in psi, psi_dot and F_N with the last sample before them alone, as an observer
-            has to; samples before the first with all three are left out, with a logged warning.
+        causal: fill gaps in psi, psi_dot and F_N from the past alone, as an observer has to; samples
+            before the first with all three are left out, with a logged warning.
         readers: by the suffix of the file's name; `{**READERS, ".log": reader}` adds a format.
-        signals: where columns come from, as read by `read_signals`, or a text such as
-            ``psi=SteeringAngle:deg,t=time:ms,M_z=-Mz``.
+        signals: where columns come from, as read by `read_signals`, or ``psi=Angle:deg,M_z=-Mz``.
         vehicle: the car whose steering was recorded, see `identification.reading.car`; the recording is
             then that of its mean wheel, and rig is not used.
 
     Raises:
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.
     """
-    path = Path(path)
-    signals = parse_signals(signals) if isinstance(signals, str) else signals
+    path, (rig, signals) = Path(path), rig_and_signals(rig, signals)
     if vehicle is not None:
         return _from_table(read_table(path, ("t",), readers, signals), vehicle, path.stem, causal=causal)
     table = read_table(path, required_columns(torque_required=torque_required), readers, signals)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from identification.reading.files import read_bytes
+from identification.reading.signal_map import SignalMap, parse_signals, read_signals
 from identification.reading.table import Table
 from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of
@@ -28,6 +29,16 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
     content = read_bytes(path, MAX_TABLES_SIZE)
     with naming(path):
         return rig_from_tables(toml_of(content))
+
+
+def rig_and_signals(
+    rig: tuple[Rig, Tyre] | str | Path | None, signals: SignalMap | str
+) -> tuple[tuple[Rig, Tyre] | None, SignalMap]:
+    """Rig and tyre, of their file where that is given, and the map, which goes before its [signals]."""
+    signals = parse_signals(signals) if isinstance(signals, str) else signals
+    if not isinstance(rig, str | Path):
+        return rig, signals
+    return read_rig(rig), read_signals(rig).updated(signals)
 
 
 def rig_text(rig: Rig, tyre: Tyre) -> str:

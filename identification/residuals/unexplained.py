@@ -69,9 +69,12 @@ def unexplained(
     structured = float(np.sqrt(max(0.0, rms**2 - floor**2)))
     correlated = float(np.median(samples))
     present = structured > MIN_STRUCTURE_SHARE and rms > MAX_NOISE_RATIO * floor and correlated > 2
+    lasting = "independent from sample to sample"
+    if round(correlated) > 1:
+        lasting = f"correlated over {correlated:.0f} samples"
     opening = (
         f"residual {rms:.2%} of range, white noise of the torque channel {floor:.2%},"
-        f" structured part {structured:.2%}, correlated over {correlated:.0f} samples"
+        f" structured part {structured:.2%}, {lasting}"
     )
     if not present:
         evidence = f"{opening}: nothing beyond noise"

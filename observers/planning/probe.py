@@ -226,9 +226,8 @@ class Probe:
         within = f"{within} {low:.3f} to {high:.3f} rad" if held else ""
         if self._time >= self.limits.time:
             over = f"the time of {self.limits.time:g} s is over"
-            remedy = "" if estimate.usable else estimate.status.remedy
             relative = f"at {estimate.mu_std / estimate.mu:.1%}"
-            return "; ".join(filter(None, (f"{over} {relative}", within, remedy)))
+            return "; ".join(filter(None, (f"{over} {relative}", within, estimate.remedy)))
         return within if high - low < MIN_SWING else ""
 
     def _replan(self, sample: Sample, state: ObserverState) -> None:

@@ -22,7 +22,7 @@ class FrictionalCreep(Effect):
 
     name: str = "frictional_creep"
     summary: str = (
-        "friction grows by the same step with every tenfold speed at which bristles slide, so that they"
+        "friction grows by the same amount each time bristles slide ten times as fast, so that they"
         " creep; the model's mu is friction at 1 mm/s"
     )
     family = "friction over speed"

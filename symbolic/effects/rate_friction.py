@@ -25,8 +25,8 @@ class RateFriction(Effect):
 
     name: str = "rate_friction"
     summary: str = (
-        "friction changes by the same step with every tenfold sliding speed; the model's mu is friction"
-        " at 1 mm/s"
+        "friction changes by the same amount each time sliding is ten times as fast; the model's mu is"
+        " friction at 1 mm/s"
     )
     family = "friction over speed"
     parameters: tuple[Parameter, ...] = (

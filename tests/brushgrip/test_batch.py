@@ -126,6 +126,15 @@ def test_tunings_that_are_none(text: str, said: str) -> None:
     assert said in refused(chosen_tuning, None, [text])
 
 
+def test_a_ground_is_told_after_its_recordings(
+    estimate: Run, write_csv: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("brushgrip.running.batch.friction_of_grounds", lambda _: ["note on ice"])
+    printed = estimate(write_csv("a.csv"), write_csv("b.csv")).out
+
+    assert printed.endswith("\nnote on ice\nestimated 2 of 2 recordings\n")
+
+
 def test_a_ground_is_told_from_the_usable_recordings_on_it() -> None:
     known = [{"ground": "ice", "mu_eff": mu, "mu_eff_std": 0.0} for mu in (0.1, 0.2, 0.3)]
     rest = [{"ground": "ice", "mu_eff": np.nan, "mu_eff_std": np.nan}]

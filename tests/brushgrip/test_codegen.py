@@ -115,6 +115,10 @@ def test_builds_and_agrees_with_python(
     refused = subprocess.run(example, capture_output=True, text=True)
     assert (refused.returncode, refused.stdout.count("\n")) == (2, 1)
     assert "names no column t;" in refused.stderr
+    (tmp_path / "loadless.csv").write_text("t,psi,M_z,M\n0,0,0,0\n")
+    refused = subprocess.run([example[0], tmp_path / "loadless.csv"], capture_output=True, text=True)
+    assert "names no column F_N;" in refused.stderr
+    assert "needs a column too, with its value [N] in every row" in refused.stderr
 
 
 @NEEDS_COMPILER

@@ -55,7 +55,7 @@ def test_two_observers_that_agree_are_both_visible(tmp_path: Path, tracks: list[
     path = tmp_path / "friction.png"
     draw_friction(path, [tracks[0], ekf, replace(ekf, label="MHE, model found")])
     # Below the legend, which has both.
-    picture = matplotlib.image.imread(path)[90:]
+    picture = matplotlib.image.imread(path)[200:]
 
     assert min(share(picture, STYLES[i].colour) for i in (1, 2)) > 2e-4
 

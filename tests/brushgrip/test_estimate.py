@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.estimation.suggested_map import ANGLE, SIGN, UNITS
+from brushgrip.estimation.suggested_map import ANGLE, FLIP, SIGN, UNITS
 from observers.quality.plausibility import EVIDENCE, causes
 from reference_rig import make_ground_recording, make_steering_recording
 from tests.brushgrip.helpers import Run, Write, contents, table_of
@@ -170,7 +170,7 @@ def test_says_that_the_ground_has_changed(
         ("t", 1e3, "milliseconds", "t=t:ms"),
         ("F_N", 1e-3, "kN", "F_N=F_N:kN"),
         ("M_z", 1e3, "N mm", "M_z=M_z:mNm"),
-        ("M_z", -1.0, "other sign", "M_z=-M_z"),
+        ("M_z", -1.0, "negative for a first turn to positive psi (left): flip M_z", "M_z=-M_z"),
     ],
 )
 def test_other_units_and_signs_are_refused_by_name(
@@ -186,6 +186,15 @@ def test_other_units_and_signs_are_refused_by_name(
     assert not (tmp_path / "mu.csv").exists()
     assert ("with your steering ratio for 15" in outcome.err) == ("1/15" in remedy)
     assert estimate(wrong, "--map", entry).status == 0
+
+
+def test_a_slope_that_contradicts_k_asks_for_its_tolerance(run: Run, simulated: Path, rig: Path) -> None:
+    rig.write_text(rig.read_text().replace("2.4e6", "6e6"))
+    outcome = run("estimate", "--rig", rig, simulated)
+
+    assert "or declare k with its tolerance" in outcome.out
+    assert "times as k, a and F_N say" in outcome.out
+    assert "k = { value = ..., tolerance = ... } in [tyre]" in outcome.out
 
 
 def test_a_unit_that_the_file_gives_is_not_asked_for(
@@ -221,6 +230,7 @@ def test_every_suspected_cause_but_a_broken_sensor_has_a_map() -> None:
     without = [cause for cause in named if not cause.startswith((*UNITS, ANGLE, SIGN))]
 
     assert len(named) == 6
+    assert [FLIP in cause for cause in named] == [cause.startswith(SIGN) for cause in named]
     assert [cause.split(":")[0] for cause in without] == ["the torque is clipped or frozen"]
 
 

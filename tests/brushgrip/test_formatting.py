@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from brushgrip.running.batch import row_of
+from brushgrip.running.batch import printed_rows, row_of
 from brushgrip.wording.diagnosis_in_words import headline
 from brushgrip.wording.formatting import (
     candidate_outcome,
@@ -168,9 +168,16 @@ def estimates(
             "mu_eff = 1.17 ± 0.08 (95 % band) at 0.02 s, last usable, usable in 25 % of 4 samples",
         ),
         (
-            {"last": 0},
-            "friction is not known, usable in 0 % of 4 samples: the patch has not slid far enough"
-            " to tell friction",
+            {"last": 0, "std": 0.3},
+            "friction is not known, usable in 0 % of 4 samples; 2 samples not usable: the deviation of"
+            " mu is 29 % of mu, too much to act on: turn further, and where that does not help, correct"
+            " k (stiffness of a vehicle) or narrow its tolerance (brushgrip identify), or find what the"
+            " model lacks (brushgrip diagnose)",
+        ),
+        (
+            {"last": 0, "std": np.nan},
+            "friction is not known, usable in 0 % of 4 samples; 2 samples not usable: the patch has not"
+            " slid far enough to tell friction: turn further",
         ),
     ],
 )
@@ -199,7 +206,11 @@ def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
     assert (row["samples"], row["measured"], row["usable"], row["informed"]) == (400, 40, 0.5, 0.5)
     assert "usable in 50 % of 40 samples with a torque" in estimates_summary(slower)
     off = replace(slower, status=np.where(slower.t < 1, int(Status.IMPLAUSIBLE | Status.MISSING), 0))
-    assert (row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), off))["implausible"] == 0.25
+    row = row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), off)
+    assert (row["implausible"], row["wide"]) == (0.25, 1 / 3)
+    assert printed_rows([row | {"mu_eff": np.nan, "acquiring": 0.2}])[1][0][-1] == (
+        "not known: the deviation of mu is too large to act on"
+    )
 
 
 def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
@@ -207,6 +218,7 @@ def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     slower = estimates(*[Status.USED, Status.MISSING] * 2, last=2)
 
     assert estimates_summary(alien, "declare it").endswith("does not explain the torque; declare it")
+    assert "raise error of the tuning to 0.1 (--tune error=0.1): with more" in estimates_summary(alien)
     assert "; 2 samples not usable: no measurement" in estimates_summary(slower)
     assert estimates_summary(slower, rates="100 and 200 Hz").endswith(
         "usable in 50 % of 2 samples with a torque; 100 and 200 Hz"

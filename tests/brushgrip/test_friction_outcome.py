@@ -1,5 +1,6 @@
 """Friction before and after: what belongs to training and held-out recordings, and the offline fit."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -63,7 +64,7 @@ def test_friction_is_that_of_the_last_usable_sample() -> None:
         "27 % of the samples, until 7.0 of 10.0 s: the model does not explain the torque",
     ]  # fmt: skip
     assert rows["c"] == ["ice", "–", "never: friction is being acquired"]
-    assert rows["d"][2] == "never: the patch has not slid far enough to tell friction"
+    assert rows["d"][2] == "never: the deviation of mu is too large to act on"
     moved = replace(TRACKS[1], changes=np.array([7.5]))
     assert (moved.last_usable, known_friction(moved)) == (None, "–")
     assert usable_until(moved).startswith("27 %, but not since a new ground was noticed at 7.5 s: ")
@@ -85,13 +86,14 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert "Not known: friction in c and d; friction at the end of b, whose last value" in text
-    assert "what makes the 1.20 % of range that no known effect explains." in text
+    assert "what makes the 1.20 % of range that no known effect explains; next: record c" in text
+    assert len(re.findall(r"[^.]\. [A-Z]", text)) == 3
     assert text.endswith(
-        "Next: record c and d again, turning to and fro until the wheel slides both ways."
+        "next: record c and d again, turning to and fro until the wheel slides both ways."
     )
-    assert friction_lines(judged) == [
-        "ice: the band of a further recording takes 3 recordings with usable friction; here 2 of 4"
-    ]
+    note = "note on ice: no band for a further recording yet, which takes 3 recordings with usable"
+    assert friction_lines(judged) == ([], [f"{note} friction; here 2 of 4"])
+    assert answers(judged) == []
 
 
 def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
@@ -100,9 +102,10 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     # t of two degrees of freedom 4.3027, scatter 0.1; own deviation 0.05.
     half = np.hypot(4.3027 * 0.1 * np.sqrt(4 / 3), 1.96 * 0.05)
 
-    assert friction_lines(judged) == [
-        f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"
-    ]
+    assert friction_lines(judged) == (
+        [f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"],
+        [],
+    )
     (value, ends), *others = answers(judged)
     assert value == f"ice: friction μ_eff 1.20 ± {half:.2f}"
     assert ends.startswith(f"between {1.2 - round(half, 2):.2f} and {1.2 + round(half, 2):.2f} in 95 of")
@@ -161,6 +164,8 @@ def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_fro
     own.write_bytes(source.read_bytes() + b"\n")
 
     assert simulated_warning(provenance_of([copied])).startswith("Simulated, not measured: all rec")
+    (module := tmp_path / "own.py").write_text("")
+    assert "all recordings come" in simulated_warning(provenance_of([copied, module]))
     assert "1 of 2 recordings come" in simulated_warning(provenance_of([copied, own]))
     assert simulated_warning(provenance_of([own])) == simulated_warning(None) == ""
     text = paragraph_to_send(

@@ -1,6 +1,7 @@
 """`brushgrip plan`: the path, and how far to turn on each ground."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -43,6 +44,22 @@ def test_writes_the_path_and_what_it_tells(planning: PlanRun, tmp_path: Path) ->
     assert (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
     assert json.loads((tmp_path / "p.provenance.json").read_text())["settings"]["target"] == 0.05
     assert f"{table['travel'][-1]:.3f}" in outcome.out
+
+
+def test_says_the_path_in_the_angle_that_the_rig_file_maps(planning: PlanRun, rig: Path) -> None:
+    options = ("--mu", "0.8", "--target", "20%")
+    plain = planning(*options).out.splitlines()[0]
+    angle = 'psi = { channel = "Lenkwinkel", unit = "deg", factor = -0.07 }'
+    rig.write_text(f"{rig.read_text()}[signals]\n{angle}\n")
+    mapped = planning(*options).out.splitlines()[0]
+    turns = [float(turn) for turn in plain.split(" rad")[0].removeprefix("turn to ").split(", ")]
+
+    begin, places, rest = re.split(" to | deg; that", mapped, maxsplit=2)
+    assert begin == "turn channel Lenkwinkel"
+    assert [float(place) for place in places.split(", ")] == pytest.approx(
+        np.degrees(turns) / -0.07, abs=1.0
+    )
+    assert rest == f" turns the wheel, as below, {plain.removeprefix('turn ')}"
 
 
 def test_says_why_a_target_is_out_of_reach(planning: PlanRun) -> None:

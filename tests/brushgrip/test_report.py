@@ -11,7 +11,9 @@ from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures import draw_signatures
 from brushgrip.report import page as report
 from brushgrip.report.page import write_report
-from identification import Diagnosis, SelectionCriteria
+from brushgrip.report.printed import own_rejected
+from identification import Diagnosis, ParameterEstimate, SelectionCriteria
+from identification.diagnosis.findings import Candidate
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -189,13 +191,17 @@ def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(tmp_path:
 @pytest.mark.parametrize(
     ("training", "holdout", "words"),
     [
-        (1, 0, "1 recording for training, none for validation: with a single recording the errors"),
-        (2, 0, "2 recordings for training, none for validation: each was left out in turn to judge."),
+        (
+            1,
+            0,
+            "1 recording for training (train_0), none for validation: with a single recording the",
+        ),
+        (5, 0, "5 recordings for training, none for validation: each was left out in turn to judge."),
         (
             2,
             1,
-            "2 recordings for training, 1 for validation, by whose errors every candidate"
-            " and the result are judged.",
+            "2 recordings for training (train_0 and train_1), 1 for validation (held_0), by whose errors"
+            " every candidate and the result are judged.",
         ),
     ],
 )
@@ -274,3 +280,16 @@ def test_a_diagnosis_is_shown_in_a_line() -> None:
 
     assert repr(make_diagnosis()) == shown
     assert repr(make_diagnosis(found=False)).endswith(": no effect>")
+
+
+def test_an_own_effect_that_was_not_added_is_told_with_its_value_and_gain() -> None:
+    diagnosis = make_diagnosis(("a", "b"), ("c",))
+    c = ParameterEstimate(value=12.3, std=4.5, unit="N m/rad^3")
+    boot = Candidate(
+        name="boot_spring", summary="a boot", holdout_nrmse=0.029, delta_bic=3.2, parameters={"c": c}
+    )
+    (line,) = own_rejected(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
+
+    assert own_rejected(diagnosis) == []
+    assert line.startswith("boot spring, of your own, was not added: c = 12.3 ± 4.5 N m/rad³; error ")
+    assert line.endswith("→ 2.90 % of range with it alone, ΔBIC +3.2; alone not worth its parameters")

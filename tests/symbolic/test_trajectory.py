@@ -217,6 +217,15 @@ def test_wrong_shapes_are_refused(field: str, shape: tuple[int, ...]) -> None:
         simulate(Model(), **given | {field: np.ones(shape)})
 
 
+def test_a_stiffness_in_place_of_one_over_it_is_refused() -> None:
+    model = Model(effects=(EFFECTS["carcass_torsion"],))
+    theta = np.array(model.theta({"mu": 1.0, "k": 2e6, "carcass_torsion.k_t": 10.0})).ravel()
+
+    assert simulate(model, kinked_signals(), theta, GEOMETRY).M_z.any()
+    with pytest.raises(InvalidInputError, match=r"at least 10 N m/rad, got .*1/k_t = 400; model\.theta"):
+        simulate(model, kinked_signals(), np.array([1.0, 2e6, 400.0]), GEOMETRY)
+
+
 @pytest.mark.parametrize("name", [None, "pretwist", "contact_length", "carcass_torsion", "sensor_delay"])
 def test_derivatives_by_the_rig(name: str | None) -> None:
     model = Model(effects=() if name is None else (EFFECTS[name],), corners=8, bristles=20)

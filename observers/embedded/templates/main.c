@@ -73,7 +73,8 @@ int main(int argc, char **argv) {
         if (++rows == 0) {
             for (j = 0; j < COLUMNS; ++j)
                 if (column[j] < 0 && j != PSI_DOT) {
-                    fprintf(stderr, "%s: the first line names no column %s; commas between columns, SI units\n", argv[1], NAMES[j]);
+                    fprintf(stderr, "%s: the first line names no column %s; commas between columns, SI units%s\n", argv[1], NAMES[j],
+                            j == LOAD ? "; a load that was not recorded needs a column too, with its value [N] in every row" : "");
                     fclose(file);
                     return 2;
                 }

@@ -1,8 +1,9 @@
 from dataclasses import replace
+from threading import Event
 
 import pytest
 
-from brushgrip.live.adviser import Adviser, text_of
+from brushgrip.live.adviser import PLANNING, Adviser, text_of
 from observers import (
     Advice,
     Ekf,
@@ -43,10 +44,9 @@ def test_it_advises_without_keeping_samples_waiting() -> None:
         sample = Sample(psi=0.0, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0)
         loop(sample)
         adviser(sample, loop.state)
-    wait_for(lambda: adviser.text)
-    assert adviser.text.startswith("turn ")
+    wait_for(lambda: adviser.text.startswith("turn "))
     adviser.begin(OBSERVER)
-    assert adviser.text == ""
+    assert adviser.text == PLANNING
 
 
 @pytest.mark.parametrize(
@@ -65,4 +65,36 @@ def test_without_a_forecast_it_says_why_there_is_no_advice(observer: Observer, r
     adviser = Adviser(0.05, SteeringLimits())
     adviser.begin(observer)
 
+    wait_for(lambda: adviser.text != PLANNING)
     assert adviser.text.startswith(f"no advice: {reason}")
+
+
+def test_an_adviser_behind_says_where_to_turn_from_where_the_wheel_is_now(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    all_there, end = Event(), Event()
+
+    class Slow:
+        """Plans once, for the second sample not before the end."""
+
+        def __init__(self, *_: object) -> None:
+            self._gates = iter((all_there, end))
+
+        def __call__(self, *_: object) -> Advice:
+            next(self._gates).wait()
+            return Advice(
+                psi=0.0, psi_dot=0.1, toward=0.2, finished=False, stopped=False, reason="", travel=0.0,
+                left=0.3, estimate=OBSERVER.prior,
+            )  # fmt: skip
+
+    monkeypatch.setattr("brushgrip.live.adviser.Probe", Slow)
+    adviser = Adviser(0.05, SteeringLimits())
+    adviser.begin(OBSERVER)
+    for psi in (0.0, 0.05, 0.2 - 0.1396):
+        adviser(Sample(psi=psi, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0), None)
+    assert adviser.text == PLANNING
+    all_there.set()
+    wait_for(lambda: adviser.text != PLANNING)
+    assert adviser.text == "turn 8° more to the left"
+    adviser._generation += 1
+    end.set()

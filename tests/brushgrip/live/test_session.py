@@ -2,6 +2,7 @@ import math
 import sys
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
-from brushgrip.live.session_state import usability_of
+from brushgrip.live.session_state import line_of, usability_of
 from brushgrip.live.timestamps import TimestampFilter
 from observers import Ekf, Status
 from observers.protocol import prior_estimate
@@ -175,6 +176,34 @@ def test_what_begins_twisted_is_not_usable_and_wrong(at: int) -> None:
     off = np.abs(points.of("mu_eff") - reference) / np.maximum(points.of("mu_eff_std"), 0.02 * reference)
 
     assert not (usable & (off > 4)).any(), (reference, points.of("mu_eff")[usable][:5])
+
+
+def test_says_that_the_first_sample_waits_for_the_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    session, compiled = session_over(rows_of(20), "ekf", Path("none")), Event()
+    session._wanted, estimate = False, WheelRowEstimator.__call__
+
+    def waiting(self: WheelRowEstimator, row: dict[str, float]) -> list[Point]:
+        compiled.wait()
+        return estimate(self, row)
+
+    monkeypatch.setattr(WheelRowEstimator, "__call__", waiting)
+    assert line_of(session.state()) == "no sample has come yet"
+    session.start()
+    wait_for(lambda: session.state().counts.get("samples"))
+    wait_for(lambda: line_of(session.state()) == "compiling the observer")
+    compiled.set()
+    wait_for(lambda: session.state().ended)
+    session.stop()
+    assert line_of(session.state()).startswith("0.19 s: ")
+
+
+def test_a_torque_of_the_other_sign_is_told_with_the_sign_that_is_expected() -> None:
+    session = session_over([row | {"M_z": -row["M_z"]} for row in rows_of(600)], "ekf", Path("none"))
+    session._wanted = False
+    run_to_end(session)
+
+    (cause,) = session.estimator.suspicions
+    assert "M_z is the moment of the ground on the wheel, negative for a first turn to posit" in cause
 
 
 @pytest.mark.long

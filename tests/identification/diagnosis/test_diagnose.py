@@ -84,7 +84,11 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     }
     assert set(effect) == keys
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
-    assert set(content["candidates"][0]) == {"name", "holdout_nrmse", "delta_bic"}
+    candidate = content["candidates"][0]
+    assert set(candidate) == {"name", "holdout_nrmse", "delta_bic", "parameters"}
+    assert set(candidate["parameters"]["delay"]) == {"value", "std", "unit"}
+    alone = candidate["parameters"]["delay"]["value"]
+    assert alone == pytest.approx(effect["parameters"]["delay"]["value"], rel=0.05)
     assert set(content["unexplained"]) == {"present", "evidence", "structured"}
     assert set(content["model_error"]) == {
         "spread",

@@ -123,6 +123,12 @@ class TestCsv:
     ("number", "row", "fault"),
     [
         (1, "t,psi,F_N", "column M_z missing from the header 't,psi,F_N'; expected t,"),
+        (
+            1,
+            "t,psi,M_z",
+            "column F_N missing from the header 't,psi,M_z'; expected t,psi,M_z,F_N, optional psi_dot,M;"
+            " a load that was not recorded needs a column too, with its value [N] in every row",
+        ),
         (1, "t psi M_z F_N", "columns t, psi, M_z, F_N missing from the header"),
         (1, "t,psi,M_z,F_N,t", "two columns are named t; one allowed"),
         (7, "0.05,abc,0,400", "psi = 'abc' is not a number; allowed: a finite number"),

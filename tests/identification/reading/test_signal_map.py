@@ -63,6 +63,10 @@ def test_a_rig_file_holds_a_map(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "Time,Steer,M_z,Load")
 
     require_expected(read_recording(path, read_rig(rig), signals=signals), -0.06)
+    require_expected(read_recording(path, rig), -0.06)
+    require_expected(read_recording(path, str(rig), signals="psi=0.06*Steer:deg"), 0.06)
+    with pytest.raises(InvalidInputError, match=r"\(in Python by signals=, or with the rig file itself"):
+        read_recording(path, read_rig(rig))
     assert signals.dbc == tmp_path / "car.dbc"
     assert signals.updated(parse_signals("psi=Other:rad")).of("psi").channel == "Other"
     assert signals.updated(parse_signals("psi=Other:rad")).of("F_N").unit == "kN"

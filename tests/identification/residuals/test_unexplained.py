@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -46,7 +48,7 @@ def test_noise_is_not_structure(recording: Recording) -> None:
     said = rest(recording, noise_of(recording))
 
     assert not said.present
-    assert "nothing beyond noise" in said.evidence
+    assert said.evidence.endswith("independent from sample to sample: nothing beyond noise")
 
 
 @pytest.mark.parametrize(
@@ -67,6 +69,7 @@ def test_structure_is_reported_with_what_it_follows(recording: Recording, plante
     assert said.present
     assert said.structured == pytest.approx(0.01, rel=0.15)
     assert f"{word} (+" in said.evidence
+    assert re.search(r"correlated over \d+ samples\. ", said.evidence)
     assert "\n" not in said.evidence
 
 

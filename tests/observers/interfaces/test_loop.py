@@ -54,6 +54,18 @@ def fed(observer: Observer, samples: list[Sample], **settings: Any) -> Loop:
     return loop
 
 
+def test_what_is_not_usable_has_a_remedy(observer: Observer, recording: RigRecording) -> None:
+    loop = Loop(observer)
+    estimates = [loop(sample) for sample in samples_of(recording)]
+    wide = Estimate(mu=2.0, mu_std=0.6, M_z_predicted=0.0, informed=False)
+
+    assert [not now.remedy for now in estimates] == [now.usable for now in estimates]
+    assert wide.remedy.startswith("the deviation of mu is 30 % of mu")
+    assert replace(wide, mu_std=np.nan).remedy.startswith("the patch has not slid far enough")
+    assert replace(wide, status=Status.SUSPECT).remedy == Status.SUSPECT.remedy
+    assert replace(wide, informed=True).remedy == ""
+
+
 def assert_same(one: Any, other: Any) -> None:
     """The states hold the same numbers."""
     if hasattr(one, "values"):
