@@ -17,10 +17,14 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.compile_once import OPTIMISATION, compile_unoptimised
 from tests.interpreted import without_machine_code
 
 # No test needs a display. Set before matplotlib is imported; commands that tests start inherit it.
 os.environ["MPLBACKEND"] = "Agg"
+
+if OPTIMISATION == "-O0":
+    compile_unoptimised()
 
 # The same examples in every run: a failure is a change of the code. No example has a time limit.
 settings.register_profile(
