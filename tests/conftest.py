@@ -17,6 +17,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from observers.compiled_step import compiled_step, compiled_stretch
+from symbolic.compilation.compiled import compiler
 from tests.compile_once import OPTIMISATION, compile_unoptimised
 from tests.interpreted import without_machine_code
 
@@ -72,6 +74,17 @@ def interpreted() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         without_machine_code(patch)
         yield
+
+
+@pytest.fixture(scope="module")
+def optimised() -> Iterator[None]:
+    """What the modules that ask for this compile runs so often that optimisation pays."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("CC", raising=False)
+        for kept in (compiler, compiled_step, compiled_stretch):
+            kept.cache_clear()
+        yield
+    compiler.cache_clear()
 
 
 @pytest.fixture(scope="session")

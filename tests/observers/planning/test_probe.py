@@ -12,6 +12,7 @@ from reference_rig import RigTyre, SteeredWheel
 from symbolic import InvalidInputError
 from tests.observers.planning.conftest import LOAD, RIG, K
 
+pytestmark = pytest.mark.usefixtures("optimised")
 LIMITS = SteeringLimits(angle=0.3, rate=0.4, time=6.0)
 Array = NDArray[np.float64]
 
