@@ -9,6 +9,9 @@ ALL := .venv/.all
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
+# pip compiles no module beforehand, so the first process that imports one keeps its bytecode for all others.
+unexport PYTHONDONTWRITEBYTECODE
+
 TRAINING := fem1 fem4_ident piros2_ident piros4
 HELD_OUT := fem3 fem5 piros1 piros7
 STEEL := fem1,fem3,fem4_ident,fem5

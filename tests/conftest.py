@@ -17,10 +17,16 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from observers.compiled_step import compiled_step, compiled_stretch
+from symbolic.compilation.compiled import compiler
+from tests.compile_once import OPTIMISATION, compile_unoptimised
 from tests.interpreted import without_machine_code
 
 # No test needs a display. Set before matplotlib is imported; commands that tests start inherit it.
 os.environ["MPLBACKEND"] = "Agg"
+
+if OPTIMISATION == "-O0":
+    compile_unoptimised()
 
 # The same examples in every run: a failure is a change of the code. No example has a time limit.
 settings.register_profile(
@@ -68,6 +74,17 @@ def interpreted() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         without_machine_code(patch)
         yield
+
+
+@pytest.fixture(scope="module")
+def optimised() -> Iterator[None]:
+    """What the modules that ask for this compile runs so often that optimisation pays."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("CC", raising=False)
+        for kept in (compiler, compiled_step, compiled_stretch):
+            kept.cache_clear()
+        yield
+    compiler.cache_clear()
 
 
 @pytest.fixture(scope="session")

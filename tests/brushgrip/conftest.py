@@ -1,19 +1,49 @@
 """A hand-made diagnosis, recordings on disk, and the command as a user calls it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer.main
 
 import identification
 from brushgrip.cli.app import main
 from brushgrip.estimation.estimates import FrictionTrack
+from brushgrip.pictures.style import picture
 from identification.diagnosis.result import Diagnosis
 from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import Outcome, Run, Write
 
 RIG = "[rig]\na = 0.045\ne = 0.009\n\n[tyre]\nk = 2.4e6\nmu = 1.2\n"
+
+
+@pytest.fixture(autouse=True, scope="session")
+def one_parser() -> Iterator[None]:
+    """The parser of all commands, which hundreds of command lines share; else each makes its own."""
+    made = typer.main.get_command
+    kept = cache(lambda app, _: made(app))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typer.main, "get_command", lambda app: kept(app, len(app.registered_commands)))
+        yield
+
+
+@pytest.fixture
+def blank_pictures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures of friction are empty, but in tests that ask for `drawn`."""
+
+    def blank(path: Path, _: object) -> None:
+        with picture(path, 1.0):
+            pass
+
+    if "drawn" not in request.fixturenames:
+        monkeypatch.setattr("brushgrip.running.batch.draw_friction", blank)
+
+
+@pytest.fixture
+def drawn() -> None:
+    """Has pictures drawn in a module of blank ones."""
 
 
 @pytest.fixture(autouse=True)

@@ -13,7 +13,7 @@ from observers import PROFILES, Tuning
 from tests.brushgrip.helpers import Run, Write
 from tests.refusal import refused
 
-pytestmark = pytest.mark.usefixtures("interpreted")
+pytestmark = pytest.mark.usefixtures("interpreted", "blank_pictures")
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from observers.quality.plausibility import EVIDENCE, causes
 from reference_rig import make_ground_recording, make_steering_recording
 from tests.brushgrip.helpers import Run, Write, contents, table_of
 
-pytestmark = pytest.mark.usefixtures("interpreted")
+pytestmark = pytest.mark.usefixtures("interpreted", "blank_pictures")
 HEADER = "t,mu,mu_std,M_z_predicted,informed,usable,mu_eff,mu_eff_std,M_slide,nis,status"
 each_observer = pytest.mark.parametrize("observer", ["ekf", "mhe"])
 MODEL = '{"version": 1, "effects": [], "shared": {"k": 2.4e6}, "recordings": {}}'
@@ -128,6 +128,7 @@ def test_aligning_torque_goes_first(
     assert (tmp_path / "mu.csv").read_text() == (tmp_path / "both_mu.csv").read_text()
 
 
+@pytest.mark.usefixtures("drawn")
 def test_root_has_no_standard_deviation(estimate: Run, simulated: Path, tmp_path: Path) -> None:
     outcome = estimate(simulated, observer="root")
     estimated = table_of(tmp_path / "mu.csv")
@@ -339,6 +340,7 @@ def test_tuning_by_name(estimate: Run, simulated: Path, tmp_path: Path) -> None:
     assert ends["clean"] < 0.75 * ends["real_tyre"]
 
 
+@pytest.mark.usefixtures("drawn")
 def test_picture_goes_where_it_is_wanted(estimate: Run, simulated: Path, tmp_path: Path) -> None:
     assert estimate(simulated, "--picture", "pictures/friction.PNG").status == 0
     assert (tmp_path / "pictures" / "friction.PNG").read_bytes().startswith(b"\x89PNG")

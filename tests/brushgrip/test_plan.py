@@ -3,27 +3,24 @@
 import json
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import observers
-from observers import Plan
 from tests.brushgrip.helpers import Outcome, Run, contents, table_of
+from tests.each_once import each_once
 
+pytestmark = pytest.mark.usefixtures("optimised")
 PlanRun = Callable[..., Outcome]
 
 
 @pytest.fixture
 def planning(run: Run, rig: Path, monkeypatch: pytest.MonkeyPatch) -> PlanRun:
-    """The command on a rig; a coarse family of paths is tried."""
-    search = observers.plan
-
-    def quick(*arguments: object, **options: object) -> Plan:
-        return search(*arguments, **options, coarse=True)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(observers, "plan", quick)
+    """The command on a rig; a coarse family of paths is tried, once for the same question."""
+    monkeypatch.setattr(observers, "plan", each_once(partial(observers.plan, coarse=True)))
     limit = ("--limit", "angle=0.3,rate=0.4", "--limit", "time=5")
     usual = ("--load", "400", "--tuning", "clean", *limit)
     return lambda *options: run("plan", "--rig", rig, *usual, *options)

@@ -12,9 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from observers.embedded import codegen
 from tests.brushgrip.helpers import Run, Write, contents
+from tests.each_once import each_once
 
-pytestmark = pytest.mark.usefixtures("interpreted", "no_work")
+pytestmark = pytest.mark.usefixtures("interpreted", "no_work", "blank_pictures")
+SOURCE_TEXTS = each_once(codegen.source_texts)
+"""What `codegen` would write; where a file is in the way that is refused only then."""
 DEFAULTS = {
     "simulate": "--rig rig.toml --out new.csv",
     "estimate": "--rig rig.toml --observer ekf --out new.csv",
@@ -89,6 +93,7 @@ def here(
         (tmp_path / "linked").mkdir(exist_ok=True)
         (tmp_path / "linked" / name).symlink_to("../ownkit/boot.py")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(codegen, "source_texts", SOURCE_TEXTS)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     monkeypatch.setattr(sys, "path", [*sys.path])
     yield

@@ -10,7 +10,8 @@ import pytest
 
 def finished(*command: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
     """A command that knows nothing of the checkout."""
-    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    without = ("PYTHONPATH", "VIRTUAL_ENV", "PYTHONDONTWRITEBYTECODE")
+    environment = {k: v for k, v in os.environ.items() if k not in without}
     return subprocess.run(
         [str(part) for part in command], cwd=folder, env=environment, capture_output=True, text=True,
         check=False,

@@ -45,6 +45,7 @@ def test_it_runs_where_nothing_else_is(built: Path, tmp_path: Path) -> None:
     venv.create(home, with_pip=True)
     programs = home / ("Scripts" if os.name == "nt" else "bin")
     install = [programs / "python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    install.append("--no-compile")
     run(*install, wheel, folder=tmp_path)
     scripts = tmp_path / "scripts"
     run_of_itself(programs, scripts)

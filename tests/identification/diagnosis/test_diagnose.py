@@ -27,7 +27,7 @@ FIGURES = {
 
 @pytest.fixture(scope="module")
 def late() -> tuple[Campaign, list[Recording]]:
-    return read_campaign("sensor_delay", 3, duration=14.0)
+    return read_campaign("sensor_delay", 3, duration=8.0)
 
 
 @pytest.fixture(scope="module")
@@ -158,7 +158,7 @@ def test_what_acts_in_the_first_slide_alone_is_identified() -> None:
 
 
 def test_a_control_has_nothing_missing() -> None:
-    found = diagnose(read_campaign(None, 1, duration=14.0)[1], jobs=1)
+    found = diagnose(read_campaign(None, 1, duration=8.0)[1], jobs=1)
 
     assert found.effects == ()
     assert not found.unexplained.present

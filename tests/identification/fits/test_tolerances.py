@@ -113,7 +113,8 @@ def test_the_jacobian_is_that_of_the_residuals(made: tuple[Campaign, list[Record
         replace(r, rig=replace(r.rig, tolerances=within), ground=ground)
         for r, ground in zip(made[1], ("steel", "emery", "steel"), strict=True)
     ]
-    model = Model(effects=effects_named(["carcass_torsion", "stiffness_by_ground"]), corners=16)
+    effects = effects_named(["carcass_torsion", "stiffness_by_ground"])
+    model = Model(effects=effects, corners=16, bristles=20)
     start = with_effects(model, initial_guess(model, recordings), recordings)
     problem = Problem(model, recordings, start, FitOptions())
     rng = np.random.default_rng(3)

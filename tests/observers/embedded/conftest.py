@@ -5,22 +5,11 @@ from typing import Any
 import pytest
 
 from observers.embedded import Real, generate_fmu
+from tests.each_once import each_once
 from tests.observers.embedded.generated_code import GeneratedCode, generate_code
 
 Generate = Callable[[Any, Real], GeneratedCode]
 Unpacked = Callable[..., Path]
-
-
-def each_once(build: Callable[..., Any]) -> Callable[..., Any]:
-    """The same function, whose result for the same arguments is kept."""
-    cache: dict[str, Any] = {}
-
-    def once(*arguments: Any) -> Any:
-        if (key := repr(arguments)) not in cache:
-            cache[key] = build(*arguments)
-        return cache[key]
-
-    return once
 
 
 @pytest.fixture(scope="session")

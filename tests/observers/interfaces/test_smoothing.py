@@ -148,7 +148,7 @@ def test_it_needs_the_filter(recording: RigRecording) -> None:
         smooth(Mhe(**DECLARED), **columns_of(recording))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("count", [3, pytest.param(150, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [3, pytest.param(60, marks=pytest.mark.long)])
 def test_its_band_covers_the_truth(count: int) -> None:
     inside = []
     for seed in range(count):

@@ -10,6 +10,8 @@ from observers.planning.path import SteeringPath, steer
 from symbolic import Rig, Tolerances
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 
+pytestmark = pytest.mark.usefixtures("optimised")
+
 
 @pytest.fixture(scope="module")
 def path() -> SteeringPath:

@@ -12,6 +12,7 @@ from reference_rig import RigTyre, SteeredWheel
 from symbolic import InvalidInputError
 from tests.observers.planning.conftest import LOAD, RIG, K
 
+pytestmark = pytest.mark.usefixtures("optimised")
 LIMITS = SteeringLimits(angle=0.3, rate=0.4, time=6.0)
 Array = NDArray[np.float64]
 
@@ -95,7 +96,7 @@ def test_a_wheel_that_does_not_follow_gets_the_advice_from_where_it_stands(acqui
             {},
             "2.0% of mu cannot be reached by any steering: 3.1% remains, most of it by tolerances",
         ),
-        (0.05, {"time": 0.5}, "the time of 0.5 s is over at"),
+        (0.05, {"time": 0.2}, "the time of 0.2 s is over at"),
         pytest.param(
             0.05, {"torque": 0.4}, "torque's limit of 0.4 N m keeps the wheel", marks=pytest.mark.long
         ),

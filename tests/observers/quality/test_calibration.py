@@ -19,6 +19,7 @@ from tests.observers.monte_carlo import (
     turned_by_hand,
 )
 
+pytestmark = pytest.mark.usefixtures("optimised")
 FEWER = range(40)
 RUNS = [
     pytest.param((Ekf, FEWER), id="ekf"),

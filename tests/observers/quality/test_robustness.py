@@ -19,6 +19,7 @@ from tests.observers.sensor_faults import (
 )
 from tests.observers.surface_changes import HIGH, LOW, crossing, turn_until_known
 
+pytestmark = pytest.mark.usefixtures("optimised")
 KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe", marks=pytest.mark.long)]
 """The window takes ten times as long as the filter; the quick tier gives it all faults at once."""
 RUNS = {Ekf: range(20), Mhe: range(10)}
