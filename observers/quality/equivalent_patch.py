@@ -27,7 +27,7 @@ SLIDES = 0.8
 """Share of the full slide from which on a memory that mu enters is handed over [1].
 
 While friction is acquired mu changes from sample to sample; what a patch keeps of that, a filter would
-take for torque. Chosen on simulated turns of 0.04 to 0.06 rad with carcass torsion, errors of 0.2 to 2 %:
+take for torque. Chosen on simulated turns of 0.04 to 0.06 rad with carcass torsion, errors 0.2 to 2 %:
 of 800 other runs, 20 of 584 usable ones were beyond three deviations without it, none of 328 with it.
 """
 
