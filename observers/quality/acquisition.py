@@ -176,8 +176,8 @@ def build_conclusion(
     # The estimator begins with a patch free of torque.
     decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
     if patch.slides:
-        torque = output["M_z_predicted"] - (verdict["zero"] if is_scaled else 0)
-        decided = ca.logic_and(decided, ca.fabs(torque) > patch.slides * output["M_slide"])
+        torque = ca.fabs(output["M_z_predicted"] - is_scaled * verdict["zero"])
+        decided = ca.logic_and(decided, torque > patch.slides * output["M_slide"])
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     is_scaled = is_scaled and patch.misfit == 0

@@ -7,8 +7,7 @@ import pytest
 
 from observers import PROFILES, Ekf, run
 from observers.planning.path import steer
-from reference_rig import RigTyre, free_path, simulate_bristles
-from reference_rig.effects import carcass_torsion, rate_friction
+from reference_rig import RIG_EFFECTS, RigTyre, free_path, simulate_bristles
 from symbolic import Model, Rig, effects_named
 
 PERIOD, LOAD = 0.01, 450.0
@@ -23,7 +22,7 @@ def deviations(mu: float, rate: float, turns: tuple[float, float], **tuning: flo
     path = steer(points, rate, rate / 0.2, PERIOD, 8.0, rest=0.5)
     t = PERIOD * np.arange(path.psi.size)
     tyre = RigTyre(a=0.05, e=0.011, k=2.21e6, mu=mu)
-    planted = [rate_friction(0.05), carcass_torsion(264.0)]
+    planted = [RIG_EFFECTS["rate_friction"](c=0.05), RIG_EFFECTS["carcass_torsion"](k_t=264.0)]
     truth = simulate_bristles(
         free_path(t, path.psi, load=LOAD, rate=1 / PERIOD), tyre, planted, bristles=800
     )
