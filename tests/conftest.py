@@ -39,7 +39,7 @@ settings.register_profile(
 )
 settings.load_profile("project")
 
-MOST_CASES = 8
+MOST_CASES = 5
 """Cases of one test function in the quick tier."""
 ROOT = Path(__file__).resolve().parent.parent
 

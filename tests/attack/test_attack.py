@@ -65,7 +65,7 @@ def test_command_lines() -> None:
 def test_the_short_form(name: str) -> None:
     if name not in CLASSES:
         pytest.skip("not on this system")
-    assert undertake(CLASSES[name], Effort(seconds=4, inputs=40, seed=7)).failures == ()
+    assert undertake(CLASSES[name], Effort(seconds=4, inputs=20, seed=7)).failures == ()
 
 
 def test_no_file_under_attack_stays() -> None:

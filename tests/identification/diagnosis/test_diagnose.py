@@ -15,7 +15,7 @@ from identification import (
     smoothed_rate,
 )
 from reference_rig import Campaign
-from symbolic import EFFECTS, InvalidInputError, Rig, Tolerances, Tyre
+from symbolic import CANDIDATES, EFFECTS, InvalidInputError, Rig, Tolerances, Tyre
 from tests.identification.factories import read_campaign, with_torque
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -157,8 +157,16 @@ def test_what_acts_in_the_first_slide_alone_is_identified() -> None:
     assert effect.grade == "strong"
 
 
-def test_a_control_has_nothing_missing() -> None:
-    found = diagnose(read_campaign(None, 1, duration=8.0)[1], jobs=1)
+@pytest.mark.parametrize(
+    "candidates",
+    [
+        ["bearing_friction", "carcass_torsion", "contact_damping", "sensor_delay", "stribeck"],
+        pytest.param([*CANDIDATES], marks=pytest.mark.long, id="all"),
+    ],
+    ids=lambda _: "some",
+)
+def test_a_control_has_nothing_missing(candidates: list[str]) -> None:
+    found = diagnose(read_campaign(None, 1, duration=8.0)[1], candidates=candidates, jobs=1)
 
     assert found.effects == ()
     assert not found.unexplained.present

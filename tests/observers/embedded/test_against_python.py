@@ -103,6 +103,7 @@ def test_embedded_recordings(generated: Generate, repository_root: Path, name: s
     compare_recording(generated, path, observer_named(name))
 
 
+@pytest.mark.long
 @pytest.mark.measured
 @pytest.mark.parametrize("name", ["ekf declared aligning", "mhe declared aligning"])
 @pytest.mark.parametrize("file", cases("fem1", PUBLISHED))
