@@ -42,8 +42,7 @@ MAX_MODEL_VARIANCE = 1.0
 SHRINK = 4.0
 """Model errors that ln s is uncertain by [1]."""
 GAIN_FREE = 0.5
-"""|s - 1| up to this many `stiffness_std` is k's own and adds nothing to the deviation of mu [1]; see
-`MeasurementModel.gain_share` for the part beyond."""
+"""|s - 1| up to this many `stiffness_std` is k's own [1]; beyond, see `MeasurementModel.gain_share`."""
 DOUBT_LIMIT, MAX_DOUBT = 2.0, 10.0
 """Unexplained independent samples from which on the status is INCONSISTENT, and the most that count."""
 HOPELESS = 8.0
@@ -180,8 +179,7 @@ def build_conclusion(
         decided = ca.logic_and(decided, torque > patch.slides * output["M_slide"])
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
-    is_scaled = is_scaled and patch.misfit == 0
-    log_scale = verdict["log_gain"] * spread / (spread + doubtful) if is_scaled else 0
+    log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
     # What s is off by, and its own deviation.
     off = ca.sqrt(verdict["log_gain"] ** 2 + variance_of_scale(verdict, limits["stiffness_std"]))
     excess = ca.exp(off) - 1 - GAIN_FREE * limits["stiffness_std"]
@@ -201,8 +199,7 @@ def build_conclusion(
     means |= {name: verdict[of] / after["scale"] for name, of in (("M_0", "zero"), ("gear", "gear"))}
     covariances = {"log_mu_log_mu": variance, "M_0_M_0": verdict["var_zero"]}
     if "gear" in states:
-        covariances |= _covariances_of_gear(verdict, after["scale"])
-        covariances["stiffness_stiffness"] = spread * doubtful / (spread + doubtful)
+        covariances |= _covariances_of_gear(verdict, after["scale"], spread, doubtful)
     results = _acquired_output(after, own, verdict, output, log_mu, variance, limits)
     outputs = {
         "own_next": vector_of(OWN, after),
@@ -212,9 +209,12 @@ def build_conclusion(
     return named_function("conclude", inputs, outputs, cse=True)
 
 
-def _covariances_of_gear(verdict: Parts, scale: Expression) -> dict[str, Expression]:
-    """Covariances of ln mu, M_0 and the gear's friction, torques divided by s."""
+def _covariances_of_gear(
+    verdict: Parts, scale: Expression, spread: Expression, doubtful: Expression
+) -> Parts:
+    """Covariances of ln mu, stiffness, M_0 and the gear's friction, torques divided by s."""
     return {
+        "stiffness_stiffness": spread * doubtful / (spread + doubtful),
         "log_mu_M_0": verdict["log_mu_zero"] / scale,
         "log_mu_gear": verdict["log_mu_gear"] / scale,
         "M_0_M_0": verdict["var_zero"] / scale**2,
