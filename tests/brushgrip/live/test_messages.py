@@ -76,7 +76,8 @@ def test_friction_is_sent_while_it_is_measured(run: Run, tmp_path: Path) -> None
     wheel = read_recording(RIG.with_name("train_a.csv"), read_rig(RIG))
     estimates = observe(from_files(Ekf, RIG), wheel.t, wheel.psi, wheel.F_N, wheel.M_z)
     assert told[-1]["mu_eff"] == pytest.approx(estimates.mu_eff[-1])
-    assert len(frames) == len(told) > 10
+    # Each keeps its own time between two messages.
+    assert min(len(frames), len(told)) > 10
     assert [frame.data[5] for frame in frames] == [number % 256 for number in range(1, len(frames) + 1)]
 
 
