@@ -43,14 +43,6 @@ OF_CAR = {
 }
 """Fault of a car's recording, by the beginning of a suspected cause."""
 ANGLE, SIGN = "psi looks like degrees", "psi or the torque has the other sign"
-FLIP = "flip one of them"
-CONVENTIONS = {
-    "M_z": "M_z is the moment of the ground on the wheel, negative for a first turn to positive psi"
-    " (left): flip M_z, or psi if that is positive to the right",
-    "M": "M is the torque of the hand or motor on the wheel, positive for a first turn to positive psi"
-    " (left): flip M, or psi if that is positive to the right",
-}
-"""What to flip by the torque that was measured, in place of `FLIP`."""
 FOR_K = (
     "; a k that is known is declared with its tolerance, k = { value = ..., tolerance = ... } in"
     " [tyre]: the closer, the narrower the band"
@@ -74,7 +66,6 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
         if cause.startswith(SIGN):
             source = changed.get(torque, _source(recording, torque))
             changed[torque] = replace(source, factor=-source.factor)
-            causes = with_convention(causes, torque)
         if cause.startswith(ANGLE):
             angle = "psi"
         scale = SCALE.match(cause) if recording.standstills is None else None
@@ -94,11 +85,6 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
     maps = {column: source.as_map(column) for column, source in (given | changed).items()}
     maps["psi"], ratio = _angle(recording)
     return f"{why}: {as_option(maps.values())}{ratio}"
-
-
-def with_convention(causes: Sequence[str], torque: str) -> tuple[str, ...]:
-    """The suspected causes, that of a sign with the sign that is expected of this torque."""
-    return tuple(cause.replace(FLIP, CONVENTIONS[torque]) for cause in causes)
 
 
 def _cause_in_vehicle_keys(cause: str) -> str:

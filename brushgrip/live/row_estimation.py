@@ -9,7 +9,6 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.suggested_map import with_convention
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car import of_mean_wheel, require_steering
@@ -117,9 +116,7 @@ class WheelRowEstimator:
     @property
     def suspicions(self) -> tuple[str, ...]:
         """Causes of `Status.SUSPECT`, a sentence each."""
-        if self._stretch is None:
-            return ()
-        return with_convention(self._stretch.loop.suspicions, self.columns[3])
+        return () if self._stretch is None else self._stretch.loop.suspicions
 
     def implausible(self, _: NDArray[np.float64], /) -> str:
         """Nothing: the observer itself suspects units, signs and gears."""

@@ -83,7 +83,7 @@ class Loop:
     @property
     def suspicions(self) -> tuple[str, ...]:
         """Present causes of `Status.SUSPECT`, a sentence each; empty without it."""
-        return suspicions(self.state)
+        return suspicions(self.state, self.observer.channel)
 
     @property
     def state(self) -> Any:

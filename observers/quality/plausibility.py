@@ -56,6 +56,13 @@ MIN_JUMP = 3e-3
 """Change before a frozen torque, as a share of it, that no patch near full slide shows [1]."""
 KNOWN_SCALE = 0.1
 """Standard deviation of ln s below which a scale that is not verified is named [1]."""
+CONVENTIONS = {
+    "M_z": "M_z is the moment of the ground on the wheel, negative for a first turn to positive psi"
+    " (left): flip M_z, or psi if that is positive to the right",
+    "M": "M is the torque of the hand or motor on the wheel, positive for a first turn to positive psi"
+    " (left): flip M, or psi if that is positive to the right",
+}
+"""What to flip, by the torque that is measured."""
 EVIDENCE = Layout.of(
     angle=1, period=1, friction=1, load=1, first_load=1, psi=1, travel=1, work=1, exchanged=1, torque=1,
     jump=1, frozen=1, frozen_travel=1, clipped=1,
@@ -108,13 +115,13 @@ def build_evidence(channel: str) -> ca.Function:
         "frozen_travel": turned,
         "clipped": ca.logic_or(was["clipped"], clipped),
     }
-    suspect = reduce(ca.logic_or, causes(after).values(), ca.SX(0))
+    suspect = reduce(ca.logic_or, causes(after, channel).values(), ca.SX(0))
     outputs = {"evidence_next": vector_of(EVIDENCE.places, after), "suspect": suspect}
     return named_function("evidence", inputs, outputs, cse=True)
 
 
-def causes(evidence: Parts) -> dict[str, Expression]:
-    """Each cause in a sentence that says what to do, and whether it is suspected."""
+def causes(evidence: Parts, channel: str) -> dict[str, Expression]:
+    """Each cause in a sentence that says what to do, and whether it is suspected of this torque."""
     light = evidence["load"] < MIN_WHEEL_LOAD
     beyond = evidence["friction"] >= IN_A_ROW
     given_back = evidence["work"] > MAX_RETURNED_WORK * evidence["exchanged"]
@@ -128,15 +135,14 @@ def causes(evidence: Parts) -> dict[str, Expression]:
         * light,
         "the torque looks like N mm, or like another shaft's: it is more than any ground holds;"
         " convert it to N m at the kingpin": beyond * (1 - light),
-        "psi or the torque has the other sign: the ground would turn the wheel; flip one of them": (
-            (evidence["travel"] >= MIN_SIGN_TRAVEL) * given_back
-        ),
+        "psi or the torque has the other sign: the ground would turn the wheel;"
+        f" {CONVENTIONS[channel]}": (evidence["travel"] >= MIN_SIGN_TRAVEL) * given_back,
         "the torque is clipped or frozen: it stays the same to the last digit while the wheel turns;"
         " check the sensor and its range": evidence["clipped"],
     }
 
 
-def suspicions(state: Any) -> tuple[str, ...]:
+def suspicions(state: Any, channel: str) -> tuple[str, ...]:
     """Each suspected cause of an observer's state in a sentence; empty where all is plausible.
 
     A state without the check, or None, has none.
@@ -144,7 +150,7 @@ def suspicions(state: Any) -> tuple[str, ...]:
     places = getattr(getattr(state, "layout", None), "places", {})
     if "evidence" not in places:
         return ()
-    found = _named_causes(state["evidence"])
+    found = _named_causes(state["evidence"], channel)
     if found or "verdict" not in places:
         return found
     status = int(np.nan_to_num(state["output"][OUTPUT.index("status")]))
@@ -161,9 +167,9 @@ def suspicions(state: Any) -> tuple[str, ...]:
     return ()
 
 
-def _named_causes(evidence: Array) -> tuple[str, ...]:
+def _named_causes(evidence: Array, channel: str) -> tuple[str, ...]:
     values = {name: float(evidence[at][0]) for name, (at, _) in EVIDENCE.places.items()}
-    return tuple(text for text, holds in causes(values).items() if holds)
+    return tuple(text for text, holds in causes(values, channel).items() if holds)
 
 
 def suspicions_of(samples: Iterable[Sample], rig: Rig, channel: str) -> tuple[str, ...]:
@@ -180,7 +186,7 @@ def suspicions_of(samples: Iterable[Sample], rig: Rig, channel: str) -> tuple[st
     rows[4:] = np.where(np.abs(rows[4:]) < SENSIBLE, rows[4:], np.nan)
     stretch = compiled_stretch(build_evidence(channel))
     states = run_stretches(stretch, START, rows, np.array([rig.a]), 0)
-    return _named_causes(states[:, -1])
+    return _named_causes(states[:, -1], channel)
 
 
 def _in_a_row(before: Expression, holds: Expression) -> Expression:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.estimation.suggested_map import ANGLE, FLIP, SIGN, UNITS
+from brushgrip.estimation.suggested_map import ANGLE, SIGN, UNITS
 from observers.quality.plausibility import EVIDENCE, causes
 from reference_rig import make_ground_recording, make_steering_recording
 from tests.brushgrip.helpers import Run, Write, contents, table_of
@@ -227,11 +227,11 @@ def test_one_map_mends_all_that_is_wrong(estimate: Run, write_csv: Write, simula
 
 def test_every_suspected_cause_but_a_broken_sensor_has_a_map() -> None:
     places = EVIDENCE.places
-    named = list(causes(dict.fromkeys(places, 1.0)))
+    named = list(causes(dict.fromkeys(places, 1.0), "M_z"))
     without = [cause for cause in named if not cause.startswith((*UNITS, ANGLE, SIGN))]
 
     assert len(named) == 6
-    assert [FLIP in cause for cause in named] == [cause.startswith(SIGN) for cause in named]
+    assert ["flip M_z" in cause for cause in named] == [cause.startswith(SIGN) for cause in named]
     assert [cause.split(":")[0] for cause in without] == ["the torque is clipped or frozen"]
 
 
