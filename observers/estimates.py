@@ -42,6 +42,11 @@ class Estimates:
         return np.asarray(self.status & Status.MISSING == 0, dtype=np.bool_)
 
     @property
+    def wide(self) -> NDArray[np.bool_]:
+        """Where nothing is flagged but mu's deviation, too large to be informed, shape (n,)."""
+        return np.asarray(~self.informed & (self.status == Status.USED), dtype=np.bool_)
+
+    @property
     def usable_share(self) -> float:
         """Share of the samples with a torque that are usable [1]."""
         return float(self.usable.sum()) / max(1, int(self.measured.sum()))

@@ -18,8 +18,9 @@ def friction_lines(outcome: FrictionOutcome | None) -> tuple[list[str], list[str
     notes: list[str] = []
     if outcome is None:
         return known, notes
+    further = outcome.further()
     for ground in filter(None, outcome.grounds):
-        one = outcome.further().get(ground)
+        one = further.get(ground)
         line = further_recording(ground, one, len(outcome.grounds[ground]))
         (known if one and one.further is not None else notes).append(line)
     return known, notes

@@ -244,8 +244,7 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
         "usable": estimates.usable_share,
         "informed": float((estimates.informed & measured).sum()) / count,
         **{name: share(flag) for name, flag in FLAGS.items()},
-        "wide": float((~estimates.informed & measured & (estimates.status == Status.USED)).sum())
-        / count,
+        "wide": float((estimates.wide & measured).sum()) / count,
         "changes": int(np.count_nonzero(estimates.status & Status.RESET)),
         "fault": "",
     }

@@ -158,7 +158,6 @@ def estimates_summary(
         of_car: remedies name what a vehicle file declares.
     """
     counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
-    unflagged = ~estimates.informed & (estimates.status == Status.USED)
     parts = [_last_friction(estimates)]
     if rejected := counts[Status.REJECTED]:
         parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
@@ -173,8 +172,8 @@ def estimates_summary(
     for flag in (Status.SUSPECT, Status.BOUND):
         # The first small turns of a sound wheel may look like either.
         counts[flag] *= counts[flag] > MIN_REPORTED_SHARE * estimates.t.size
-    if unflagged.mean() > 0.5 or not estimates.usable.any():
-        counts[Status.USED] = int(unflagged.sum())
+    if estimates.wide.mean() > 0.5 or not estimates.usable.any():
+        counts[Status.USED] = int(estimates.wide.sum())
     # Whether the deviation can be believed goes before what happened to samples.
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
     most_frequent = max(first or counts, key=lambda flag: counts[flag])
@@ -187,7 +186,9 @@ def estimates_summary(
             f"{line}; {number} {_plural(number, 'sample')} not usable: {meaning(most_frequent)}; {noise}"
         )
     if number:
-        share = np.median((estimates.mu_std / estimates.mu)[unflagged if unflagged.any() else -1])
+        share = np.median(
+            (estimates.mu_std / estimates.mu)[estimates.wide if estimates.wide.any() else -1]
+        )
         remedy = most_frequent.remedy or uninformed_remedy(float(share))
         remedy = _on_command_line(remedy, of_car=of_car)
         return f"{line}; {number} {_plural(number, 'sample')} not usable: {remedy}"
