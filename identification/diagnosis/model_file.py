@@ -43,7 +43,7 @@ def _writable(values: Mapping[str, float]) -> dict[str, float]:
     return {name: min(value, sys.float_info.max) for name, value in values.items()}
 
 
-def read_model(path: Path, effects: Iterable[Effect] = ()) -> FoundModel:
+def read_model(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
     """Read a model file.
 
     Args:
@@ -53,6 +53,6 @@ def read_model(path: Path, effects: Iterable[Effect] = ()) -> FoundModel:
     Raises:
         InvalidInputError: the file is missing, no JSON, or lacks something; one line says what.
     """
-    content = read_bytes(path, MAX_MODEL_SIZE)
+    content = read_bytes(Path(path), MAX_MODEL_SIZE)
     with naming(path):
         return model_from_tables(json_of(content), effects)

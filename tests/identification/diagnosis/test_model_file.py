@@ -49,7 +49,7 @@ def test_round_trip(tmp_path: Path) -> None:
 
 
 def test_values_for_a_recording(tmp_path: Path) -> None:
-    found = read_model(write(tmp_path, CONTENT))
+    found = read_model(str(write(tmp_path, CONTENT)))
 
     assert found.values_for("a") == {**SHARED, **OWN["a"]}
     assert found.values_for("a", mu=2.0)["mu"] == 1.3, "what was found goes before what was declared"
