@@ -21,7 +21,7 @@ DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""
 MIN_FACTOR, MAX_FACTOR = 1e-12, 1e12
 """Size of a factor, beyond which no unit is."""
-_FRACTION = re.compile(r"(?P<part>[0-9]{1,9}(\.[0-9]{1,9})?)/(?P<over>[0-9]{1,9}(\.[0-9]{1,9})?)")
+_FRACTION = re.compile(r"(?P<part>-?[0-9]{1,9}(\.[0-9]{1,9})?)/(?P<over>[0-9]{1,9}(\.[0-9]{1,9})?)")
 _SOURCE = re.compile(
     r"(?P<sign>[+-]?)(?:(?P<factor>\d+\.?\d*(?:[eE][+-]?\d+)?)(?:/(?P<over>\d+\.?\d*))?\*)?(?P<channel>.+?)(?::(?P<unit>[^:]*))?"
 )

@@ -155,8 +155,9 @@ def test_a_proposal_for_channels_without_clocks_has_the_time(tmp_path: Path) -> 
 
 def test_a_ratio_is_a_fraction(tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"
-    path.write_text('[signals]\npsi = { channel = "Wheel", unit = "deg", factor = "1/14.8" }')
-    assert read_signals(path).of("psi").factor == pytest.approx(1 / 14.8)
+    for sign in ("", "-"):
+        path.write_text(f'[signals]\npsi = {{ channel = "Wheel", factor = "{sign}1/14.8" }}')
+        assert read_signals(path).of("psi").factor == pytest.approx(float(f"{sign}1") / 14.8)
     signals = parse_signals("psi=-1/14.8*Wheel:deg,M_z=2.5e1/2*Torque,F_N=a/b")
 
     assert signals.of("psi").factor == pytest.approx(-0.0675676, rel=1e-6)
