@@ -228,8 +228,9 @@ class Search:
         found = self._replaced(present, self._rank(present, sets, label), exchange_justified)
         if found is None or found.after is None:
             return None
-        values = found.after.fitted.values
-        return replace(found, after=self.runner.run_fine((*others, rival), values), without=None)
+        effects = (*others, rival)
+        after = self.runner.run_fine(effects, values_for(found.after, effects))
+        return replace(found, after=after, without=None)
 
     def _replaced(
         self, present: _PresentModel, trials: Sequence[Trial], justified: Justified

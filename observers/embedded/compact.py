@@ -32,9 +32,9 @@ from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
 from observers.quality.branches import TRACK
+from observers.quality.directional_monitor import monitor_fields
 from observers.quality.hypotheses import SETTINGS, per_hypothesis
 from observers.quality.innovation_gate import COUNTS
-from observers.quality.innovation_monitor import MONITOR
 from observers.quality.verdict import VERDICT
 from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY
@@ -79,9 +79,10 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
     constants, name = Constants(observer, terms["tunable"], theta=range(len(DECLARED))), terms["name"]
     estimator = ESTIMATORS[type(observer)](patch, constants)
     values = {
-        **terms, **patch.terms, "clean": len(CLEAN), "counts": len(COUNTS), "monitor": len(MONITOR),
-        "states": len(model.states), "follows_correction": follows_correction(model),
-        "follows_mu": patch.follows_mu, "slides": patch.torque_model.slides, **estimator.terms,
+        **terms, **patch.terms, "clean": len(CLEAN), "counts": len(COUNTS),
+        "monitor": len(monitor_fields(model)), "states": len(model.states),
+        "follows_correction": follows_correction(model), "follows_mu": patch.follows_mu,
+        "slides": patch.torque_model.slides, **estimator.terms,
     }  # fmt: skip
     functions = [*sample_functions(observer), *estimator.functions]
     functions += acquisition_and_scale_functions(observer, constants)
@@ -121,7 +122,8 @@ def _names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
     covariance = tuple(f"variance of {r}" if r == c else f"covariance of {r}, {c}" for r, c in pairs)
     return {
         "sample": SAMPLE, "last": CLEAN, "now": CLEAN, "x": states, "mean": states, "newest": states,
-        "slopes": slopes, "counts": COUNTS, "monitor": MONITOR, "output": OUTPUT, "result": OUTPUT,
+        "slopes": slopes, "counts": COUNTS, "output": OUTPUT, "result": OUTPUT,
+        "monitor": monitor_fields(observer.measurement_model),
         "own": OWN, "track": TRACK, "part": per_hypothesis("gear" in states), "limits": SETTINGS,
         "verdict": VERDICT, "factor": factor, "P": covariance,
     }  # fmt: skip

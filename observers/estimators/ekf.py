@@ -35,8 +35,8 @@ from observers.patch.update import (
     tyre_parameters,
 )
 from observers.protocol import OUTPUT
+from observers.quality.directional_monitor import monitor_fields
 from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight, innovation_variance
-from observers.quality.innovation_monitor import MONITOR
 from observers.udu import add_variance, build_predict_covariance, build_update_covariance, covariance
 from symbolic import GEOMETRY, InvalidInputError
 from symbolic.functions import named_function
@@ -96,7 +96,7 @@ def layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
             ("M_z", 1, 1),
             ("slopes", len(directions(measurement_model)), 1),
             ("counts", len(COUNTS), 1),
-            ("monitor", len(MONITOR), 1),
+            ("monitor", len(monitor_fields(measurement_model)), 1),
             ("output", len(OUTPUT), 1),
         )
     )

@@ -41,8 +41,8 @@ from observers.patch.history import PatchHistory
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
+from observers.quality.directional_monitor import monitor_fields
 from observers.quality.innovation_gate import COUNTS
-from observers.quality.innovation_monitor import MONITOR
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
 from symbolic.functions import named_function
@@ -61,7 +61,7 @@ def layout(model: PatchModel, measurement_model: MeasurementModel, window: int) 
             ("factor", n, n),
             ("P_newest", n, n),
             ("counts", len(COUNTS), 1),
-            ("monitor", len(MONITOR), 1),
+            ("monitor", len(monitor_fields(measurement_model)), 1),
             ("output", len(OUTPUT), 1),
         )
     )

@@ -2,7 +2,8 @@
 
 An innovation beyond the gate is rejected. After `Tuning.reset_after` in a row, all to one side, the
 ground has changed: the variance that two grounds differ by is added to that of ln mu, and the samples
-are accepted. What stays within the gate is watched by `observers.quality.innovation_monitor`.
+are accepted. What stays within the gate is watched by `observers.quality.innovation_monitor`, and
+friction by direction by `observers.quality.directional_monitor`.
 
 Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
 section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
@@ -17,6 +18,13 @@ from observers.layout import Expression, named, outputs_of, symbols, symbols_lik
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
+from observers.quality.directional_monitor import (
+    add_sample,
+    has_changed,
+    monitor_fields,
+    predicted_reference,
+    renewed,
+)
 from observers.quality.innovation_monitor import MIN_SAMPLES, MONITOR, build_monitor
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic.functions import named_function
@@ -72,7 +80,7 @@ class InnovationTest:
         counts_next: as `COUNTS`.
         inconsistent: the model does not explain the torque: 0 or 1.
         untested: too few independent samples to say so: 0 or 1.
-        monitor_next: as `MONITOR`.
+        monitor_next: as `monitor_fields`.
     """
 
     innovation: ca.MX
@@ -104,7 +112,8 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
     given = symbols_like(measurement)
     x, M_z, slopes, now, rig, tuning = given.values()
     inputs = {"x": x, **symbols(ca.MX, P=(n, n)), "M_z": M_z, "slopes": slopes, "now": now}
-    inputs |= symbols(ca.MX, counts=len(COUNTS), monitor=len(MONITOR)) | {"rig": rig, "tuning": tuning}
+    size = len(monitor_fields(measurement_model))
+    inputs |= symbols(ca.MX, counts=len(COUNTS), monitor=size) | {"rig": rig, "tuning": tuning}
     results = outputs_of(measurement, *given.values())
     innovation, H, weight = (results[name] for name in ("innovation", "H", "weight"))
     huber_scale, independent = results["huber_scale"], results["independent"]
@@ -118,10 +127,19 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
         innovation, H_P_H, weight, huber_scale, inputs["counts"], tuning
     )
     variance = innovation_variance(H_P_H, weight, huber_scale)
+    at, monitor = state_index(measurement_model), inputs["monitor"]
+    share, quiet = independent * ca.logic_not(missing), accepted * ca.logic_not(reset)
     alarm, inconsistent, monitor_next = build_monitor()(
-        innovation, H[state_index(measurement_model)], variance, independent * ca.logic_not(missing),
-        accepted * ca.logic_not(reset), inputs["monitor"], tuning,
-    )  # fmt: skip
+        innovation, H[at], variance, share, quiet, monitor[: len(MONITOR)], tuning
+    )
+    if OTHER in measurement_model.states:
+        kept = predicted_reference(monitor[len(MONITOR) :], x[at], inputs["P"][at, at], now)
+        about = innovation + H[at] * (x[at] - kept["reference"])
+        counted = huber_weight(about, huber_scale, kept["variance"] * H[at] ** 2) * accepted
+        kept = add_sample(kept, about, H[at], counted * weight, share * accepted)
+        alarm = ca.logic_or(alarm, has_changed(kept, tuning))
+        sums = ca.logic_not(alarm) * monitor_next[:2]
+        monitor_next = ca.vertcat(sums, monitor_next[2:], renewed(kept, reset + alarm))
     counts_next[COUNTS.index("resets")] += alarm
     test = InnovationTest(
         **results,

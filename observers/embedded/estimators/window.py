@@ -36,8 +36,9 @@ from observers.measurement.linearisation import build_motion, directions
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE
+from observers.quality.directional_monitor import monitor_fields
 from observers.quality.innovation_gate import COUNTS, build_innovation
-from observers.quality.innovation_monitor import MONITOR, variance_between_grounds
+from observers.quality.innovation_monitor import variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
@@ -63,7 +64,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
         P = ca.MX.sym("P", len(model.states), len(model.states))
         functions.append(retentions(observer, constants, P, P, predicted=False))
     row, n, eliminated = rows_used(model), len(model.states), elimination_parts(model).size
-    numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
+    numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(monitor_fields(model))
     a_sample = (n + len(row) + eliminated) * size + patch.kept_bytes
     states = {name: i for i, name in enumerate(model.states)}
     return EstimatorCode(
@@ -82,7 +83,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
         },
         private=STATE.format(
             real=patch.real.c_type, n=n, window=window, eliminated=eliminated, clean=len(CLEAN),
-            row=len(row), counts=len(COUNTS), monitor=len(MONITOR), kept=patch.kept,
+            row=len(row), counts=len(COUNTS), monitor=len(monitor_fields(model)), kept=patch.kept,
             integers=patch.kept_integers,
         ).rstrip(),
         bytes=numbers * size + 4 + window * a_sample,
@@ -132,7 +133,8 @@ class WindowFunctions:
         shapes = {
             "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
             "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUES), 1),
-            "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1), "monitor": (len(MONITOR), 1),
+            "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1),
+            "monitor": (len(monitor_fields(self.model)), 1),
             "eliminated": (elimination_parts(self.model).size, 1), "costate": (n, 1), "newest": (n, 1),
             "test": (len(test_fields(self.model)), 1), "age": (1, 1), "imputed": (1, 1), "slide": (2, 1),
             "theta": (len(self.patch.torque_model.coordinates), 1), "rig": (len(RIG), 1),

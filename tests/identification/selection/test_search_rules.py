@@ -47,12 +47,16 @@ class Scripted:
         trial, (training, _) = self.pair
         white = np.random.default_rng(3).standard_normal(training.t.size)
         labels = tuple((None, str(i)) for i in range(4 + len(names)))
-        fitted = replace(trial.fitted, residuals={training.name: error * white}, labels=labels)
+        values = Values(tyre=dict.fromkeys((f"{name}.value" for name in names), 1.0), own={})
+        residuals = {training.name: error * white}
+        fitted = replace(trial.fitted, residuals=residuals, labels=labels, values=values)
         made = with_effects(replace(trial, fitted=fitted), names)
         return replace(made, judgement=judgement(np.full(SECONDS, error)))
 
-    def run_fine(self, effects: Effects, _: Values | None = None) -> Trial:
+    def run_fine(self, effects: Effects, start: Values | None = None) -> Trial:
         self.fitted.append(letters(effects))
+        unknown = [name for name in start.tyre if name[0] not in self.fitted[-1]] if start else []
+        assert not unknown, "a fit refuses values of effects that its model does not have"
         return self.trial(self.fitted[-1], self.fine(self.fitted[-1]))
 
     def run_coarse(self, effects: Effects, _: Values, precision: Precision) -> Trial:

@@ -1,0 +1,92 @@
+"""The test of a stroke against the last one the same way, in NumPy and on bristles."""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from observers import CLEAN, DirectionalFriction, Ekf, Mhe, Status, Tuning, run
+from observers.measurement.directional_friction import EXCHANGED
+from observers.quality.directional_monitor import (
+    REFERENCE,
+    STEADY_WALK,
+    add_sample,
+    has_changed,
+    predicted_reference,
+    renewed,
+)
+from observers.quality.innovation_monitor import FORGETTING_SAMPLES
+from symbolic import Model
+from tests.observers.conftest import RIG, K
+from tests.observers.measurement.test_directional_friction import F_N, torque
+
+
+def test_ratio_is_that_of_gaussian_densities() -> None:
+    # Two samples of a stroke whose friction is the reference's plus a normal step, or plus the best one.
+    slope, weight, V, about = 0.8, 50.0, 0.01, np.array([0.5, 0.3])
+    kept: Any = dict(zip(REFERENCE, (0.0, V, 0.0, 0.0, 0.0, 0.0), strict=True))
+    for each in about:
+        kept = add_sample(kept, each, slope, weight, 0.0)
+    S = np.eye(2) / weight + V * slope**2
+    shift, inverse = slope * np.ones(2), np.linalg.inv(S)
+    step = (shift @ inverse @ about) / (shift @ inverse @ shift)
+    rest = about - step * shift
+    ratio = (about @ inverse @ about - rest @ inverse @ rest) / 2
+
+    for alarm, expected in ((0.999 * ratio, 1), (1.001 * ratio, 0)):
+        assert float(has_changed(kept, Tuning(alarm=alarm).vector)) == expected
+    assert not float(has_changed(kept, Tuning(alarm=np.inf).vector))
+
+
+def test_a_reference_is_held_in_a_stroke_corrected_at_its_end_and_begins_anew_after_a_reset() -> None:
+    now = np.zeros(len(CLEAN))
+    now[CLEAN.index("dt")] = 0.1
+    first = predicted_reference(ca.DM.zeros(len(REFERENCE)), 0.3, 0.04, now)
+    after = add_sample(first, 0.2, 1.0, 25.0, 1.0)
+    now[CLEAN.index(EXCHANGED)] = 1
+    turned = predicted_reference(renewed(after, 0), -0.5, 0.09, now)
+    back = predicted_reference(renewed(turned, 0), 9.0, 9.0, now)
+    anew = predicted_reference(renewed(after, 1), 0.7, 0.5, np.zeros(len(CLEAN)))
+
+    assert [float(turned[name]) for name in ("reference", "variance")] == pytest.approx([-0.5, 0.09])
+    # Of equal variances, half of the difference and half of the variance, which walks on.
+    walked = 0.02 + 2 * 0.1 * STEADY_WALK**2
+    assert [float(back[name]) for name in ("reference", "variance")] == pytest.approx([0.4, walked])
+    assert float(back["score"]) == float(back["information"]) == 0
+    assert [float(anew[name]) for name in ("reference", "variance")] == pytest.approx([0.7, 0.5])
+    assert float(add_sample(after, 0.0, 0.0, 0.0, 1.0)["information"]) == pytest.approx(
+        25 * (1 - 1 / FORGETTING_SAMPLES)
+    )
+
+
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
+@pytest.mark.parametrize("every", [1, 2, 4])
+@pytest.mark.parametrize(
+    ("factor", "ahead"), [(1.0, True), (1.35, True), (1.35, False), (0.7, True), (0.7, False)]
+)
+def test_a_change_alarms_in_its_stroke_at_any_rate(
+    kind: Any, every: int, factor: float, ahead: bool
+) -> None:
+    fine = np.arange(0, 14, 0.005)
+    psi = 0.25 * np.sin(np.pi * fine)
+    forth, back = np.full(fine.size, 1.2), np.full(fine.size, 0.8)
+    # It changes while the wheel turns back, or forth, to the other side.
+    when, end = (7.5, 8.5) if ahead else (8.5, 9.5)
+    (forth if ahead else back)[fine > when] *= factor
+    error = 0.03 * np.random.default_rng(5).standard_normal(fine.size // 20)
+    M_z = torque(psi, forth, back, 100) * (1 + np.repeat(error, 20))
+    t = fine[::every]
+    observer = kind(
+        model=Model(discretised=True, bristles=40), values={"k": K}, rig=RIG,
+        measurement_model=DirectionalFriction(),
+        tuning=Tuning(mu_walk=0.14, noise=0.005, error=0.05, error_travel=0.02, explained=2.5),
+    )  # fmt: skip
+    found = run(observer, t, psi[::every], np.full(t.size, F_N), M_z[::every])
+    changed = t[(found.status & Status.RESET) > 0]
+
+    assert changed.size == (factor != 1)
+    assert ((when < changed) & (changed < end)).all()
+    last = np.searchsorted(t, end - 0.02)
+    level = (1.2 if ahead else 0.8) * factor
+    assert found.mu[last] == pytest.approx(level, rel=0.1)
