@@ -58,8 +58,8 @@ OWN = (
 what s adds to the relative deviation of mu [1]; last load and the first one [N]; sum of the squares of
 the innovations, and that of their weights; independent samples that were not explained; 1 after a change
 of the ground, or `FAILED`; torques in a row, computed from the steering torque, that friction does not
-explain, and 1 where friction is acquired anew; torques predicted at the last two of them [N m]; 1 once the
-model has explained the torque since the handover, 2 where nothing lasted; smoothed innovation [N m]."""
+explain, and 1 where friction is acquired anew; torques predicted at the last two of them [N m]; 1 once
+the model has explained torque since the handover, 2 where nothing lasted; smoothed innovation [N m]."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 """Flags of the estimator that count while friction is acquired."""
 
