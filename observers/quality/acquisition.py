@@ -27,7 +27,7 @@ from observers.quality.hypotheses import (
 )
 from observers.quality.plausibility import MAX_TYRE_FRICTION
 from observers.quality.screening import has_flag
-from observers.quality.verdict import ALLOWED, VERDICT, build_verdict, variance_of_scale
+from observers.quality.verdict import ALLOWED, VERDICT, build_verdict, excess_of_scale
 from symbolic.functions import named_function
 
 DECIDED = 0.15
@@ -41,12 +41,12 @@ MAX_MODEL_VARIANCE = 1.0
 """Upper limit of the variance of ln mu from the model's error [1]."""
 SHRINK = 4.0
 """Model errors that ln s is uncertain by [1]."""
-GAIN_FREE = 0.5
-"""|s - 1| up to this many `stiffness_std` is k's own [1]; beyond, see `MeasurementModel.gain_share`."""
 DOUBT_LIMIT, MAX_DOUBT = 2.0, 10.0
 """Unexplained independent samples from which on the status is INCONSISTENT, and the most that count."""
 HOPELESS = 8.0
 """Independent samples not explained after which friction is acquired anew."""
+FAILED = 2
+"""`again` where the model had explained no torque before: it is doubted at the next handover."""
 FORGIVING = 10.0
 """Explained independent samples over which that count fades."""
 OWN = (
@@ -57,9 +57,9 @@ OWN = (
 """Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by [1];
 what s adds to the relative deviation of mu [1]; last load and the first one [N]; sum of the squares of
 the innovations, and that of their weights; independent samples that were not explained; 1 after a change
-of the ground; torques in a row, computed from the steering torque, that friction does not explain, and 1
-where friction is acquired anew; the torques predicted at the last two of them [N m]; 1 once the model
-has explained the torque since the handover; innovation less its noise, smoothed [N m]."""
+of the ground, or `FAILED`; torques in a row, computed from the steering torque, that friction does not
+explain, and 1 where friction is acquired anew; torques predicted at the last two of them [N m]; 1 once
+the model has explained torque since the handover, 2 where nothing lasted; smoothed innovation [N m]."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 """Flags of the estimator that count while friction is acquired."""
 
@@ -180,19 +180,19 @@ def build_conclusion(
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
-    # What s is off by, and its own deviation.
-    off = ca.sqrt(verdict["log_gain"] ** 2 + variance_of_scale(verdict, limits["stiffness_std"]))
-    excess = ca.exp(off) - 1 - GAIN_FREE * limits["stiffness_std"]
+    excess = excess_of_scale(verdict, limits["stiffness_std"], found=patch.misfit > 0)
+    doubt = update_doubt(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"])
+    failed = decided * (own["again"] == FAILED)
     after = own | {
         "acquiring": ca.logic_not(decided),
         # Without a torque there is nothing to give a verdict on.
         "phase": ca.if_else(own["phase"] == 1, 0, inputs["counted"]),
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
-        "excess": gain_share * ca.fmax(0, excess),
+        "excess": gain_share * excess,
         **dict.fromkeys(("squares", "weight", "streak", "confirmed", "lasting"), 0),
-        "doubt": update_doubt(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
+        "doubt": ca.fmax(doubt, HOPELESS * failed),
+        "lost": doubt > HOPELESS,
     }
-    after["lost"] = after["doubt"] > HOPELESS
     variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MAX_MODEL_VARIANCE)
     log_mu = verdict["log_mu"] - ca.log(after["scale"] * patch.friction)
     means = {"log_mu": log_mu, "stiffness": 1}

@@ -33,6 +33,7 @@ from observers.quality.acquired_to_estimator import (
 )
 from observers.quality.acquisition import (
     DOUBT_LIMIT,
+    FAILED,
     HOPELESS,
     MAX_DOUBT,
     OWN,
@@ -135,18 +136,18 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
     known = output["nis"] < SENSIBLE
     share = ca.if_else(known, inputs["share"], 0)
     older = retained(share, FORGETTING_SAMPLES)
-    nis, by_k, lasts = output["nis"], ca.SX(0), ca.SX(0)
+    nis, by_k, lasts, clear = output["nis"], ca.SX(0), ca.SX(0), ca.SX(1)
     if not is_computed and (patch.misfit > 0 or not gear):
         by_k = variance_by_k(inputs, own, output, patch)
     if patch.misfit > 0 and not is_computed:
         square = ca.fmax(innovation_of(inputs, own, output) ** 2, MIN_SQUARE_DIVISOR)
         nis = nis * square / (square + by_k * nis)
     if not (is_computed or gear):
-        own["lasting"], lasts = lasting_innovation(inputs, own, output, by_k)
+        own["lasting"], lasts, clear = lasting_innovation(inputs, own, output, by_k)
     squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, MAX_NORMALISED_SQUARE), 0)
     weight = older * own["weight"] + share
-    much = squares > EXCESS * limits["explained"] * weight
-    too_much = ca.logic_or(ca.logic_and(weight >= MIN_SAMPLES, much), lasts)
+    much = (weight >= MIN_SAMPLES) * (squares > EXCESS * limits["explained"] * weight)
+    too_much = ca.logic_or(much, lasts)
     if is_computed:
         predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
         own |= torques_beyond(inputs, own, predicted, limits["error"])
@@ -157,8 +158,10 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
     grown = ca.sqrt(1 + (own["excess"] * output["mu"] / output["mu_std"]) ** 2)
     std = results["mu_std"] * grown
-    status = with_flag(output["status"], Status.INCONSISTENT, ca.logic_or(too_much, doubt > DOUBT_LIMIT))
-    status = with_flag(status, Status.ACQUIRING, weight < MIN_SAMPLES)
+    doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
+    early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
+    status = with_flag(output["status"], Status.INCONSISTENT, doubted)
+    status = with_flag(status, Status.ACQUIRING, early)
     results |= {
         "mu": mu,
         "mu_std": std,
@@ -166,12 +169,10 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
         "nis": output["nis"],
         "status": with_flag(status, Status.SUSPECT, mu - 2 * std > MAX_TYRE_FRICTION),
     }
-    after = own | {"squares": squares, "weight": weight, "doubt": doubt}
-    explains = ca.logic_and(weight >= MIN_SAMPLES, ca.logic_not(wrong))
-    after["confirmed"] = ca.logic_or(own["confirmed"], explains)
+    confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
+    after = own | {"squares": squares, "weight": weight, "doubt": doubt, "confirmed": confirmed}
     # Once, if the ground changed while friction was acquired: a model that is wrong explains no ground.
-    retried = ca.logic_or(own["again"], after["confirmed"])
-    hopeless = ca.logic_and(doubt > HOPELESS, ca.logic_not(retried))
+    hopeless = (doubt > HOPELESS) * ca.logic_not(ca.logic_or(own["again"], confirmed))
     after["lost"] = ca.logic_or(own["streak"] >= IN_A_ROW, hopeless)
     outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
     return named_function("follow_output", inputs, outputs, cse=True)
@@ -235,8 +236,8 @@ def build_supervised_step(
     M_z = ca.if_else(lifted, float("nan"), M_z)
     changed = ca.logic_or(has_flag(named(OUTPUT, output)["status"], Status.RESET), own["lost"])
     tracked = own["acquiring"] == 0
-    own["again"] = ca.logic_or(own["again"], ca.logic_and(changed, tracked))
-    limits = settings_of(fields, patch.misfit, own["again"])
+    own["again"] = ca.if_else(changed * tracked, FAILED - (own["confirmed"] > 0), own["again"])
+    limits = settings_of(fields, patch.misfit, own["again"] > 0)
     std = fields["zero_std"] * full_slide_torque(own["F_N"], rig[0])
     zero = _zero_within(own["scale"] * newest_state(parts, measurement_model, after, "M_0"), std)
     gear, searched = has_gear(measurement_model), search_layout(has_gear(measurement_model))

@@ -17,6 +17,8 @@ INNOVATION_THRESHOLD, SMOOTHING_TIME = 3.0, 0.1
 """Test of a lasting innovation: threshold in model errors, and time constant of its low-pass [s]. Beyond
 it the model is wrong: what depends on time rather than on the angle, a zero that drifts or a torque that
 relaxes, is hidden in the noise of a sample and lasts."""
+CLEAR = 0.7
+"""Lasting innovation, in model errors, that a model that was handed over has to fall below once."""
 NOISE_ALLOWANCE = 3.0
 """Variance of the smoothed noise that is allowed, over its own [1]."""
 
@@ -42,8 +44,8 @@ def variance_by_k(inputs: Parts, own: Parts, output: Parts, patch: EquivalentPat
 
 def lasting_innovation(
     inputs: Parts, own: Parts, output: Parts, by_k: Expression
-) -> tuple[Expression, Expression]:
-    """The smoothed innovation [N m], and whether it is more than the model's stated error explains."""
+) -> tuple[Expression, Expression, Expression]:
+    """The smoothed innovation [N m], whether it is more than is explained, and whether it is clear."""
     known = is_known(inputs["M_z"])
     innovation = ca.if_else(known, innovation_of(inputs, own, output), 0)
     part = ca.if_else(known, ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1), 0)
@@ -55,7 +57,8 @@ def lasting_innovation(
     noise = noisy * variance / NOISIER
     share = ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1)
     variance -= noise * (1 - NOISE_ALLOWANCE * share / (2 - share))
-    return lasting, lasting**2 > INNOVATION_THRESHOLD**2 * (variance + by_k)
+    square = lasting**2 / (variance + by_k)
+    return lasting, square > INNOVATION_THRESHOLD**2, square <= CLEAR**2
 
 
 def torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Parts:

@@ -25,6 +25,8 @@ MIN_GAIN = 0.02
 """Least s of a hypothesis [1]."""
 ALLOWED = 3.0
 """|ln s| up to this many `Tuning.stiffness_std` is tolerance of k, not the torque's scale [1]."""
+GAIN_FREE = 0.5
+"""|s - 1| up to this many `stiffness_std` is k's own [1]; beyond, see `MeasurementModel.gain_share`."""
 VERDICT_MARGINS = (1.5, 2.0)
 """Margins to that limit in standard deviations of ln s: verified if further inside than the first,
 suspect if further outside than the second."""
@@ -239,3 +241,14 @@ def variance_of_scale(verdict: Parts, stiffness_std: Expression) -> Expression:
     """Variance of ln s from the torque and from the tolerances together [1]."""
     variance, spread = verdict["var_log_gain"], stiffness_std**2
     return variance * spread / (variance + spread)
+
+
+def excess_of_scale(verdict: Parts, stiffness_std: Expression, *, found: bool) -> Expression:
+    """What s may be off by beyond `GAIN_FREE` [1]: its value and its deviation, which hides as much.
+
+    Of a model that was found, the declared patch that stands for it makes part of the value: there the
+    two are taken as independent.
+    """
+    value, deviation = ca.fabs(verdict["log_gain"]), ca.sqrt(variance_of_scale(verdict, stiffness_std))
+    off = ca.sqrt(value**2 + deviation**2) if found else value + deviation
+    return ca.fmax(0, ca.exp(off) - 1 - GAIN_FREE * stiffness_std)

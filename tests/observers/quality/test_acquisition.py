@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
+from scipy.signal import lfilter
 
 from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, covariance_of, run
 from observers.quality.acquisition import build_search
@@ -138,8 +139,8 @@ def test_a_torque_of_another_scale_is_never_usable(factor: float, said: str) -> 
 
 
 def test_a_tolerance_of_k_admits_another_scale() -> None:
-    made = make_recording(33, mu=0.7, k=1.7 * K, bristles=500, duration=8.0)
-    tolerant = replace(RIG, tolerances=Tolerances(k=0.8 * K))
+    made = make_recording(33, mu=0.7, k=1.5 * K, bristles=500, duration=8.0)
+    tolerant = replace(RIG, tolerances=Tolerances(k=0.6 * K))
     estimates = [
         run(Ekf(model=Model(), values={"k": K}, rig=rig), made.t, made.psi, made.F_N, made.M_z)
         for rig in (RIG, tolerant)
@@ -181,13 +182,43 @@ def test_no_flagged_sample_is_usable_whatever_the_sensors_give() -> None:
 def test_a_model_that_is_wrong_is_doubted_after_a_new_ground() -> None:
     """A wheel that rolls: its torque relaxes within 0.3 s, which no patch explains."""
     made = make_recording(9001, mu=0.8, k=K, bristles=500, duration=14.0)
-    kept, M_z = float(np.exp(-0.01 / 0.3)), np.zeros(made.M_z.size)
-    for i in range(1, M_z.size):
-        M_z[i] = kept * M_z[i - 1] + made.M_z[i] - made.M_z[i - 1]
+    M_z = rolling(made.M_z, 0.3)
     estimates = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, M_z)
 
     assert np.mean(estimates.usable) < 0.02
     assert np.mean(estimates.status & Status.INCONSISTENT != 0) > 0.3
+
+
+@pytest.mark.parametrize(
+    ("mu", "seed", "time"),
+    [(0.3, 540_000, 0.3), (0.8, 540_000, 3.0), (0.3, 540_001, 1.0), (0.05, 540_007, 1.0)],
+)
+def test_a_wheel_that_rolls_is_not_trusted_for_a_moment(mu: float, seed: int, time: float) -> None:
+    """Before its torque has relaxed by more than the model's error, it bends like one that slides."""
+    made = make_recording(seed, mu=mu, k=K, load=400.0, bristles=500, duration=5.0)
+    M_z = rolling(made.M_z, time)
+    estimates = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, M_z)
+
+    wrong = estimates.usable & (np.abs(estimates.mu - mu) > 3 * estimates.mu_std)
+    assert np.mean(wrong) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("factor", "mu", "seed"), [(0.8, 0.8, 530_003), (0.8, 0.3, 530_003), (1.2, 0.3, 510_001)]
+)
+def test_a_torque_scale_that_passes_for_k_is_in_the_band(factor: float, mu: float, seed: int) -> None:
+    made = make_recording(seed, mu=mu, k=K, load=400.0, bristles=500, duration=14.0)
+    given = (made.t, made.psi, made.F_N, factor * made.M_z)
+    estimates = run(Ekf(model=Model(), values={"k": K}, rig=RIG), *given)
+
+    wrong = estimates.usable & (np.abs(estimates.mu - mu) > 3 * estimates.mu_std)
+    assert estimates.usable.any()
+    assert np.mean(wrong) < 0.01
+
+
+def rolling(M_z: Array, time: float) -> Array:
+    """The torque [N m] of a wheel that rolls: it relaxes within this time [s]."""
+    return lfilter([1.0], [1, -np.exp(-0.01 / time)], np.diff(M_z, prepend=M_z[0]))
 
 
 def slide(a: float, e: float) -> float:
@@ -250,7 +281,7 @@ def test_a_patch_may_be_twisted_before_the_first_sample(turn: float, mu: float, 
     )
 
     normal = np.abs(estimates.mu - mu) / estimates.mu_std
-    assert estimates.usable.mean() > 0.2
+    assert estimates.usable.mean() > 0.15
     assert np.mean(estimates.usable & (normal > 3)) < 0.01
 
 

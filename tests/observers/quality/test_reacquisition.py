@@ -8,7 +8,7 @@ import pytest
 
 from observers import Ekf, run
 from observers.protocol import OUTPUT
-from observers.quality.acquisition import DECLARED_PATCH, OWN, build_conclusion
+from observers.quality.acquisition import DECLARED_PATCH, OWN, EquivalentPatch, build_conclusion
 from observers.quality.branches import TRACK
 from observers.quality.hypotheses import (
     SETTINGS,
@@ -48,22 +48,26 @@ def test_a_later_acquisition_leaves_open_what_the_patch_was(direction: float) ->
     assert (hypotheses[names.index("D_twist")] > 0).all()
 
 
+@pytest.mark.parametrize("patch", [DECLARED_PATCH, EquivalentPatch(misfit=0.01)])
 @pytest.mark.parametrize(("off", "variance"), [(0.2, 0.0), (0.0, 0.04), (-0.15, 0.01)])
-def test_what_the_scale_may_be_off_by_widens_the_band(off: float, variance: float) -> None:
+def test_what_the_scale_may_be_off_by_widens_the_band(
+    off: float, variance: float, patch: EquivalentPatch
+) -> None:
     tuning = Tuning(stiffness_std=0.14)
     verdict = dict.fromkeys(VERDICT, 0.0) | {
         "log_gain": off, "var_log_gain": variance, "variance": 1e-3, "verified": 1, "wiped": 1,
     }  # fmt: skip
     own = dict.fromkeys(OWN, 0.0) | {"acquiring": 1, "phase": 1, "scale": 1, "F_N": 400.0}
     output = dict.fromkeys(OUTPUT, 1.0) | {"status": 0}
-    conclude = build_conclusion(DECLARED_PATCH, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
+    conclude = build_conclusion(patch, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
     given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1]
     given += [[K, 0.045, 0.009], [getattr(tuning, name) for name in SETTINGS]]
     after, *_ = conclude(*given)
 
     # Of two pieces of evidence, the torque and the tolerances, the precisions add up.
-    known = 1 / (1 / variance + 1 / 0.14**2) if variance else 0
-    expected = 0.5 * max(0.0, np.exp(np.hypot(off, np.sqrt(known))) - 1 - 0.07)
+    known = np.sqrt(1 / (1 / variance + 1 / 0.14**2)) if variance else 0
+    both = np.hypot(off, known) if patch.misfit else abs(off) + known
+    expected = 0.5 * max(0.0, np.exp(both) - 1 - 0.07)
     assert np.asarray(after).ravel()[OWN.index("excess")] == pytest.approx(expected)
 
 
@@ -78,15 +82,16 @@ def test_of_the_noise_a_smoothed_innovation_has_a_part() -> None:
     output = dict.fromkeys(OUTPUT, 0.0)
     limits = [getattr(tuning, name) for name in SETTINGS]
 
-    def flagged(lasting: float) -> bool:
+    def tested(lasting: float) -> tuple[bool, bool]:
         values = ({**own, "lasting": lasting}, output, lasting, 0.01, 0.3**2, [K, 0.045, 0.009], limits)
         inputs = dict(zip(names, map(ca.DM, (0, 0, *values[2:])), strict=True))
-        _, beyond = lasting_innovation(inputs, values[0], values[1], ca.DM(0))
-        return bool(beyond)
+        _, beyond, clear = lasting_innovation(inputs, values[0], values[1], ca.DM(0))
+        return bool(beyond), bool(clear)
 
-    limit = 3 * 0.3 * np.sqrt(3 / (2 * 10 - 1))
-    assert not flagged(0.98 * limit)
-    assert flagged(1.02 * limit)
+    limit = 0.3 * np.sqrt(3 / (2 * 10 - 1))
+    assert tested(0.98 * 0.7 * limit) == (False, True)
+    assert tested(1.02 * 0.7 * limit) == tested(0.98 * 3 * limit) == (False, False)
+    assert tested(1.02 * 3 * limit) == (True, False)
 
 
 @pytest.mark.parametrize("duration", [5.0, 14.0])
