@@ -151,7 +151,7 @@ def test_friction_takes_the_samples_that_the_search_takes(
     estimated: list[object] = []
     thinned = ["those of", "the search"]
 
-    def stop(training: Any, holdout: Any, _: object) -> None:
+    def stop(training: Any, holdout: Any, *_: object) -> None:
         estimated.extend([*training, *holdout])
         enough()
 
