@@ -102,10 +102,12 @@ class Problem:
         """Weight of a unit step away from a declared value, see `Fit.prior_weights`."""
         weights = np.zeros(len(self.labels))
         errors = over_range(self.torque_errors(x), self.recordings) if self.has_prior.any() else {}
+        sizes = {}
+        for name, error in errors.items():
+            counted = influence(self.loss, error)
+            sizes[name] = np.sqrt(float(np.nanmean(counted**2)) * autocorrelation_time(counted))
         for i in np.flatnonzero(self.has_prior):
-            counted = influence(self.loss, errors[self.labels[i][0] or ""])
-            power = float(np.nanmean(counted**2)) * autocorrelation_time(counted)
-            weights[i] = max(np.sqrt(power), MIN_DECLARED_WEIGHT)
+            weights[i] = max(sizes[self.labels[i][0] or ""], MIN_DECLARED_WEIGHT)
         return weights
 
     def torque_errors(self, x: Array) -> dict[str, Array]:
