@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.diagnosis.build import build_diagnosis
-from identification.diagnosis.errors import left_out_residuals
+from identification.diagnosis.errors import declared_errors, left_out_residuals
 from identification.diagnosis.found_effects import assumed_tolerances
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
@@ -21,6 +21,7 @@ from identification.reading.declared_torques import without_gear
 from identification.reading.long_recordings import bounded
 from identification.reading.recordings import Recording
 from identification.residuals.signals import check_signatures
+from identification.residuals.signatures import signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
@@ -85,15 +86,22 @@ def diagnose(
             journal=journal,
             threads=jobs_of(jobs),
         )
+        # Nothing of the search goes into it, and the processes have nothing else to do yet.
+        declared = submit(declared_errors, recordings, holdout, loss)
         steps = Search(runner, effects, criteria, report).run()
+        trials = steps[0].before, steps[-1].before
+        followed = [
+            submit(signatures, trial.residuals, [*recordings, *holdout], trial.fits, effects)
+            for trial in trials
+        ]
         left_out: list[dict[str, Array]] = [{}, {}]
         if not holdout:
             report("leaving each recording out in turn", 0, 1)
-            trials = steps[0].before, steps[-1].before
             left_out = [left_out_residuals(trial, recordings, submit) for trial in trials]
         proposals = _proposals(steps, runner, criteria, report)
-    report("correlating the residual with signals", 0, 1)
-    result = build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
+        report("correlating the residual with signals", 0, 1)
+        errors, follows = declared.result(), [future.result() for future in followed]
+    result = build_diagnosis(steps, recordings, holdout, errors, follows, left_out, proposals, criteria)
     return replace(result, notes=(*notes, *result.notes), of_car=bool(recordings[0].standstills))
 
 
