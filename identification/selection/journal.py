@@ -26,7 +26,7 @@ from identification.fits.values import Values, initial_guess
 from identification.reading.recordings import Recording
 from identification.selection.trials import Trial, TrialTask, model_of, trial_of
 
-FORMAT = 4
+FORMAT = 5
 """Changes with whatever makes a kept trial differ from one run anew."""
 ARRAYS = ("jacobian", "scales", "bound_distances", "prior_weights", "prior_steps")
 """What of a fit is an array, beside its residuals."""
