@@ -35,6 +35,7 @@ class DemoRequest:
         from brushgrip.outputs.provenance import require_own_folder
         from brushgrip.published.bundled_files import RIG, copy_examples, demo_inputs
         from brushgrip.report.diagnosis_folder import DIAGNOSIS, finish_diagnosis, write_diagnosis
+        from identification.selection.trial_runner import processes, submit_of
 
         if self.examples is not None:
             copy_examples(self.examples)
@@ -44,11 +45,12 @@ class DemoRequest:
         recordings, holdout = read[:training], read[training:]
         made = inputs.provenance()
         earlier = require_own_folder(self.out / DIAGNOSIS, made, force=self.force)
-        with staged_directory(self.out) as stage:
+        with staged_directory(self.out) as stage, processes(None) as executor:
+            submit = submit_of(executor)
             with progress() as report:
-                result = identification.diagnose(recordings, holdout, progress=report)
+                result = identification.diagnose(recordings, holdout, executor=executor, progress=report)
                 report("estimating friction", 0, 1)
-                outcome = friction_outcome(recordings, holdout, result)
-            content = write_diagnosis(stage, result, outcome, made)
+                outcome = friction_outcome(recordings, holdout, result, submit)
+            content = write_diagnosis(stage, result, outcome, made, submit)
             copyfile(inputs.rig or RIG, stage / RIG)
         finish_diagnosis(self.out, earlier, content, result, outcome)

@@ -74,6 +74,7 @@ class DiagnoseRequest(RecordingRequest):
         from brushgrip.running.cluster import executor_at
         from brushgrip.running.unfinished import kept_trials
         from identification.reading.long_recordings import bounded
+        from identification.selection.trial_runner import submit_of
         from symbolic import CANDIDATES
         from symbolic.vehicle.effects import CAR_EFFECTS
 
@@ -93,7 +94,7 @@ class DiagnoseRequest(RecordingRequest):
         with (
             kept_trials(self.out) as journal,
             staged_directory(self.out) as folder,
-            executor_at(self.scheduler) as executor,
+            executor_at(self.scheduler, self.jobs) as executor,
         ):
             used, shortened = bounded(read)
             for line in filter(None, (shortened, thinning(used))):
@@ -111,6 +112,7 @@ class DiagnoseRequest(RecordingRequest):
                     journal=journal,
                 )
                 report("estimating friction", 0, 1)
-                outcome = friction_outcome(used[:training], used[training:], result)
-            content = write_diagnosis(folder, result, outcome, made=made)
+                submit = submit_of(executor)
+                outcome = friction_outcome(used[:training], used[training:], result, submit)
+            content = write_diagnosis(folder, result, outcome, made, submit)
         finish_diagnosis(self.out, earlier, content, result, outcome)

@@ -16,8 +16,10 @@ from brushgrip.estimation.estimates import (
 )
 from brushgrip.inputs.choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
+from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction
 
+_Observed = tuple[FrictionTrack, FrictionQuality]
 Stage = Mapping[str, FrictionQuality]
 """The quality of the estimates on each recording, by name."""
 MODELS = ("declared model", "model found")
@@ -150,45 +152,75 @@ def fitted_model(diagnosis: Diagnosis) -> FoundModel:
 
 
 def friction_outcome(
-    training: Sequence[Recording], holdout: Sequence[Recording], diagnosis: Diagnosis
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    diagnosis: Diagnosis,
+    submit: Submit = run_at_once,
 ) -> FrictionOutcome | None:
     """The EKF over every recording by both models; None where a recording has no aligning torque.
 
-    The moving-horizon estimator goes over `MAX_COMPARED` of them too, those held out first.
+    The moving-horizon estimator goes over `MAX_COMPARED` of them too, those held out first. `submit`
+    takes the work to processes; the result is the same.
     """
     recordings = [*training, *holdout]
     if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
         return None
-    compared = {recording.name for recording in [*holdout, *training][:MAX_COMPARED]}
+    compared = [*holdout, *training][:MAX_COMPARED]
     found, fitted = found_model(diagnosis), fitted_model(diagnosis)
-    before, after, tracks = {}, {}, []
-    for recording in recordings:
-        name, reference = recording.name, offline_friction(fitted, recording)
-        runs = [(ObserverName.EKF, None), (ObserverName.EKF, found)]
-        runs += [(ObserverName.MHE, found)] if name in compared else []
-        # A car's observer knows its gear as declared, and takes no other model.
-        of_car = recording.standstills is not None
-        used = [(o, None if of_car else m) for o, m in runs]
-        estimates = [observe(OBSERVERS[o], recording, m) for o, m in used]
-        before[name], after[name] = (friction_quality(one, reference) for one in estimates[:2])
-        budget = friction_budget(OBSERVERS[ObserverName.EKF], recording, used[1][1], estimates[1])
-        tracks += [
-            replace(
-                friction_track(observer, recording, one, MODELS[model is not None]),
-                reference=reference,
-                reference_label="μ_eff fitted to the whole recording",
-                budget=budget if i == 1 else {},
-            )
-            for i, ((observer, model), one) in enumerate(zip(runs, estimates, strict=True))
-        ]
+    references = {r.name: offline_friction(fitted, r) for r in recordings}
+    runs = {
+        MHE_FOUND: (ObserverName.MHE, found, compared),
+        EKF_FOUND: (ObserverName.EKF, found, recordings),
+        EKF_DECLARED: (ObserverName.EKF, None, recordings),
+    }
+    # A rig has an observer of its own, which takes longer to build than to run: one task for each.
+    futures = {
+        (label, rig): submit(_observed, observer, model, [r for r in some if r.rig == rig], references)
+        for label, (observer, model, some) in runs.items()
+        for rig in dict.fromkeys(r.rig for r in some)
+    }
+    outcomes: dict[str, dict[str, _Observed]] = {label: {} for label in runs}
+    for (label, _), observed in results_of(futures).items():
+        outcomes[label] |= observed
     grounds: dict[str, tuple[str, ...]] = {}
     for recording in recordings:
         ground = recording.ground or ""
         grounds[ground] = (*grounds.get(ground, ()), recording.name)
-    held_out = tuple(recording.name for recording in holdout)
     return FrictionOutcome(
-        before=before, after=after, grounds=grounds, holdout=held_out, tracks=tuple(tracks)
+        before={r.name: outcomes[EKF_DECLARED][r.name][1] for r in recordings},
+        after={r.name: outcomes[EKF_FOUND][r.name][1] for r in recordings},
+        grounds=grounds,
+        holdout=tuple(recording.name for recording in holdout),
+        tracks=tuple(
+            outcomes[label][r.name][0]
+            for r in recordings
+            for label in (EKF_DECLARED, EKF_FOUND, MHE_FOUND)
+            if r.name in outcomes[label]
+        ),
     )
+
+
+def _observed(
+    observer: ObserverName,
+    model: FoundModel | None,
+    recordings: Sequence[Recording],
+    references: Mapping[str, float],
+) -> dict[str, _Observed]:
+    """Tracks of an observer over recordings, and their quality, by name."""
+    factory, observed = OBSERVERS[observer], {}
+    for recording in recordings:
+        # A car's observer knows its gear as declared, and takes no other model.
+        used = None if recording.standstills is not None else model
+        estimates, reference = observe(factory, recording, used), references[recording.name]
+        with_budget = observer is ObserverName.EKF and model is not None
+        track = replace(
+            friction_track(observer, recording, estimates, MODELS[model is not None]),
+            reference=reference,
+            reference_label="μ_eff fitted to the whole recording",
+            budget=friction_budget(factory, recording, used, estimates) if with_budget else {},
+        )
+        observed[recording.name] = track, friction_quality(estimates, reference)
+    return observed
 
 
 def offline_friction(found: FoundModel, recording: Recording) -> float:

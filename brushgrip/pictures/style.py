@@ -1,11 +1,12 @@
 """Style of all pictures: colours, figure, legend, titles and the order of recordings."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from io import BytesIO
 from math import ceil
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from warnings import catch_warnings, filterwarnings
 
@@ -72,6 +73,16 @@ def vectors(*, wanted: bool = True) -> Iterator[dict[str, bytes]]:
         yield collected
     finally:
         _VECTORS.reset(token)
+
+
+def drawn(
+    draw: Callable[..., None], name: str, content: Sequence[Any], wanted: bool
+) -> tuple[bytes, bytes | None]:
+    """A picture as PNG and, where wanted, as SVG: what `draw` makes of a path and the content."""
+    with TemporaryDirectory() as folder, vectors(wanted=wanted) as drawings:
+        path = Path(folder) / name
+        draw(path, *content)
+        return path.read_bytes(), drawings.get(name)
 
 
 def is_drawn_by_us(path: Path) -> bool:

@@ -14,6 +14,7 @@ from brushgrip.report.printed import print_diagnosis
 from brushgrip.report.scope import simulated_warning
 from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
+from identification.selection.trial_runner import Submit, run_at_once
 from identification.selection.trials import RANKING_STEP, thin
 
 DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
@@ -40,6 +41,7 @@ def write_diagnosis(
     diagnosis: Diagnosis,
     outcome: FrictionOutcome | None = None,
     made: Provenance | None = None,
+    submit: Submit = run_at_once,
 ) -> dict[str, Any]:
     """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder.
 
@@ -48,6 +50,7 @@ def write_diagnosis(
         diagnosis: the result of the search.
         outcome: friction before and after, None where none was estimated.
         made: where the results come from; None for a run outside a command.
+        submit: takes the drawing of pictures to processes.
 
     Returns:
         The content of diagnosis.json.
@@ -56,7 +59,7 @@ def write_diagnosis(
     model = json.loads(model_text(diagnosis)) | {KEY: dict(made)}
     write_text(folder / MODEL, json_text(model))
     told = {**made, "model": {"name": MODEL, "sha256": digest_of(folder / MODEL)}}
-    write_report(folder, diagnosis, outcome.compared if outcome else (), outcome, told)
+    write_report(folder, diagnosis, outcome.compared if outcome else (), outcome, told, submit)
     content = diagnosis.to_dict() | {
         "friction": outcome.to_dict() if outcome else None,
         KEY: {**told, "files": sorted({DIAGNOSIS, *(path.name for path in folder.iterdir())})},

@@ -24,11 +24,12 @@ from brushgrip.pictures import (
     has_curves,
 )
 from brushgrip.pictures.diagnosis import MAX_RECORDINGS
-from brushgrip.pictures.style import is_drawn_by_us, vectors
+from brushgrip.pictures.style import drawn, is_drawn_by_us
 from brushgrip.report import friction_words, scope, tables, to_send
 from brushgrip.wording import diagnosis_in_words, formatting
 from brushgrip.wording import friction as friction_wording
 from identification import Diagnosis
+from identification.selection.trial_runner import Submit, results_of, run_at_once
 
 PAGE, TEMPLATE = "report.html", "report.html.j2"
 EXPERIMENT = "experiment_{}"
@@ -51,6 +52,7 @@ def write_report(
     friction: Sequence[FrictionTrack] = (),
     outcome: FrictionOutcome | None = None,
     made: Mapping[str, Any] | None = None,
+    submit: Submit = run_at_once,
 ) -> Path:
     """Writes report.html and its pictures.
 
@@ -60,13 +62,12 @@ def write_report(
         friction: estimates of friction over time to show, may be empty.
         outcome: friction before and after, recording by recording; None where none was estimated.
         made: where the results come from, see `brushgrip.outputs.provenance`; None where nobody says.
+        submit: takes the drawing of pictures to processes.
 
     Returns:
         The page.
     """
-    samples = sum(series.t.size for series in diagnosis.series)
-    with vectors(wanted=samples <= _MAX_LINE_SAMPLES) as drawings:
-        _draw_pictures(folder, diagnosis, friction, outcome)
+    drawings = _draw_pictures(folder, diagnosis, friction, outcome, submit)
     template = _environment(folder, drawings).get_template(TEMPLATE)
     contents = _contents(diagnosis, friction, outcome, made)
     text = template.render(
@@ -134,26 +135,38 @@ def _draw_pictures(
     diagnosis: Diagnosis,
     friction: Sequence[FrictionTrack],
     outcome: FrictionOutcome | None,
-) -> None:
-    loops, residuals, signatures, candidates, tracks, overview, mechanisms = (
-        folder / f"{stem}.png" for stem in DRAWN
-    )
-    draw_loops(loops, diagnosis)
-    draw_residuals(residuals, diagnosis)
-    draw_signatures(signatures, diagnosis.signatures_before, diagnosis.signatures_after)
+    submit: Submit,
+) -> dict[str, bytes]:
+    """Writes the pictures; returns those that the page takes as drawings, by names of files."""
+    pictures: dict[str, tuple[Callable[..., None], Sequence[Any]]] = {
+        "residuals": (draw_residuals, [diagnosis]),
+        "loops": (draw_loops, [diagnosis]),
+        "signatures": (draw_signatures, [diagnosis.signatures_before, diagnosis.signatures_after]),
+    }
+    if friction:
+        pictures["friction"] = draw_friction, [friction]
     if diagnosis.candidates:
-        draw_candidates(candidates, diagnosis)
+        pictures["candidates"] = draw_candidates, [diagnosis]
     for effect in diagnosis.effects:
         if effect.experiment:
-            draw_experiment(folder / f"{EXPERIMENT.format(effect.name)}.png", effect.experiment)
-    if friction:
-        draw_friction(tracks, friction)
+            pictures[EXPERIMENT.format(effect.name)] = draw_experiment, [effect.experiment]
     if outcome:
         own = outcome.tracks_of(EKF_FOUND)
         by_ground = {g: [own[n] for n in names if n in own] for g, names in outcome.grounds.items()}
-        draw_overview(overview, by_ground)
+        pictures["overview"] = draw_overview, [by_ground]
     if has_curves(diagnosis):
-        draw_mechanisms(mechanisms, diagnosis)
+        pictures["mechanisms"] = draw_mechanisms, [diagnosis]
+    wanted = sum(series.t.size for series in diagnosis.series) <= _MAX_LINE_SAMPLES
+    futures = {
+        f"{stem}.png": submit(drawn, draw, f"{stem}.png", content, wanted)
+        for stem, (draw, content) in pictures.items()
+    }
+    drawings = {}
+    for name, (points, lines) in results_of(futures).items():
+        (folder / name).write_bytes(points)
+        if lines is not None:
+            drawings[name] = lines
+    return drawings
 
 
 def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:

@@ -152,7 +152,7 @@ def task_submission(
         read_rig(inputs.rig)
     inputs.found()
     with (
-        executor_at(scheduler) as executor,
+        executor_at(scheduler, jobs) as executor,
         progress() as report,
         workers(jobs, inputs.effects, executor) as submit,
     ):

@@ -5,6 +5,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from typing import Any
 
+from identification.selection.trial_runner import processes
 from symbolic import BrushgripError, InvalidInputError
 
 PATIENCE = "20s"
@@ -12,21 +13,23 @@ PATIENCE = "20s"
 
 
 @contextmanager
-def executor_at(address: str | None) -> Iterator[Executor | None]:
-    """The executor of a Dask cluster; None for no address.
+def executor_at(address: str | None, jobs: int | None = None) -> Iterator[Executor | None]:
+    """The executor of a Dask cluster; for no address `processes` of this machine, None for one job.
 
     A worker that is lost costs time alone: Dask gives its work to another. The workers need the same
     version of brushgrip, and to see files under the same paths.
 
     Args:
         address: of the scheduler, such as tcp://10.0.0.1:8786.
+        jobs: processes; None for one per core.
 
     Raises:
         InvalidInputError: dask.distributed is not installed, or nothing answers at the address.
         BrushgripError: the scheduler went away.
     """
     if address is None:
-        yield None
+        with processes(jobs) as pool:
+            yield pool
         return
     client = _client(address)
     try:

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.diagnosis.errors import declared_errors, error_on_unseen_of, errors_of
+from identification.diagnosis.errors import error_on_unseen_of, errors_of
 from identification.diagnosis.family_curves import found_families
-from identification.diagnosis.findings import Candidate, Series
+from identification.diagnosis.findings import Candidate, Errors, Series
 from identification.diagnosis.found_effects import found_effects, notes_on
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.proposals import Proposal
@@ -16,13 +16,13 @@ from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
 from identification.fits.values import ParameterEstimate, Values
 from identification.reading.recordings import Recording
-from identification.residuals.signatures import signatures
+from identification.residuals.signatures import Signatures
 from identification.residuals.unexplained import unexplained
 from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
-from symbolic import TOLERATED, Effect, parameter_name, units_of
+from symbolic import TOLERATED, parameter_name, units_of
 
 Array = NDArray[np.float64]
 
@@ -31,9 +31,10 @@ def build_diagnosis(
     steps: Sequence[SearchStep],
     training: Sequence[Recording],
     holdout: Sequence[Recording],
+    declared: Errors,
+    followed: Sequence[Signatures],
     left_out: Sequence[Mapping[str, Array]],
     proposals: Mapping[Effects, Proposal],
-    candidates: Sequence[Effect],
     criteria: SelectionCriteria,
 ) -> Diagnosis:
     """The result of a search.
@@ -42,14 +43,16 @@ def build_diagnosis(
         steps: of the search, the last one with nothing chosen.
         training: recordings that the shared parameters were fitted to.
         holdout: recordings that judged, may be empty.
+        declared: errors of the declared model.
+        followed: what the residuals before and after follow.
         left_out: residuals before and after of each training recording left out in turn, or empty.
         proposals: for a set of effects that was chosen, the experiment to distinguish it from its rival.
-        candidates: the effects that the search could choose.
         criteria: its thresholds.
     """
     everything = [*training, *holdout]
+    followed_before, followed_after = followed
     trials = before, after = steps[0].before, steps[-1].before
-    fitted, loss = after.fitted, after.fitted.loss
+    fitted = after.fitted
     errors_before, errors_after = (
         errors_of(trial, training, holdout, left) for trial, left in zip(trials, left_out, strict=True)
     )
@@ -57,16 +60,13 @@ def build_diagnosis(
         error_on_unseen_of(trial, training, holdout, left)
         for trial, left in zip(trials, left_out, strict=True)
     )
-    followed_before, followed = (
-        signatures(trial.residuals, everything, trial.fits, candidates) for trial in trials
-    )
     estimates = _estimates(after, training, holdout)
-    left = unexplained(after.residuals, everything, followed, loss)
+    left = unexplained(after.residuals, everything, followed_after, fitted.loss)
     effects = found_effects(steps, estimates, training, proposals, left)
     return Diagnosis(
         recordings=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
-        declared=declared_errors(training, holdout, loss),
+        declared=declared,
         before=errors_before,
         after=errors_after,
         effects=effects,
@@ -75,7 +75,7 @@ def build_diagnosis(
         unexplained=left,
         parameters=estimates,
         signatures_before=followed_before,
-        signatures_after=followed,
+        signatures_after=followed_after,
         model=fitted.model,
         values=_all_values(after.fits),
         series=_series(before, after, everything, holdout),

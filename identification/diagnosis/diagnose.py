@@ -1,14 +1,14 @@
 """Diagnosis: residual of the declared model, effects that it lacks, errors before and after."""
 
 from collections.abc import Iterable, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.diagnosis.build import build_diagnosis
-from identification.diagnosis.errors import left_out_residuals
+from identification.diagnosis.errors import declared_errors, left_out_residuals
 from identification.diagnosis.found_effects import assumed_tolerances
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
@@ -21,12 +21,20 @@ from identification.reading.declared_torques import without_gear
 from identification.reading.long_recordings import bounded
 from identification.reading.recordings import Recording
 from identification.residuals.signals import check_signatures
+from identification.residuals.signatures import Signatures, signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Progress, Search, silent
-from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, results_of, workers
-from identification.selection.trials import RANKING
+from identification.selection.trial_runner import (
+    Effects,
+    Submit,
+    TrialRunner,
+    jobs_of,
+    results_of,
+    workers,
+)
+from identification.selection.trials import RANKING, Trial
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
 
 Array = NDArray[np.float64]
@@ -85,15 +93,15 @@ def diagnose(
             journal=journal,
             threads=jobs_of(jobs),
         )
+        # Nothing of the search goes into it, and the processes have nothing else to do yet.
+        declared = submit(declared_errors, recordings, holdout, loss)
         steps = Search(runner, effects, criteria, report).run()
-        left_out: list[dict[str, Array]] = [{}, {}]
-        if not holdout:
-            report("leaving each recording out in turn", 0, 1)
-            trials = steps[0].before, steps[-1].before
-            left_out = [left_out_residuals(trial, recordings, submit) for trial in trials]
+        trials = steps[0].before, steps[-1].before
+        followed = [_signatures(trial, [*recordings, *holdout], effects, submit) for trial in trials]
+        left_out = [_left_out(trial, recordings, holdout, submit, report) for trial in trials]
         proposals = _proposals(steps, runner, criteria, report)
-    report("correlating the residual with signals", 0, 1)
-    result = build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
+        results = declared.result(), [future.result() for future in followed]
+    result = build_diagnosis(steps, recordings, holdout, *results, left_out, proposals, criteria)
     return replace(result, notes=(*notes, *result.notes), of_car=bool(recordings[0].standstills))
 
 
@@ -125,6 +133,27 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
                 f"{recording.name}: the wheel turns by {travel:.2g} rad only; a diagnosis needs a"
                 f" recording in which it turns by more than {MIN_ANGLE_RANGE} rad"
             )
+
+
+def _signatures(
+    trial: Trial, everything: Sequence[Recording], effects: Effects, submit: Submit
+) -> Future[Signatures]:
+    """What the residuals of a trial follow."""
+    return submit(signatures, trial.residuals, everything, trial.fits, effects)
+
+
+def _left_out(
+    trial: Trial,
+    recordings: Sequence[Recording],
+    holdout: Sequence[Recording],
+    submit: Submit,
+    report: Progress,
+) -> dict[str, Array]:
+    """Residuals of each training recording left out in turn; nothing where others are held out."""
+    if holdout:
+        return {}
+    report("leaving each recording out in turn", 0, 1)
+    return left_out_residuals(trial, recordings, submit)
 
 
 def _proposals(

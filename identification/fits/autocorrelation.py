@@ -20,7 +20,9 @@ def autocorrelation_time(residual: Array) -> float:
         return 1.0
     products = lagged_products(np.where(present, residual - residual[present].mean(), 0.0))
     # Share of the present samples that have another one at the lag.
-    share = lagged_products(present.astype(float)) / present.sum() * n / np.arange(n, 0, -1)
+    share = np.ones(n)
+    if not present.all():
+        share = lagged_products(present.astype(float)) / present.sum() * n / np.arange(n, 0, -1)
     correlation = products / products[0]
     low = np.flatnonzero((correlation < 0.05 * share) & (share > 0.5 * present.mean()))
     end = int(low[0]) if low.size else n

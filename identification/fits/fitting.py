@@ -98,9 +98,10 @@ def fit(
     begin = start or initial_guess(model, recordings)
     problem = Problem(model, recordings, with_effects(model, begin, recordings), options)
     x = problem.origin()
-    weights = problem.prior_weights(np.clip(x, *problem.bounds()))
-    if options.prior_weight is not None:
-        weights = np.where(weights > 0, options.prior_weight, 0.0)
+    if options.prior_weight is None:
+        weights = problem.prior_weights(np.clip(x, *problem.bounds()))
+    else:
+        weights = np.where(problem.has_prior, options.prior_weight, 0.0)
         if options.free_shared and not begin.rig and weights.any():
             # Lengths that give way at once hold the fit at a minimum of its own.
             x = _solve(problem, x, np.where(weights > 0, FIXING_WEIGHT, 0.0), options).x

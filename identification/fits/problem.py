@@ -9,10 +9,18 @@ from numpy.typing import NDArray
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
 from identification.fits.options import FitOptions, Label
-from identification.fits.values import Values, ground_of, grounds_of, replaced_rig, rig_parameters
+from identification.fits.values import Values, ground_of, grounds_of, rig_parameters
 from identification.reading.declared_torques import declared_torques
 from identification.reading.recordings import Recording
-from symbolic import RIG_DIRECTIONS, InvalidInputError, Model, Parameter, parameter_name, simulate
+from symbolic import (
+    GEOMETRY,
+    RIG_DIRECTIONS,
+    InvalidInputError,
+    Model,
+    Parameter,
+    parameter_name,
+    simulate,
+)
 
 Array = NDArray[np.float64]
 Simulated = tuple[Array, Mapping[Label, Array]]
@@ -71,6 +79,7 @@ class Problem:
             raise InvalidInputError("every parameter is fixed; a fit needs at least one that is free")
         self.scales: Array = np.array([_scale(p) for p in self.by_label.values()])
         self.ranges = {r.name: torque_range(r) for r in recordings}
+        self.signals = {r.name: signals_of(r) for r in recordings}
         self.present = {r.name: np.isfinite(r.M_z) for r in recordings}
         self.tolerated = {r.name: tuple(rig_parameters(r)) for r in recordings}
         self.torques_declared = {r.name: declared_torques(r) for r in recordings}
@@ -102,10 +111,12 @@ class Problem:
         """Weight of a unit step away from a declared value, see `Fit.prior_weights`."""
         weights = np.zeros(len(self.labels))
         errors = over_range(self.torque_errors(x), self.recordings) if self.has_prior.any() else {}
+        sizes = {}
+        for name, error in errors.items():
+            counted = influence(self.loss, error)
+            sizes[name] = np.sqrt(float(np.nanmean(counted**2)) * autocorrelation_time(counted))
         for i in np.flatnonzero(self.has_prior):
-            counted = influence(self.loss, errors[self.labels[i][0] or ""])
-            power = float(np.nanmean(counted**2)) * autocorrelation_time(counted)
-            weights[i] = max(np.sqrt(power), MIN_DECLARED_WEIGHT)
+            weights[i] = max(sizes[self.labels[i][0] or ""], MIN_DECLARED_WEIGHT)
         return weights
 
     def torque_errors(self, x: Array) -> dict[str, Array]:
@@ -152,7 +163,8 @@ class Problem:
         """Torque and its derivatives by free labels, by all where each number takes its Function."""
         theta = np.asarray(self.model.theta(values.of(recording))).ravel()
         tolerated, rig = self.tolerated[recording.name], values.rig.get(recording.name, {})
-        found = replaced_rig(recording, values)
+        # The signals of `replaced_rig`, without the checks of a new recording.
+        signals = self.signals[recording.name] * np.array([[1.0], [1.0], [rig.get("load", 1.0)], [1.0]])
         rows = {label_of(name, p, recording): i for i, (name, p) in enumerate(self.parameters)}
         rows |= {
             (recording.name, name): theta.size + RIG_DIRECTIONS.index(name)
@@ -162,8 +174,8 @@ class Problem:
         needed = [label for label in rows if self.model.exact or label in self.by_label]
         size = theta.size + len(RIG_DIRECTIONS) * (len(rows) > theta.size)
         directions = np.eye(size)[:, [rows[label] for label in needed]]
-        geometry = np.array([found.rig.a, found.rig.e])
-        torque = simulate(self.model, signals_of(found), theta, geometry, directions)
+        geometry = np.array([rig.get(name, getattr(recording.rig, name)) for name in GEOMETRY])
+        torque = simulate(self.model, signals, theta, geometry, directions)
         slopes = dict(zip(needed, torque.sensitivities.T, strict=True))
         if (load := (recording.name, "load")) in slopes:
             # The Function's factor on the load is relative to the load as corrected.

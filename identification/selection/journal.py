@@ -15,7 +15,7 @@ import secrets
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from identification.fits.values import Values, initial_guess
 from identification.reading.recordings import Recording
 from identification.selection.trials import Trial, TrialTask, model_of, trial_of
 
-FORMAT = 4
+FORMAT = 5
 """Changes with whatever makes a kept trial differ from one run anew."""
 ARRAYS = ("jacobian", "scales", "bound_distances", "prior_weights", "prior_steps")
 """What of a fit is an array, beside its residuals."""
@@ -80,20 +80,26 @@ class Journal:
             _warn_once(f"{self.folder}: what is found cannot be kept: {error.strerror or error}")
 
     def _path(self, task: TrialTask) -> Path:
-        start = asdict(task.start) if task.start else None
-        model = model_of(task.effects, task.precision)
-        # What the effects do belongs to the key, and with other bounds a trial comes out otherwise.
-        plain = [FORMAT, repr(model.parameters), start, asdict(task.precision), repr(task.loss)]
-        # The first guess holds the declared tyre and what `Effect.fixed_values` makes of recordings.
-        plain += [repr(initial_guess(model, place)) for place in (task.training, task.holdout) if place]
-        digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode())
-        for function in (model.initial, model.step):
-            digest.update(function.serialize().encode())
-        for place in (task.training, task.holdout):
-            digest.update(b"|")
-            for recording in place:
-                digest.update(_digest(recording))
-        return self.folder / f"{digest.hexdigest()[:32]}.npz"
+        return self.folder / f"{_key(task)}.npz"
+
+
+@lru_cache(maxsize=100)
+def _key(task: TrialTask) -> str:
+    """Digest of all that makes the trial of a task what it is; asked for before the trial and after."""
+    start = asdict(task.start) if task.start else None
+    model = model_of(task.effects, task.precision)
+    # What the effects do belongs to the key, and with other bounds a trial comes out otherwise.
+    plain = [FORMAT, repr(model.parameters), start, asdict(task.precision), repr(task.loss)]
+    # The first guess holds the declared tyre and what `Effect.fixed_values` makes of recordings.
+    plain += [repr(initial_guess(model, place)) for place in (task.training, task.holdout) if place]
+    digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode())
+    for function in (model.initial, model.step):
+        digest.update(function.serialize().encode())
+    for place in (task.training, task.holdout):
+        digest.update(b"|")
+        for recording in place:
+            digest.update(_digest(recording))
+    return digest.hexdigest()[:32]
 
 
 def _seal(path: Path, content: bytes) -> bytes:

@@ -5,7 +5,7 @@ import pickle
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -177,32 +177,43 @@ def workers(
     Args:
         jobs: processes; None for one per core.
         effects: those that the work may take to the processes.
-        executor: takes the work in place of processes of our own; it is left open. Work that it has
-            not begun is cancelled at the end.
+        executor: takes the work in place of processes of our own; it is left open. Work that another
+            one than `processes` has not begun is cancelled at the end.
 
     Raises:
         InvalidInputError: jobs are given beside an executor, or another process cannot import the
             class of an effect.
         BrushgripError: a process ended before its work was done, and so did the one in its place.
     """
-    if executor is not None:
+    if executor is not None and not isinstance(executor, WorkerProcesses):
         if jobs is not None:
             raise InvalidInputError("an executor has processes of its own; leave jobs out")
         with _lent(executor) as submit:
             yield submit
         return
-    count = jobs_of(jobs)
-    if count == 1:
-        yield _run_at_once
+    with nullcontext(executor) if executor else processes(jobs) as pool:
+        for effect in effects if pool else ():
+            _check_importable(effect)
+        yield submit_of(pool)
+
+
+@contextmanager
+def processes(jobs: int | None) -> Iterator[WorkerProcesses | None]:
+    """So many processes, None for one per core; with one job none, the work stays in this process."""
+    if (count := jobs_of(jobs)) == 1:
+        yield None
         return
-    for effect in effects:
-        _check_importable(effect)
     pool = WorkerProcesses(count)
     with _one_thread_each():
         try:
-            yield pool.submit
+            yield pool
         finally:
             pool.close()
+
+
+def submit_of(executor: Executor | None) -> Submit:
+    """What hands work to an executor; without one it is done at once."""
+    return executor.submit if executor else run_at_once
 
 
 @contextmanager
@@ -265,7 +276,8 @@ def _one_thread_each() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _run_at_once(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+def run_at_once(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+    """Work done in this process before the next is handed over."""
     future: Future[Any] = Future()
     future.set_result(function(*arguments))
     return future

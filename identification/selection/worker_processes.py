@@ -13,8 +13,9 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection
 from typing import Any
@@ -31,7 +32,7 @@ ENDED = (
 )
 
 
-class WorkerProcesses:
+class WorkerProcesses(Executor):
     """A pool of processes, started when there is work for them.
 
     Attributes:
@@ -47,9 +48,9 @@ class WorkerProcesses:
         self._running: set[_Worker] = set()
         self._closed = False
 
-    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """The future of what a function of an importable module returns in one of the processes."""
-        return self._threads.submit(self._call, function, arguments)
+        return self._threads.submit(self._call, partial(fn, **kwargs), args)
 
     def close(self) -> None:
         """End the processes at once; unfinished work is lost."""

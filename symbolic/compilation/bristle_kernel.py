@@ -9,6 +9,7 @@ any number.
 
 import ctypes
 from functools import cache
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -28,6 +29,9 @@ from symbolic.compilation.scalar_c import c_function
 from symbolic.compliance import deflection_of
 from symbolic.errors import BrushgripError
 from symbolic.model import Model
+
+if TYPE_CHECKING:
+    from jinja2 import Template
 
 Array = NDArray[np.float64]
 
@@ -82,9 +86,6 @@ def kernel_source(model: Model) -> str:
         RuntimeError: an effect cannot be written in scalars.
         BrushgripError: an operation has no C here.
     """
-    # Where nothing is compiled the template's library is not loaded either.
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
     patch, deflection = patch_of(model), deflection_of(model)
     functions = sample_functions(model) | place_functions(model) | step_functions(model)
     if deflection is not None:
@@ -93,12 +94,7 @@ def kernel_source(model: Model) -> str:
     stresses = patch.size // patch.bristles
     by_input = [f"stress_by[{s} * BRISTLES + i]" for s in range(stresses)]
     by_input += ["turn_by", "lever_by", "limit_by", *(f"shared_by[{i}]" for i in range(SHARED))]
-    environment = Environment(
-        loader=PackageLoader("symbolic.compilation"), undefined=StrictUndefined,
-        keep_trailing_newline=True, variable_start_string="${", variable_end_string="}",
-        line_statement_prefix="%%",
-    )  # fmt: skip
-    return environment.get_template("bristle_kernel.c").render(
+    return _template().render(
         bristles=patch.bristles,
         stresses=stresses,
         stress_at_i=", ".join(f"stress[{s} * BRISTLES + i]" for s in range(stresses)),
@@ -121,6 +117,19 @@ def kernel_source(model: Model) -> str:
         ),
         step_sums=_sums(functions["advance"].sparsity_out("partials"), "step_by", by_input),
     )
+
+
+@cache
+def _template() -> "Template":
+    # Where nothing is compiled the template's library is not loaded either.
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("symbolic.compilation"), undefined=StrictUndefined,
+        keep_trailing_newline=True, variable_start_string="${", variable_end_string="}",
+        line_statement_prefix="%%",
+    )  # fmt: skip
+    return environment.get_template("bristle_kernel.c")
 
 
 def _sums(jacobian: ca.Sparsity, kept: str, by: list[str]) -> list[str]:

@@ -56,6 +56,9 @@ LOOPS = ("-O3", "-fno-semantic-interposition", "-D__FAST_MATH__", "-lmvec")
 BRANCHES = "-fno-tree-pre"
 """Turns off gcc's partial-redundancy elimination, after which loops with branches call exp and log one
 number at a time. clang does not know the flag."""
+WIDE = "-mprefer-vector-width=512"
+"""Eight bristles at a time where the processor can, in a quarter less time; no result of an operation
+changes, but glibc may round another exp and log."""
 UNWRITABLE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
 """Errors by which a folder cannot take a library."""
 _WARNED: set[str] = set()
@@ -134,7 +137,8 @@ def compiled_source(name: str, source: str) -> ctypes.CDLL | None:
     command = compiler()
     if command is None:
         return None
-    known = (flags for flags in ((*LOOPS, BRANCHES), LOOPS) if _accepts(command, flags))
+    sets = (*LOOPS, BRANCHES, WIDE), (*LOOPS, BRANCHES), LOOPS
+    known = (flags for flags in sets if _accepts(command, flags))
     flags = (*FLAGS, *next(known, ()))
     try:
         return _library(name, source, command, flags, ctypes.CDLL)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import identification
@@ -13,6 +14,7 @@ from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.pictures.style import picture
 from brushgrip.published import bundled_files
 from identification import Diagnosis, Huber, Journal, Recording
+from identification.selection.trial_runner import workers
 from symbolic import InvalidInputError
 from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import Outcome, Run, Write, contents, table_of
@@ -151,7 +153,7 @@ def test_friction_takes_the_samples_that_the_search_takes(
     estimated: list[object] = []
     thinned = ["those of", "the search"]
 
-    def stop(training: Any, holdout: Any, _: object) -> None:
+    def stop(training: Any, holdout: Any, *_: object) -> None:
         estimated.extend([*training, *holdout])
         enough()
 
@@ -306,6 +308,15 @@ class TestDemo:
         assert outcome.compared == tracks
         assert {track.reference for track in tracks} == {1.3}
         assert all(track.mu.size == 60 for track in tracks)
+
+        with workers(2) as submit:
+            found = make_diagnosis(("a",), ("held",))
+            again = friction_outcome.friction_outcome([], recordings, found, submit)
+        assert again is not None
+        assert again.to_dict() == outcome.to_dict()
+        for track, other in zip(tracks, again.tracks, strict=True):
+            assert other.label == track.label
+            np.testing.assert_array_equal(other.mu, track.mu)
 
     def test_missing_recordings_are_said(
         self, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

@@ -14,6 +14,7 @@ from brushgrip.report.page import write_report
 from brushgrip.report.printed import own_rejected
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.findings import Candidate
+from identification.selection.trial_runner import workers
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -273,6 +274,17 @@ def test_same_diagnosis_same_page_and_no_global_state(
 
     assert again.read_bytes() == full.read_bytes()
     assert dict(matplotlib.rcParams) == before
+
+
+@pytest.mark.long
+def test_processes_change_nothing_on_the_page(
+    full: Path, tmp_path: Path, tracks: list[FrictionTrack]
+) -> None:
+    with workers(2) as submit:
+        again = write_report(tmp_path, make_diagnosis(), tracks, submit=submit)
+
+    for path in full.parent.iterdir():
+        assert (again.parent / path.name).read_bytes() == path.read_bytes()
 
 
 def test_a_diagnosis_is_shown_in_a_line() -> None:
