@@ -35,7 +35,6 @@ from observers.quality.acquisition import (
     DOUBT_LIMIT,
     FAILED,
     HOPELESS,
-    MAX_DOUBT,
     OWN,
     EquivalentPatch,
     build_acquiring,
@@ -75,8 +74,7 @@ MAX_ZERO_DEVIATIONS = 3.0
 CONFIRMS = 0.5
 """Least turn of an informative branch, over the turn at which the patch begins to slide [1]."""
 AFTERWARDS = 4.0
-"""Independent samples not explained that a new acquisition begins with at most, unless they were as many
-as count: then it was not the ground that changed."""
+"""Independent samples not explained that a new acquisition begins with at most."""
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
 MIN_SQUARE_DIVISOR = 1e-12
@@ -245,8 +243,7 @@ def build_supervised_step(
     begun = (own["scale"], ca.if_else(tracked, RESTART_STD, VAGUE), zero, std)
     search = _search_of(anew, searched.join(before), begun, measurement_model)
     own["phase"] = ca.if_else(anew, 0, own["phase"])
-    excused = ca.logic_and(anew, own["doubt"] < MAX_DOUBT)
-    own["doubt"] = ca.if_else(excused, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
+    own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
     search, verdict, own_next, handover, output = _either(measurement_model, patch)(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, now["dt"],

@@ -191,7 +191,13 @@ def test_a_model_that_is_wrong_is_doubted_after_a_new_ground() -> None:
 
 @pytest.mark.parametrize(
     ("mu", "seed", "time"),
-    [(0.3, 540_000, 0.3), (0.8, 540_000, 3.0), (0.3, 540_001, 1.0), (0.05, 540_007, 1.0)],
+    [
+        (0.3, 540_000, 0.3),
+        (1.5, 540_002, 0.3),
+        (0.8, 540_000, 3.0),
+        (0.3, 540_001, 1.0),
+        (0.05, 540_007, 1.0),
+    ],
 )
 def test_a_wheel_that_rolls_is_not_trusted_for_a_moment(mu: float, seed: int, time: float) -> None:
     """Before its torque has relaxed by more than the model's error, it bends like one that slides."""
