@@ -15,6 +15,7 @@ from identification.reading.signal_map import (
     as_option,
     mending_map,
 )
+from identification.reading.units import factor_of
 
 SURELY_DEGREES = 4 * math.pi
 """No steering wheel turns further [rad]; what is beyond is in degrees."""
@@ -44,8 +45,8 @@ OF_CAR = {
 """Fault of a car's recording, by the beginning of a suspected cause."""
 ANGLE, SIGN = "psi looks like degrees", "psi or the torque has the other sign"
 FOR_K = (
-    "; a k that is known is declared with its tolerance, k = { value = ..., tolerance = ... } in"
-    " [tyre]: the closer, the narrower the band"
+    "; weigh the torque first: a k taken from this torque makes mu wrong by the same factor. A k"
+    " measured by itself is declared with its tolerance, k = { value = ..., tolerance = ... } in [tyre]"
 )
 
 
@@ -62,7 +63,10 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
     for cause in causes:
         for beginning, (column, unit) in UNITS.items():
             if cause.startswith(beginning):
-                changed[column or torque] = replace(_source(recording, column or torque), unit=unit)
+                source = _source(recording, column or torque)
+                # A unit that the map gives, and that makes the torque too large, is the first to doubt.
+                larger = not column and (factor_of(torque, source.unit or "") or 0) > 1
+                changed[column or torque] = replace(source, unit="Nm" if larger else unit)
         if cause.startswith(SIGN):
             source = changed.get(torque, _source(recording, torque))
             changed[torque] = replace(source, factor=-source.factor)
@@ -72,10 +76,15 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
         if scale:
             ratio = FOR_K
         if scale and float(scale[1]) < MISSING_RATIO_SCALE:
-            ratio = f"; if psi is the steering wheel's: --steering-ratio {USUAL_RATIO}{FOR_RATIO}"
+            source = _source(recording, torque)
+            ratio = (
+                f"; if psi is the steering wheel's, without a ratio yet: --steering-ratio {USUAL_RATIO};"
+                f" if the torque is of its shaft: {as_option([source.as_geared(torque)])}{FOR_RATIO}"
+            )
             if float(scale[1]) < MIN_SCALE:
-                kilo = replace(_source(recording, torque), unit="kNm").as_map(torque)
-                ratio += f"; if the torque is in kN m: --map {kilo}"
+                other = "N m" if source.unit else "kN m"
+                kilo = replace(source, unit=other.replace(" ", "")).as_map(torque)
+                ratio += f"; if the torque is in {other}: {as_option([kilo])}"
     why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))
     if recording.standstills is not None and not set(changed) <= {"t"}:
         return why

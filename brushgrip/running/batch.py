@@ -35,6 +35,7 @@ from brushgrip.wording.friction import (
     further_recording,
     last_usable,
     meaning,
+    slippery_note,
     with_95_band,
 )
 from identification import Recording, read_rig
@@ -59,13 +60,13 @@ one."""
 COLUMNS = (
     *("recording", "ground", "samples", "measured", "duration"),
     *FRICTION,
-    *("last_usable", "usable", "informed"),
+    *("first_usable", "last_usable", "usable", "informed"),
     *FLAGS,
     *("wide", "changes", "fault"),
 )
 """Columns of the summary; measured are the samples with a torque, of which usable, informed and the
 flags are shares [1], implausible that of all samples, wide that without a flag whose deviation of mu is
-too large to be informed; duration and last_usable [s], number of changes of
+too large to be informed; duration, first_usable and last_usable [s], number of changes of
 the ground, and what is wrong with a recording."""
 DIGITS = 5
 """Significant digits of a number in the summary."""
@@ -205,7 +206,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         told.append(band_parts(budget, with_model=found is not None or of_car))
     if at is None:
         told.append(suspected_cause(factory, recording, found, estimates))
-    elif (car := recording.standstills) and not budget:
+    elif (car := recording.standstills) is None:
+        told.append(slippery_note(float(estimates.mu_eff[at]), recording.rig))
+    elif not budget:
         told.append(rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])]))
     lines = (f"{recording.name}: {line}" for line in told if line)
     return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines))
@@ -240,6 +243,7 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
         "measured": int(measured.sum()),
         "duration": float(estimates.t[-1] - estimates.t[0]),
         **{name: nan if at is None else float(getattr(estimates, name)[at]) for name in FRICTION},
+        "first_usable": nan if at is None else float(estimates.t[np.argmax(estimates.usable)]),
         "last_usable": nan if at is None else float(estimates.t[at]),
         "usable": estimates.usable_share,
         "informed": float((estimates.informed & measured).sum()) / count,

@@ -15,9 +15,12 @@ from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.protocol import uninformed_remedy
 from observers.quality.ground_friction import MIN_RECORDINGS
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
+from symbolic import Rig
 
 TWO_DECIMALS_FROM = 0.02
 """Half-width of a band from which on it is given with two decimals, below with three [1]."""
+SLIPPERY = 0.15
+"""Friction below which dry friction of a sensor matters [1]."""
 MIN_REPORTED_SHARE = 0.01
 """Least share of the samples for which a suspicion, or a friction on its bound, is reported [1]."""
 REASONS = {
@@ -125,11 +128,22 @@ def band_parts(budget: Mapping[str, float], *, with_model: bool) -> str:
     """What a band is made of and what narrows it, in one line; empty where that is not known."""
     if not budget:
         return ""
-    parts = told_parts(budget)
+    parts, half = told_parts(budget), math.hypot(*budget.values())
+    digits = 2 if half >= TWO_DECIMALS_FROM else 3
     return (
-        f"the band ± {math.hypot(*budget.values()):.2f} is made of (the squares add up):"
-        f" {', '.join(f'{name} {half:.2f}' for name, half in parts.items())};"
+        f"the band ± {half:.{digits}f} is made of (the squares add up):"
+        f" {', '.join(f'{name} {part:.{digits}f}' for name, part in parts.items())};"
         f" to narrow it, {narrowed_by(next(iter(parts)), with_model=with_model)}"
+    )
+
+
+def slippery_note(mu: float, rig: Rig) -> str:
+    """What an estimate on slippery ground rests on, in one line; empty on other ground."""
+    if mu >= SLIPPERY or rig.dry_friction is not None:
+        return ""
+    return (
+        "dry friction of the sensor is not declared, and counts as the ground's, which matters on ground"
+        " as slippery as this: measure it with the wheel lifted, [sensor] dry_friction = ... N m"
     )
 
 
@@ -210,6 +224,8 @@ def _last_friction(estimates: Estimates) -> str:
         f"usable in {100 * estimates.usable_share:.0f} % of {measured} samples"
         + " with a torque" * (measured < estimates.t.size)
     )
+    if estimates.usable.any():
+        share += f", from {estimates.t[np.argmax(estimates.usable)]:.3g} s"
     if at is None:
         changes = estimates.t[estimates.status & Status.RESET != 0]
         since = ""

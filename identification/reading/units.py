@@ -12,7 +12,9 @@ from symbolic.tables.parsing import excerpt
 _TORQUE = {
     "N m": 1.0,
     "mN m": 1e-3,
+    "N mm": 1e-3,
     "cN m": 1e-2,
+    "N cm": 1e-2,
     "kN m": 1e3,
     "lbf ft": 1.3558179483314004,
     "lbf in": 0.1129848290276167,
@@ -126,7 +128,7 @@ def require_factor(column: str, unit: str, channel: str) -> float:
         likely = unit_at_end(column, channel) or next(iter(UNITS[column]))
         raise InvalidInputError(
             f"{excerpt(unit)} is no unit of {column}; allowed: {', '.join(UNITS[column])}; say which it"
-            f" is: --map {column}={channel}:{likely}"
+            f" is, such as --map {column}={channel}:{likely.replace(' ', '')}"
         )
     return factor
 

@@ -159,8 +159,7 @@ def suspicions(state: Any, channel: str) -> tuple[str, ...]:
     if verdict["suspect"] or (status & Status.ACQUIRING and known and not verdict["verified"]):
         return (
             f"the torque grows with the angle {math.exp(verdict['log_gain']):.2g} times as k, a and F_N"
-            " say: check the torque's unit and gear, the angle's unit, k, a and F_N, or declare their"
-            " tolerances",
+            " say: check the torque's unit and gear, the angle's unit, k, a and F_N",
         )
     if status & Status.SUSPECT:
         return ("F_N looks like lbf or kgf: friction is more than any ground has; convert it to N",)

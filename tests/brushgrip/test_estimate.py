@@ -193,7 +193,7 @@ def test_a_slope_that_contradicts_k_asks_for_its_tolerance(run: Run, simulated: 
     rig.write_text(rig.read_text().replace("2.4e6", "6e6"))
     outcome = run("estimate", "--rig", rig, simulated)
 
-    assert "or declare k with its tolerance" in outcome.out
+    assert "a k taken from this torque makes mu wrong by the same factor" in outcome.out
     assert "times as k, a and F_N say" in outcome.out
     assert "k = { value = ..., tolerance = ... } in [tyre]" in outcome.out
 
@@ -247,7 +247,7 @@ def test_without_a_file_to_write_the_line_suffices(
     line, budget, *more = outcome.out.splitlines()
     assert (outcome.status, line, more) == (0, told, [])
     assert budget.startswith(
-        "run: the band ± 0.19 is made of (the squares add up): noise and the model's"
+        "run: the band ± 0.25 is made of (the squares add up): slope of the torque that"
     )
     assert contents(tmp_path) == before
     assert run("estimate", "--rig", rig, simulated, "--picture", "only.png").status == 0
@@ -310,7 +310,7 @@ def test_the_angle_of_the_steering_wheel(
 @pytest.mark.parametrize(
     ("column", "factor", "said"),
     [
-        ("psi", 15.0, "; if psi is the steering wheel's: --steering-ratio 15, with your steering ratio"),
+        ("psi", 15.0, "; if psi is the steering wheel's, without a ratio yet: --steering-ratio 15; if"),
         ("M_z", 1e-3, "; if the torque is in kN m: --map M_z=M_z:kNm"),
         ("M_z", 0.3, "check the torque's unit and gear"),
     ],
@@ -337,7 +337,7 @@ def test_tuning_by_name(estimate: Run, simulated: Path, tmp_path: Path) -> None:
         assert estimate(simulated, "--tuning", name).status == 0
         ends[name] = table_of(tmp_path / "mu.csv")["mu_std"][-1]
     # What the slope of the torque leaves open is the same in both.
-    assert ends["clean"] < 0.75 * ends["real_tyre"]
+    assert ends["clean"] < 0.95 * ends["real_tyre"]
 
 
 @pytest.mark.usefixtures("drawn")

@@ -22,10 +22,18 @@ from brushgrip.wording.formatting import (
     sentence,
     torque,
 )
-from brushgrip.wording.friction import estimates_summary, last_usable, model_taken, with_95_band
+from brushgrip.wording.friction import (
+    band_parts,
+    estimates_summary,
+    last_usable,
+    model_taken,
+    slippery_note,
+    with_95_band,
+)
 from identification import Candidate, FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
-from symbolic import Model, ModelBasis, ModelError, effects_named
+from observers.planning.uncertainty_budget import REST, SLOPE
+from symbolic import Model, ModelBasis, ModelError, Rig, effects_named
 from tests.brushgrip.factories import make_diagnosis
 
 
@@ -155,14 +163,14 @@ def estimates(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({}, "mu_eff = 1.25 ± 0.08 (95 % band) at the end, usable in 50 % of 4 samples"),
+        ({}, "mu_eff = 1.25 ± 0.08 (95 % band) at the end, usable in 50 % of 4 samples, from 0.02 s"),
         # The model's own mu is named where it differs.
         (
             {"off": -0.1},
-            "mu_eff = 1.15 ± 0.08 (95 % band) at the end, usable in 50 % of 4 samples"
+            "mu_eff = 1.15 ± 0.08 (95 % band) at the end, usable in 50 % of 4 samples, from 0.02 s"
             " (mu = 1.25 in the model's own law, which compares with no other)",
         ),
-        ({"std": np.nan}, "mu_eff = 1.25 at the end, usable in 50 % of 4 samples"),
+        ({"std": np.nan}, "mu_eff = 1.25 at the end, usable in 50 % of 4 samples, from 0.02 s"),
         (
             {"last": 2},
             "mu_eff = 1.17 ± 0.08 (95 % band) at 0.02 s, last usable, usable in 25 % of 4 samples",
@@ -213,6 +221,18 @@ def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
     )
 
 
+def test_ice_asks_for_the_dry_friction_of_the_sensor() -> None:
+    rig = Rig(a=0.045, e=0.009)
+    assert "[sensor] dry_friction = ... N m" in slippery_note(0.1, rig)
+    assert slippery_note(0.1, replace(rig, dry_friction=0.0)) == slippery_note(0.3, rig) == ""
+
+
+def test_a_narrow_band_has_parts_that_are_told_apart() -> None:
+    line = band_parts({REST: 0.006, SLOPE: 0.004}, with_model=False)
+    assert line.startswith("the band ± 0.007 is made of (the squares add up): ")
+    assert f"{REST} 0.006, {SLOPE} 0.004;" in line
+
+
 def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     alien = estimates(*[Status.INCONSISTENT] * 2, *[Status.USED] * 2)
     slower = estimates(*[Status.USED, Status.MISSING] * 2, last=2)
@@ -221,7 +241,7 @@ def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     assert "raise error of the tuning to 0.1 (--tune error=0.1): with more" in estimates_summary(alien)
     assert "; 2 samples not usable: no measurement" in estimates_summary(slower)
     assert estimates_summary(slower, rates="100 and 200 Hz").endswith(
-        "usable in 50 % of 2 samples with a torque; 100 and 200 Hz"
+        "usable in 50 % of 2 samples with a torque, from 0.02 s; 100 and 200 Hz"
     )
 
 

@@ -164,6 +164,11 @@ def test_a_ratio_is_a_fraction(tmp_path: Path) -> None:
     assert (signals.of("M_z").factor, signals.of("F_N").channel) == (12.5, "a/b")
 
 
+def test_torques_of_a_millimetre() -> None:
+    assert [factor_of("M_z", unit) for unit in ("Nmm", "N·mm", "[N mm]", "mNm")] == [1e-3] * 4
+    assert factor_of("M", "Ncm") == 1e-2
+
+
 def test_an_unknown_unit_of_a_file_is_asked_for(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "t,psi [counts],M_z,F_N")
     with pytest.raises(InvalidInputError, match=r"'counts' is no unit of psi; .* --map psi=psi:rad"):
