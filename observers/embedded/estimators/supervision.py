@@ -172,7 +172,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
         "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
         "confirms": repr(supervision.CONFIRMS), "afterwards": repr(supervision.AFTERWARDS),
-        "most_doubt": repr(acquisition.MAX_DOUBT),
+        "failed": repr(float(acquisition.FAILED)),
         "most_zero": repr(supervision.MAX_ZERO_DEVIATIONS),
         "verdict": len(verdict.VERDICT),
         "block": len(torque_state), "handover": len(handover_names(handed_states(states))),

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from observers import ESTIMATE, AligningTorque, Status
 from observers.embedded import DOUBLE, SINGLE
@@ -69,6 +70,22 @@ def test_a_wrong_torque_is_suspect_in_c_too(generated: Generate, scale: float) -
     np.testing.assert_array_equal(estimates[:, STATUS], expected[:, STATUS])
     assert int(estimates[-1, STATUS]) & Status.SUSPECT
     assert not estimates[:, USABLE].any()
+
+
+@pytest.mark.parametrize("name", cases("ekf declared aligning", "mhe declared aligning"))
+@pytest.mark.parametrize(("mu", "seed", "time"), [(0.3, 540_000, 0.3), (0.05, 540_007, 1.0)])
+def test_a_model_that_explains_nothing_is_doubted_in_c_too(
+    generated: Generate, mu: float, seed: int, time: float, name: str
+) -> None:
+    """A wheel that rolls: its torque relaxes within this time [s]."""
+    made = make_recording(seed, mu=mu, k=K, load=400.0, bristles=500, duration=5.0)
+    rows = rows_of(made)
+    rows[:, 2] = lfilter([1.0], [1, -np.exp(-0.01 / time)], np.diff(made.M_z, prepend=made.M_z[0]))
+    observer = observer_named(name)
+    expected, estimates = python_estimates(observer, rows), generated(observer, DOUBLE).run(rows)
+
+    np.testing.assert_array_equal(estimates[:, [USABLE, STATUS]], expected[:, [USABLE, STATUS]])
+    assert (expected[:, STATUS].astype(int) & Status.INCONSISTENT).any()
 
 
 @pytest.mark.parametrize(("before", "after"), [(1.0, 0.05), (0.05, 1.0)])

@@ -87,7 +87,7 @@ static void restart_search(${name}_state_t *state, ${real} gain_std, ${real} zer
     }
     state->points[POINTS] += ${slid} * state->track[TRACK_DIRECTION];
     state->own[OWN_PHASE] = 0.0;
-    if ((state->own[OWN_DOUBT] > ${afterwards}) && (state->own[OWN_DOUBT] < ${most_doubt})) {
+    if (state->own[OWN_DOUBT] > ${afterwards}) {
         state->own[OWN_DOUBT] = ${afterwards};
     }
 }
@@ -207,7 +207,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
         state->own[OWN_F_N] = sample[2];
     }
     if (changed && tracked) {
-        state->own[OWN_AGAIN] = 1.0;
+        state->own[OWN_AGAIN] = state->own[OWN_CONFIRMED] > 0.0 ? 1.0 : ${failed};
     }
     state->own[OWN_LOST] = 0.0;
     set_numbers(sensed, sample, 6);
