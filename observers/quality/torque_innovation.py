@@ -57,8 +57,8 @@ def lasting_innovation(
     noise = noisy * variance / NOISIER
     share = ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1)
     variance -= noise * (1 - NOISE_ALLOWANCE * share / (2 - share))
-    square = lasting**2 / (variance + by_k)
-    return lasting, square > INNOVATION_THRESHOLD**2, square <= CLEAR**2
+    square, variance = lasting**2, variance + by_k
+    return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= CLEAR**2 * variance
 
 
 def torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Parts:
