@@ -27,11 +27,18 @@ def friction_lines(outcome: FrictionOutcome | None) -> tuple[list[str], list[str
 
 
 def answers(outcome: FrictionOutcome | None) -> list[tuple[str, str]]:
-    """For a page: friction of each ground that has a band, and what it is of."""
+    """For a page: friction of each ground that has a band, and what it is of, or that none is known."""
+    if outcome is None:
+        return []
+    further = outcome.further()
+    never = [ground for ground in filter(None, outcome.grounds) if ground not in further]
     return [
         (f"{ground}: friction μ_eff {further_band(one)}", _next_recording(one))
-        for ground, one in ({} if outcome is None else outcome.further()).items()
+        for ground, one in further.items()
         if one.further is not None
+    ] + [
+        (f"{ground}: friction not known", "no recording on it ends with a value to rely on")
+        for ground in never
     ]
 
 
@@ -59,12 +66,18 @@ def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: s
     count, further = len(outcome.before), [g.further for g in outcome.further().values()]
     one_more = ", and that of one more recording of this kind," * any(further)
     on_grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
+    friction = (
+        f"The coefficient of friction between tyre and ground is {on_grounds}, from"
+        f" {count} recording{'s' * (count != 1)}"
+    )
+    if any(track.last_usable is not None for track in outcome.tracks_of(EKF_FOUND).values()):
+        friction += (
+            f" (ice has about 0.1, dry asphalt about 1); in 95 of 100 cases the true value{one_more}"
+            " lies within the ±, as far as loads, lengths and the model's error are stated rightly"
+        )
     sentences = [
         warning,
-        f"The coefficient of friction between tyre and ground is {on_grounds}, from"
-        f" {count} recording{'s' * (count != 1)} (ice has about 0.1, dry asphalt about 1); in 95 of 100"
-        f" cases the true value{one_more} lies within the ±, as far as loads, lengths and the model's"
-        " error are stated rightly.",
+        f"{friction}.",
         validity(diagnosis),
         missing(diagnosis),
         _open_and_next(diagnosis, outcome),

@@ -94,6 +94,11 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     note = "note on ice: no band for a further recording yet, which takes 3 recordings with usable"
     assert friction_lines(judged) == ([], [f"{note} friction; here 2 of 4"])
     assert answers(judged) == []
+    unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
+    text = paragraph_to_send(make_diagnosis(("d",), ("c",)), unknown)
+    assert "between tyre and ground is on ice not known, from 4 recordings. " in text
+    assert "95 of 100" not in text
+    assert [value for value, _ in answers(unknown)] == ["ice: friction not known"]
 
 
 def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
