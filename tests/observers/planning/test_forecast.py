@@ -78,7 +78,7 @@ def test_other_observers_are_forecast(acquiring: Ekf, kind: str) -> None:
     finer = steer([0.0, 0.1, -0.1, 0.2, -0.2, 0.2], 0.3, 10.0, dt, 10.0)
     forecast = forecaster.whole(finer, forecaster.at_rest([0.5], 0.0, LOAD, dt)[0], LOAD)
 
-    assert forecast.reached(0.1) is not None
+    assert forecast.reached(0.13) is not None
     assert forecast.mu[-1] == pytest.approx(0.5, rel=0.03)
 
 
