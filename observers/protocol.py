@@ -125,8 +125,8 @@ _REMEDIES = {
     Status.ACQUIRING: "friction is being acquired: turn on, or turn back once, and where that does not"
     " help, correct k (stiffness of a vehicle) or declare its tolerance",
     Status.SUSPECT: "an input looks wrong by its unit, its sign, its gear or its sensor, or k, a and F_N"
-    " do not belong to this tyre: correct what is wrong; a k that was measured otherwise than by this"
-    " torque may be declared with its tolerance",
+    " do not belong to this tyre: correct it, and declare a k with its tolerance only if other means"
+    " than this torque measured it",
 }
 
 

@@ -66,8 +66,7 @@ COLUMNS = (
 )
 """Columns of the summary; measured are the samples with a torque, of which usable, informed and the
 flags are shares [1], implausible that of all samples, wide that without a flag whose deviation of mu is
-too large to be informed; duration, first_usable and last_usable [s], number of changes of
-the ground, and what is wrong with a recording."""
+too large; duration, first_usable, last_usable [s], changes of the ground, and what is wrong."""
 DIGITS = 5
 """Significant digits of a number in the summary."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -224,9 +223,7 @@ def _read(inputs: Inputs) -> Recording:
 
 def row_of(recording: Recording, estimates: Estimates) -> Row:
     """The row of a recording that has been estimated."""
-    at = last_usable(estimates)
-
-    measured = estimates.measured
+    at, measured = last_usable(estimates), estimates.measured
     count = max(1, int(measured.sum()))
 
     def share(flag: Status) -> float:
