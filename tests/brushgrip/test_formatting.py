@@ -173,7 +173,8 @@ def estimates(
         ({"std": np.nan}, "mu_eff = 1.25 at the end, usable in 50 % of 4 samples, from 0.02 s"),
         (
             {"last": 2},
-            "mu_eff = 1.17 ± 0.08 (95 % band) at 0.02 s, last usable, usable in 25 % of 4 samples, from 0.02 s",
+            "mu_eff = 1.17 ± 0.08 (95 % band) at 0.02 s, last usable, usable in 25 % of 4 samples,"
+            " from 0.02 s",
         ),
         (
             {"last": 0, "std": 0.3},
