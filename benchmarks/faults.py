@@ -92,12 +92,15 @@ def drifting(rate: float) -> Fault:
     }  # fmt: skip
 
 
+def relaxed(M_z: Any, time: float) -> Any:
+    """The torque [N m] of a wheel that rolls: what it was relaxes within this time [s]."""
+    kept = float(np.exp(-PERIOD / time))
+    return lfilter([1.0], [1, -kept], np.diff(M_z, prepend=M_z[0]))
+
+
 def rolling(time: float) -> Fault:
     """A wheel that rolls: its torque relaxes [s]."""
-    kept = float(np.exp(-PERIOD / time))
-    return lambda inputs, _: {
-        **inputs, "M_z": lfilter([1.0], [1, -kept], np.diff(inputs["M_z"], prepend=inputs["M_z"][0]))
-    }  # fmt: skip
+    return lambda inputs, _: {**inputs, "M_z": relaxed(inputs["M_z"], time)}
 
 
 def _after(before: Any, inputs: Any) -> Inputs:

@@ -47,6 +47,11 @@ class Estimates:
         return np.asarray(~self.informed & (self.status == Status.USED), dtype=np.bool_)
 
     @property
+    def usable_from(self) -> float:
+        """Time of the first usable sample [s], NaN where there is none."""
+        return float(self.t[np.argmax(self.usable)]) if self.usable.any() else float("nan")
+
+    @property
     def usable_share(self) -> float:
         """Share of the samples with a torque that are usable [1]."""
         return float(self.usable.sum()) / max(1, int(self.measured.sum()))

@@ -83,8 +83,8 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
             )
             if float(scale[1]) < MIN_SCALE:
                 other = "N m" if source.unit else "kN m"
-                kilo = replace(source, unit=other.replace(" ", "")).as_map(torque)
-                ratio += f"; if the torque is in {other}: {as_option([kilo])}"
+                entry = replace(source, unit=other.replace(" ", "")).as_map(torque)
+                ratio += f"; if the torque is in {other}: {as_option([entry])}"
     why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))
     if recording.standstills is not None and not set(changed) <= {"t"}:
         return why

@@ -240,7 +240,7 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
         "measured": int(measured.sum()),
         "duration": float(estimates.t[-1] - estimates.t[0]),
         **{name: nan if at is None else float(getattr(estimates, name)[at]) for name in FRICTION},
-        "first_usable": nan if at is None else float(estimates.t[np.argmax(estimates.usable)]),
+        "first_usable": nan if at is None else estimates.usable_from,
         "last_usable": nan if at is None else float(estimates.t[at]),
         "usable": estimates.usable_share,
         "informed": float((estimates.informed & measured).sum()) / count,

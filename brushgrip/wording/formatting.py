@@ -11,6 +11,8 @@ from identification import Candidate, Diagnosis, Errors, FreeDecay, ParameterEst
 from identification.thesis import DecrementEstimate
 from symbolic import EFFECTS
 
+TWO_DECIMALS_FROM = 0.02
+"""Half-width of a band from which on it is given with two decimals, below with three [1]."""
 MAX_FEW = 4
 """Names that are listed in brackets."""
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -229,3 +231,8 @@ def free_decay_document(result: FreeDecay, decrement: DecrementEstimate) -> dict
         recording |= {"source_omega_n": vibration.omega_n, "source_zeta": vibration.zeta}
     document["recordings_units"] |= {"source_omega_n": "rad/s", "source_zeta": "1"}
     return document | {"source": decrement.to_dict()}
+
+
+def band_decimals(half: float) -> int:
+    """Decimals of a friction's band with this half-width [1], and of what it is made of."""
+    return 2 if half >= TWO_DECIMALS_FROM else 3

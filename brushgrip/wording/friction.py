@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgrip.wording.diagnosis_in_words import GRADES
-from brushgrip.wording.formatting import listed, percent, plain, quantity
+from brushgrip.wording.formatting import band_decimals, listed, percent, plain, quantity
 from identification import Diagnosis, FoundModel, ParameterEstimate
 from observers import Estimates, GroundFriction, Status
 from observers.estimates import BAND_STDS
@@ -17,8 +17,6 @@ from observers.quality.ground_friction import MIN_RECORDINGS
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 from symbolic import Rig
 
-TWO_DECIMALS_FROM = 0.02
-"""Half-width of a band from which on it is given with two decimals, below with three [1]."""
 SLIPPERY = 0.15
 """Friction below which dry friction of a sensor matters [1]."""
 MIN_REPORTED_SHARE = 0.01
@@ -73,7 +71,7 @@ def with_95_band(value: float, std: float) -> str:
     if not math.isfinite(std):
         return f"{value:.2f}"
     half = BAND_STDS * std
-    digits = 2 if half >= TWO_DECIMALS_FROM else 3
+    digits = band_decimals(half)
     return f"{value:.{digits}f} ± {half:.{digits}f}"
 
 
@@ -129,7 +127,7 @@ def band_parts(budget: Mapping[str, float], *, with_model: bool) -> str:
     if not budget:
         return ""
     parts, half = told_parts(budget), math.hypot(*budget.values())
-    digits = 2 if half >= TWO_DECIMALS_FROM else 3
+    digits = band_decimals(half)
     return (
         f"the band ± {half:.{digits}f} is made of (the squares add up):"
         f" {', '.join(f'{name} {part:.{digits}f}' for name, part in parts.items())};"
@@ -225,7 +223,7 @@ def _last_friction(estimates: Estimates) -> str:
         + " with a torque" * (measured < estimates.t.size)
     )
     if estimates.usable.any():
-        share += f", from {estimates.t[np.argmax(estimates.usable)]:.3g} s"
+        share += f", from {estimates.usable_from:.3g} s"
     if at is None:
         changes = estimates.t[estimates.status & Status.RESET != 0]
         since = ""

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
-from scipy.signal import lfilter
 
+from benchmarks.faults import relaxed
 from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, covariance_of, run
 from observers.quality.acquisition import build_search
 from observers.quality.branches import (
@@ -182,7 +182,7 @@ def test_no_flagged_sample_is_usable_whatever_the_sensors_give() -> None:
 def test_a_model_that_is_wrong_is_doubted_after_a_new_ground() -> None:
     """A wheel that rolls: its torque relaxes within 0.3 s, which no patch explains."""
     made = make_recording(9001, mu=0.8, k=K, bristles=500, duration=14.0)
-    M_z = rolling(made.M_z, 0.3)
+    M_z = relaxed(made.M_z, 0.3)
     estimates = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, M_z)
 
     assert np.mean(estimates.usable) < 0.02
@@ -202,7 +202,7 @@ def test_a_model_that_is_wrong_is_doubted_after_a_new_ground() -> None:
 def test_a_wheel_that_rolls_is_not_trusted_for_a_moment(mu: float, seed: int, time: float) -> None:
     """Before its torque has relaxed by more than the model's error, it bends like one that slides."""
     made = make_recording(seed, mu=mu, k=K, load=400.0, bristles=500, duration=5.0)
-    M_z = rolling(made.M_z, time)
+    M_z = relaxed(made.M_z, time)
     estimates = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, M_z)
 
     wrong = estimates.usable & (np.abs(estimates.mu - mu) > 3 * estimates.mu_std)
@@ -220,11 +220,6 @@ def test_a_torque_scale_that_passes_for_k_is_in_the_band(factor: float, mu: floa
     wrong = estimates.usable & (np.abs(estimates.mu - mu) > 3 * estimates.mu_std)
     assert estimates.usable.any()
     assert np.mean(wrong) < 0.01
-
-
-def rolling(M_z: Array, time: float) -> Array:
-    """The torque [N m] of a wheel that rolls: it relaxes within this time [s]."""
-    return lfilter([1.0], [1, -np.exp(-0.01 / time)], np.diff(M_z, prepend=M_z[0]))
 
 
 def slide(a: float, e: float) -> float:
