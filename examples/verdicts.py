@@ -21,10 +21,9 @@ A case is a folder of recordings from a rig that is not ours. What was planted i
 Two rules of the search were corrected after a look at case_1: one law of a family goes before two that
 do as well; no exchange makes a second law of a family. Nothing else was adjusted.
 
-The table says what the declared model misses. No recording is held out: "error" is that of the fit to
-all of them, "left out" that of each by the shared parameters of the others. Errors are root mean squares
-of the torque over its range, averaged over recordings. A placeholder is no finding: it explains less
-than what is left, or a parameter of it is at the end of its range."""
+"Error" is that of the fit to all recordings, "left out" that of each by the shared parameters of the
+others: root mean squares of the torque over its range, averaged over recordings. A placeholder is no
+finding: it explains less than what is left, or a parameter of it is at the end of its range."""
 HEADER = (
     "| case | the declared model misses | indistinguishable from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"
