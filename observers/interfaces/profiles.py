@@ -83,8 +83,8 @@ def with_model_error(tuning: Tuning, error: ModelError) -> Tuning:
 
     The spread is what the torque of recordings that were not fitted differs by, noise of the sensor
     included; over a correlation time, which counts as the turn made in it at `TURNING_RATE`, it is worth
-    one independent sample. Where that is less than `MIN_MODEL_ERROR`, the rest was not measured, and lasts
-    as the tuning's own error does: the squares of both, over the turn that each lasts for, add up.
+    one independent sample. Where that is less than `MIN_MODEL_ERROR`, the rest was not measured and
+    lasts as the tuning's own error does: the squares of both, over the turn that each lasts, add up.
     """
     if error.spread == 0:
         return tuning

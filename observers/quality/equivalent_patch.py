@@ -2,7 +2,7 @@
 
 Acquisition weighs hypotheses on the declared patch, which costs little and forgets nothing wrongly. A
 model with effects is softer, or slides at another level: it is driven once through a turn and back, and
-the acquisition itself says which declared patch it looks like. What effects add to the torque of the patch,
+the acquisition itself says which declared patch it looks like. What effects add to the patch's torque,
 as a spring does, no declared patch looks like, and it does not scale with friction: it is taken off.
 """
 
@@ -63,10 +63,10 @@ def build_added_torque(model: Model) -> ca.Function | None:
 
 
 def added_torques(
-    model: Model, measurement_model: MeasurementModel, parts: Layout, state: Expression, theta: Expression,
-    psi: Expression,
+    model: Model, measurement_model: MeasurementModel, parts: Layout, state: Expression,
+    theta: Expression, psi: Expression,
 ) -> tuple[Expression, Expression]:  # fmt: skip
-    """That torque at the angle psi of a torque, and at the newest sample of an estimator's state [N m]."""
+    """That torque at the angle psi of a torque, and at the newest sample of the state [N m]."""
     added = build_added_torque(model)
     if added is None:
         return ca.MX(0), ca.MX(0)

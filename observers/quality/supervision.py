@@ -225,8 +225,7 @@ def build_supervised_step(
     scaled = measurement_model.scaled
     given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
     after, output = step(state[: parts.size], given, inputs["constants"])
-    own["F_N"], lifted = _load(now["F_N"], own)
-    names = measurement_model.torque_state
+    (own["F_N"], lifted), names = _load(now["F_N"], own), measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
     sensed = {**now, "M_z": ca.if_else(lifted, float("nan"), now["M_z"])}
     block, psi, M_z, added = measurement_model.observed_torque(last, sensed, rig, tuning)
