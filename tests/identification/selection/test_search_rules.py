@@ -181,7 +181,7 @@ def test_idle_candidates_are_tried_last(pair: Pair) -> None:
 
 
 def test_an_idle_law_is_a_rival_of_the_law_of_its_family_that_is_added(pair: Pair) -> None:
-    """t gains nothing in two steps; in the third it does as well as s, a law of the same family."""
+    """Law t gains nothing in two steps; in the third it does as well as s, a law of the same family."""
     errors = table(a=9, b=8, s=9.85, t=9.95, ab=6, bs=7.88, bt=7.95, abs=4, abt=3.99)
     steps = searched(Scripted(pair, errors), "abst", replace(DEFAULT_CRITERIA, exchanges=0))
 
