@@ -54,8 +54,8 @@ def search(
 
     Candidates are ranked on thinned recordings with coarse fits; the best are fitted again to the whole
     recordings, where they have to be confirmed. A candidate that gained next to nothing in the last
-    steps is left out, then tried once more before an effect is removed, and where another law of its
-    family is added.
+    steps is left out, then tried once more before an effect is removed, and where a law of its family is
+    added, or any where it has none.
 
     The shared parameters are fitted to the training recordings; the held-out ones judge, or the training
     recordings left out in turn where there are none. The other arguments are those of `diagnose`.
@@ -113,9 +113,10 @@ class Search:
         present = _PresentModel(fine=current, coarse=coarse, precision=precision, declared=declared)
         active, idle = self._active_and_idle(current.effects, steps)
         added = self._add(present, active, ())
-        # A law that gained nothing before may now do as well as the one of its family that was added.
-        family = {effect.family for effect in (added.after.effects[-1:] if added.after else idle)}
-        if late := [effect for effect in idle if effect.family in family]:
+        # A law that gained nothing before may now do as well as that of its family which was added, one
+        # of no family as well as any.
+        families = {effect.family for effect in (added.after.effects[-1:] if added.after else idle)}
+        if late := [effect for effect in idle if effect.family in families | {"other"}]:
             added = self._add(present, late, added.trials)
         if added.after is not None:
             return added

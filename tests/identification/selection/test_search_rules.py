@@ -187,6 +187,9 @@ def test_an_idle_law_is_a_rival_of_the_law_of_its_family_that_is_added(pair: Pai
 
     assert path(steps) == ["b", "ba", "bat"]
     assert letters(steps[2].indistinguishable) == "s"
+    of_none = table(a=9, b=8, s=9.85, c=9.95, ab=6, bs=7.88, bc=7.95, abs=4, abc=3.99)
+    steps = searched(Scripted(pair, of_none), "absc", replace(DEFAULT_CRITERIA, exchanges=0))
+    assert {*path(steps)[2], *letters(steps[2].indistinguishable)} == {*"absc"}
 
 
 def test_an_effect_that_the_others_replace_is_removed_and_stays_away(pair: Pair) -> None:
