@@ -102,7 +102,9 @@ def declared_rig(decays: Sequence[Decay], rig: Path | None) -> tuple[Rig, Tyre]:
 
 
 def identified_rig_text(rig: Rig, tyre: Tyre, file: Path | None, result: FreeDecay) -> str:
-    """The rig file with k and b_t as identified, and the [signals] of the one that was given."""
-    completed = rig_text(replace(rig, b_t=result.b_t.value), replace(tyre, k=result.k.value))
+    """The rig file with k, its tolerance and b_t as identified, and [signals] of the one given."""
+    tolerances = replace(rig.tolerances, k=result.k.std / EVEN)
+    identified = replace(rig, b_t=result.b_t.value, tolerances=tolerances)
+    completed = rig_text(identified, replace(tyre, k=result.k.value))
     signals = signals_text(SignalMap() if file is None else read_signals(file))
     return "\n".join(filter(None, (completed, signals)))

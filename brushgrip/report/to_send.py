@@ -3,6 +3,7 @@
 from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_words import band_shares, known_friction
 from brushgrip.report.scope import missing, several_mechanisms, validity
+from brushgrip.wording.diagnosis_in_words import rest_is_larger
 from brushgrip.wording.formatting import listed, percent, plain
 from brushgrip.wording.friction import further_band, further_recording, narrowed_by
 from identification import Diagnosis
@@ -88,7 +89,9 @@ def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: s
 def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """The measurement or the action that comes next, the most urgent alone, in one sentence."""
     tracks = outcome.tracks_of(EKF_FOUND)
-    if never := [name for name, track in tracks.items() if track.last_usable is None]:
+    never = [name for name, track in tracks.items() if track.last_usable is None]
+    # A model that misses more than it has found is why friction is not known.
+    if never and not rest_is_larger(diagnosis):
         return (
             f"Next: record {listed(never)} again, turning to and fro until the wheel slides both ways."
         )

@@ -32,15 +32,17 @@ def headline(diagnosis: Diagnosis) -> str:
     found = _found(diagnosis)
     if diagnosis.unexplained.present:
         rest = percent(diagnosis.unexplained.structured)
-        if _rest_is_larger(diagnosis):
+        if rest_is_larger(diagnosis):
             found = f"Something unknown remains, {rest} of range; {found[:1].lower()}{found[1:]}"
         else:
             found = f"{found}; {rest} of range stay unexplained"
     return f"{found}: {kind} error {before} → {after} of range."
 
 
-def _rest_is_larger(diagnosis: Diagnosis) -> bool:
+def rest_is_larger(diagnosis: Diagnosis) -> bool:
     """Whether more is unexplained than the effects found explain, or none of them is clear."""
+    if not diagnosis.unexplained.present:
+        return False
     before, after = judged_errors(diagnosis)
     clear = any(effect.grade in CLEAR for effect in diagnosis.effects)
     return not clear or diagnosis.unexplained.structured > before - after

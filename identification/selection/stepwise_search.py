@@ -54,7 +54,8 @@ def search(
 
     Candidates are ranked on thinned recordings with coarse fits; the best are fitted again to the whole
     recordings, where they have to be confirmed. A candidate that gained next to nothing in the last
-    steps is left out, then tried once more before an effect is removed.
+    steps is left out, then tried once more before an effect is removed, and where a law of its family is
+    added, or any where it has none.
 
     The shared parameters are fitted to the training recordings; the held-out ones judge, or the training
     recordings left out in turn where there are none. The other arguments are those of `diagnose`.
@@ -112,8 +113,11 @@ class Search:
         present = _PresentModel(fine=current, coarse=coarse, precision=precision, declared=declared)
         active, idle = self._active_and_idle(current.effects, steps)
         added = self._add(present, active, ())
-        if added.after is None:
-            added = self._add(present, idle, added.trials)
+        # A law that gained nothing before may now do as well as that of its family which was added, one
+        # of no family as well as any.
+        families = {effect.family for effect in (added.after.effects[-1:] if added.after else idle)}
+        if late := [effect for effect in idle if effect.family in families | {"other"}]:
+            added = self._add(present, late, added.trials)
         if added.after is not None:
             return added
         return (
@@ -149,14 +153,14 @@ class Search:
     ) -> SearchStep:
         """Add the best of these effects that is confirmed on the whole recordings, if there is one.
 
-        `earlier` are trials of other effects on top of the same model.
+        `earlier` are trials of other effects on top of the same model, which count too.
         """
         label = f"trying effects on top of {', '.join(present.fine.names) or 'the declared structure'}"
         sets = [with_effect(present.fine.effects, effect) for effect in effects]
-        trials = self._rank(present, sets, label)
-        justified = [t for t in trials if self._improves(t, present, step_justified)]
+        trials = [*earlier, *self._rank(present, sets, label)]
+        ranked = sorted(trials, key=lambda trial: trial.nrmse)
+        justified = [t for t in ranked if self._improves(t, present, step_justified)]
         best = in_order_of_confirmation(justified, self.runner.thinned_training, self.criteria)
-        ranked = sorted([*earlier, *trials], key=lambda trial: trial.nrmse)
         indistinguishable, after = self._first_confirmed(best, present, step_justified)
         replaced = after is not None and len(after.effects) <= len(present.fine.effects)
         return SearchStep(

@@ -52,6 +52,7 @@ ABOUT = {
     "limit": "States within their bounds.",
     "step_output": "Friction, effective friction and status.",
     "observe_torque": "Aligning torque without a model of it.",
+    "added_torque": "What effects add to the torque of the patch.",
     "follow_turns": "The branch of the path, and the points at which the wheel turned back.",
     "hypothesis": "One hypothesis after a torque.",
     "verdict_of": "What all hypotheses say together.",

@@ -2,19 +2,28 @@
 
 Acquisition weighs hypotheses on the declared patch, which costs little and forgets nothing wrongly. A
 model with effects is softer, or slides at another level: it is driven once through a turn and back, and
-the acquisition itself says which declared patch it looks like.
+the acquisition itself says which declared patch it looks like. What effects add to the patch's torque,
+as a spring does, no declared patch looks like, and it does not scale with friction: it is taken off.
 """
 
 from collections.abc import Mapping
 from functools import cache
 
+import casadi as ca
 import numpy as np
 
+from observers.layout import Expression, Layout
+from observers.measurement.measurement_model import CLEAN, MeasurementModel
+from observers.patch.update import signals_with_states
+from observers.quality.acquired_to_estimator import newest_of_sample, newest_state
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
 from observers.quality.hypotheses import SETTINGS, VAGUE, build_start
 from observers.quality.verdict import VERDICT
 from observers.tuning import Tuning
 from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
+from symbolic.effects.base import Effect, Signals
+from symbolic.functions import named_function
+from symbolic.model import add_torques
 
 TURN, RATE, PERIOD = 0.3, 0.2, 0.01
 """The path: so far to one side and to the other [rad], so fast [rad/s], a sample so often [s]."""
@@ -40,6 +49,34 @@ def equivalent_patch(model: Model, values: Mapping[str, float], rig: Rig) -> Equ
 
 
 @cache
+def build_added_torque(model: Model) -> ca.Function | None:
+    """Torque beside that of the patch [N m]: (signals, theta) -> torque; None where no effect adds one.
+
+    signals are in the order of `SIGNALS`; a sensor's delay is left out.
+    """
+    if all(type(effect).torque is Effect.torque for effect in model.effects):
+        return None
+    signals, theta = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("theta", len(model.coordinates))
+    given = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
+    outputs = {"torque": add_torques(ca.MX(0), model, given, theta)}
+    return named_function("added_torque", {"signals": signals, "theta": theta}, outputs)
+
+
+def added_torques(
+    model: Model, measurement_model: MeasurementModel, parts: Layout, state: Expression,
+    theta: Expression, psi: Expression,
+) -> tuple[Expression, Expression]:  # fmt: skip
+    """That torque at the angle psi of a torque, and at the newest sample of the state [N m]."""
+    added = build_added_torque(model)
+    if added is None:
+        return ca.MX(0), ca.MX(0)
+    x = (newest_state(parts, measurement_model, state, name) for name in measurement_model.states)
+    now = newest_of_sample(parts, state, CLEAN)
+    signals = signals_with_states(measurement_model, ca.vertcat(*x), now)
+    return added(ca.vertcat(psi, signals[1:]), theta), added(signals, theta)
+
+
+@cache
 def _equivalent(
     model: Model, values: tuple[tuple[str, float], ...], a: float, e: float
 ) -> EquivalentPatch:
@@ -55,6 +92,8 @@ def _equivalent(
     geometry = dict(zip(GEOMETRY, (a, e), strict=True))
     signals = np.vstack([rows[name] for name in SIGNALS])
     M_z = simulate(model, signals, np.array(theta).ravel(), np.array(list(geometry.values()))).M_z
+    if (added := build_added_torque(model)) is not None:
+        M_z = M_z - np.asarray(added(signals, theta)).ravel()
     tuning = Tuning(mu_std=1.0, error=MISFIT, psi_noise=1e-5, stiffness_std=1.0)
     start = build_start()(psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a))
     count = psi.size

@@ -22,7 +22,7 @@ import casadi as ca
 from observers.layout import Expression, Layout, Parts, named, symbols, symbols_like, vector_of
 from observers.measurement.measurement_model import MIN_LOAD_SHARE, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, is_known, retained
-from observers.patch.patch_protocol import PatchModel, split_constants
+from observers.patch.patch_protocol import split_constants
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.acquired_to_estimator import (
     handed_states,
@@ -43,6 +43,7 @@ from observers.quality.acquisition import (
     update_doubt,
 )
 from observers.quality.branches import TRACK, build_turn, sliding_turn
+from observers.quality.equivalent_patch import added_torques
 from observers.quality.hypotheses import (
     RESTART_STD,
     SETTINGS,
@@ -64,7 +65,7 @@ from observers.quality.torque_innovation import (
 )
 from observers.quality.verdict import VERDICT
 from observers.tuning import TUNING_FIELDS
-from symbolic import full_slide_torque
+from symbolic import Model, full_slide_torque
 from symbolic.functions import named_function
 
 MIN_WHILE_LASTING = 3.0
@@ -79,6 +80,7 @@ EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
 MIN_SQUARE_DIVISOR = 1e-12
 """Least divisor that is the square of an innovation [N^2 m^2]."""
+PREDICTED = OUTPUT.index("M_z_predicted")
 SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 """Outputs that are proportional to the torque."""
 
@@ -200,12 +202,9 @@ def build_following(
 
 @cache
 def build_supervised_step(
-    step: ca.Function,
-    model: PatchModel,
-    measurement_model: MeasurementModel,
-    parts: Layout,
+    step: ca.Function, model: Model, measurement_model: MeasurementModel, parts: Layout,
     patch: EquivalentPatch,
-) -> ca.Function:
+) -> ca.Function:  # fmt: skip
     """The step of an estimator, (state, sample, constants) -> (state_next, output), supervised.
 
     Args:
@@ -226,11 +225,13 @@ def build_supervised_step(
     scaled = measurement_model.scaled
     given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
     after, output = step(state[: parts.size], given, inputs["constants"])
-    own["F_N"], lifted = _load(now["F_N"], own)
-    names = measurement_model.torque_state
+    (own["F_N"], lifted), names = _load(now["F_N"], own), measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
     sensed = {**now, "M_z": ca.if_else(lifted, float("nan"), now["M_z"])}
     block, psi, M_z, added = measurement_model.observed_torque(last, sensed, rig, tuning)
+    # The declared patch stands for the model's patch alone. Of a model with effects, s is 1.
+    at_torque, at_sample = added_torques(model, measurement_model, parts, after, theta, psi)
+    M_z, output[PREDICTED] = M_z - at_torque, output[PREDICTED] - at_sample
     M_z = ca.if_else(lifted, float("nan"), M_z)
     changed = ca.logic_or(has_flag(named(OUTPUT, output)["status"], Status.RESET), own["lost"])
     tracked = own["acquiring"] == 0
@@ -250,6 +251,7 @@ def build_supervised_step(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, now["dt"],
         added, tyre, limits, *([newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []),
     )  # fmt: skip
+    output[PREDICTED] += at_sample
     handed = take_acquired(parts, measurement_model.states, after, handover)
     after = ca.if_else(own["acquiring"], handed, after)
     after[parts.places["output"][0]] = output

@@ -140,6 +140,11 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert "whether the weak signs of torque offset are chance" in text
     known = replace(make_outcome("c"), tracks=TRACKS[:2])
     assert "as something unknown remains" in next_step(graded, known)
+    never = replace(make_outcome("c"), tracks=TRACKS)
+    little = replace(graded, unexplained=replace(graded.unexplained, structured=0.0))
+    much = replace(graded, unexplained=replace(graded.unexplained, structured=1.0))
+    assert "turning to and fro" in next_step(little, never)
+    assert "as something unknown remains" in next_step(much, never), "why friction is not known"
     clear = replace(graded, unexplained=replace(graded.unexplained, present=False))
     assert "proposes, which tells carcass torsion or patch width apart" in next_step(clear, known)
     nothing = replace(clear, effects=())

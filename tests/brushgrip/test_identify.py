@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from identification import read_rig
 from identification.free_decay.estimator import identify_free_decay
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
@@ -49,7 +50,10 @@ def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> 
     declared, found = tomllib.loads(rig.read_text()), tomllib.loads(written.read_text())
 
     assert outcome.status == 0
-    assert found["tyre"]["k"] == content["k"]["value"]
+    assert found["tyre"]["k"]["value"] == content["k"]["value"]
+    # A tolerance is of an even distribution.
+    assert found["tyre"]["k"]["tolerance"] / 3**0.5 == pytest.approx(content["k"]["std"], rel=1e-12)
+    assert read_rig(written)[0].tolerances.k == found["tyre"]["k"]["tolerance"]
     assert found["rig"]["b_t"] == content["b_t"]["value"]
     assert {key: found["rig"][key] for key in ("a", "e", "J_A")} == {
         key: declared["rig"][key] for key in ("a", "e", "J_A")

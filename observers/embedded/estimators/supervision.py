@@ -11,7 +11,7 @@ import casadi as ca
 
 from observers.embedded.constants import Constants, Tunable
 from observers.embedded.rolled_c import rolled_c
-from observers.embedded.scalar_function import without_outputs
+from observers.embedded.scalar_function import scalar_function, without_outputs
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import ModelObserver
@@ -20,7 +20,7 @@ from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import acquisition, branches, hypotheses, supervision, verdict
 from observers.quality.acquired_to_estimator import handed_states, handover_names, pairs_of
-from observers.quality.equivalent_patch import equivalent_patch
+from observers.quality.equivalent_patch import build_added_torque, equivalent_patch
 from observers.tuning import TUNING_FIELDS
 from symbolic.deformation import moment_of_corner
 from symbolic.zones import FAR
@@ -47,6 +47,9 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
             gain_share=observer.measurement_model.gain_share,
         ),
     ]
+    if (added := build_added_torque(observer.model)) is not None:
+        theta = observer.constants[: len(observer.model.coordinates)].tolist()
+        functions.append(scalar_function("added_torque", added, {"theta": theta}))
     return [*functions, _observe_torque(observer, constants)]
 
 
@@ -165,6 +168,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
     return {
         "own": acquisition.OWN, "track": branches.TRACK, "gear": gear,
         "parts": hypotheses.per_hypothesis(gear),
+        "added_torque": build_added_torque(observer.model) is not None,
         "gear_spread": repr(float(observer.measurement_model.gear_spread)),
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",

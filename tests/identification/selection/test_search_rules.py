@@ -180,6 +180,18 @@ def test_idle_candidates_are_tried_last(pair: Pair) -> None:
     assert runner.asked[:4] == [["a", "b", "c", "d"], ["ba", "bc", "bd"], ["bad"], ["bac"]]
 
 
+def test_an_idle_law_is_a_rival_of_the_law_of_its_family_that_is_added(pair: Pair) -> None:
+    """Law t gains nothing in two steps; in the third it does as well as s, a law of the same family."""
+    errors = table(a=9, b=8, s=9.85, t=9.95, ab=6, bs=7.88, bt=7.95, abs=4, abt=3.99)
+    steps = searched(Scripted(pair, errors), "abst", replace(DEFAULT_CRITERIA, exchanges=0))
+
+    assert path(steps) == ["b", "ba", "bat"]
+    assert letters(steps[2].indistinguishable) == "s"
+    of_none = table(a=9, b=8, s=9.85, c=9.95, ab=6, bs=7.88, bc=7.95, abs=4, abc=3.99)
+    steps = searched(Scripted(pair, of_none), "absc", replace(DEFAULT_CRITERIA, exchanges=0))
+    assert {*path(steps)[2], *letters(steps[2].indistinguishable)} == {*"absc"}
+
+
 def test_an_effect_that_the_others_replace_is_removed_and_stays_away(pair: Pair) -> None:
     runner = Scripted(pair, table(a=7, b=8, c=8, ab=5, ac=6, bc=3.005, abc=3))
     steps = searched(runner, "abc")

@@ -75,10 +75,16 @@ TORSION: dict[str, Any] = {
     "model": Model(effects=effects_named(["carcass_torsion"])),
     "values": {"k": K, "carcass_torsion.k_t": 300.0},
 }
+SPRING: dict[str, Any] = {
+    "model": Model(effects=effects_named(["steering_return", "bearing_friction"])),
+    "values": {"k": K, "steering_return.stiffness": 6.0, "bearing_friction.M_c": 0.1},
+}
+"""Effects that add to the torque of the patch."""
 KINDS: dict[str, Any] = {"ekf": Ekf, "mhe": Mhe}
 MODELS = {
     "declared": DECLARED, "effects": EFFECTS, "few": FEW_BRISTLES, "creep": CREEP,
     "measured": MEASURED_RUN, "torsion": TORSION, "found": FOUND,
+    "spring": SPRING,
 }  # fmt: skip
 TORQUES: dict[str, Any] = {
     "aligning": AligningTorque(),

@@ -61,6 +61,23 @@ def test_double_is_the_same(generated: Generate, name: str) -> None:
         assert expected[:, USABLE].any()
 
 
+@pytest.mark.parametrize(
+    "name", cases("ekf spring aligning; ekf spring steering", "mhe spring aligning; mhe spring steering")
+)
+def test_what_effects_add_to_the_torque_is_taken_off_in_c_too(generated: Generate, name: str) -> None:
+    observer = observer_named(name)
+    rows = on_ice(observer.measurement_model)
+    psi, side = rows[:, 0], 1 if observer.channel == "M_z" else -1
+    rate = np.gradient(psi) / rows[:, 4]
+    rows[:, 2] -= side * (6.0 * psi + 0.1 * np.tanh(rate / 0.01))
+    rows[100, 0] = np.nan
+    expected, estimates = python_estimates(observer, rows), generated(observer, DOUBLE).run(rows)
+
+    np.testing.assert_allclose(estimates[:, :3], expected[:, :3], rtol=1e-8, atol=1e-10)
+    np.testing.assert_array_equal(estimates[:, [USABLE, STATUS]], expected[:, [USABLE, STATUS]])
+    assert expected[:, USABLE].any()
+
+
 @pytest.mark.parametrize("scale", [0.1, 14.8, -1.0])
 def test_a_wrong_torque_is_suspect_in_c_too(generated: Generate, scale: float) -> None:
     observer = observer_named("ekf declared aligning")

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from observers import PROFILES, Ekf, Tuning, profile, run, tuning_for
-from reference_rig import RigRecording
-from symbolic import FoundModel, InvalidInputError, Model, ModelError
-from tests.observers.conftest import make
+from observers import PROFILES, Ekf, Status, Tuning, profile, run, tuning_for
+from reference_rig import RigRecording, make_recording
+from symbolic import FoundModel, InvalidInputError, Model, ModelError, effects_named
+from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import columns_of
 
 
@@ -35,6 +35,27 @@ def test_an_error_as_short_as_a_sample_is_noise() -> None:
 
     assert tuning.noise == pytest.approx(0.011)
     assert tuning.error == 0.02
+    # What is left of the 2 % after 0.8 % lasts as the usual error does.
+    assert tuning.error**2 * tuning.error_travel == pytest.approx(0.008**2 * 0.001 + 0.0002 * 0.336)
+
+
+@pytest.mark.parametrize(("seed", "mu"), [(3, 0.4), (4, 0.9), (5, 1.6)])
+def test_tolerances_under_a_small_error_of_the_model_are_no_new_ground(seed: int, mu: float) -> None:
+    """A diagnosis fits the lengths of every recording, an observer has those that are declared."""
+    planted = {"rate_friction": {"c": 0.04}}
+    made = make_recording(seed, planted, mu=mu, k=0.88 * K, a=0.044, bristles=500)
+    model = Model(effects=effects_named(list(planted)))
+    error = ModelError(spread=0.011, correlation_time=0.01, relative=0.008)
+    observer = Ekf(
+        model=model, values={"k": K, "rate_friction.c": 0.04}, rig=RIG,
+        tuning=tuning_for(FoundModel(model=model, tyre={"k": K}, own={}, error=error)),
+    )  # fmt: skip
+    estimates = run(observer, made.t, made.psi, made.F_N, made.M_z)
+
+    assert not (estimates.status & Status.RESET).any()
+    assert estimates.usable.mean() > 0.3
+    off = np.abs(estimates.mu - mu)[estimates.usable]
+    assert (off < 3 * estimates.mu_std[estimates.usable]).all()
 
 
 def test_what_is_set_by_hand_goes_before_the_error_of_the_model() -> None:

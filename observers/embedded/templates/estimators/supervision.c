@@ -197,6 +197,9 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} dt,
 static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t status) {
     const ${real} tyre[3] = {${tyre|join(", ")}};
     ${real} psi, M_z, added, limits[LIMITS], sensed[6];
+%% if added_torque
+    ${real} signals[4], added_by_effects, at_torque;
+%% endif
 %% if block
     ${real} block[${block}];
 %% endif
@@ -221,6 +224,15 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     if (lifted) {
         M_z = (${real})NAN;
     }
+%% if added_torque
+    /* Friction is acquired on the declared patch that stands for the model's, without what effects add to its torque. */
+    patch_signals(${newest_x}, ${newest_last}, signals);
+    added_torque(signals, &added_by_effects);
+    state->output[OUT_M_Z_PREDICTED] -= added_by_effects;
+    signals[0] = psi;
+    added_torque(signals, &at_torque);
+    M_z -= at_torque;
+%% endif
     if (changed) {
         if (tracked || lost) {
             restart_search(state, tracked ? ${restart_std} : ${vague}, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a});
@@ -232,5 +244,9 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     } else {
         follow(state, psi, M_z, sample[3], added, tyre, limits);
     }
+%% if added_torque
+    state->output[OUT_M_Z_PREDICTED] += added_by_effects;
+    state->result[OUT_M_Z_PREDICTED] += added_by_effects;
+%% endif
     return (int32_t)state->result[OUT_STATUS];
 }
