@@ -6,6 +6,7 @@
 Seeds from TUNING_SEED on are for tuning, those from JUDGING_SEED on for judging; never tune on those.
 Every declared value is off within its tolerance; `--full-tolerance` puts each true value at an end of
 what is declared.
+`--calibrated` first identifies the tyres of every car on ground of known friction.
 `--bound` prints the least deviation that any estimate can have beside those reached, see `car_bound`.
 About five seconds a car on one core.
 """
@@ -16,7 +17,7 @@ import sys
 import tempfile
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import degrees
 from pathlib import Path
@@ -41,6 +42,10 @@ HALF_TURN = 180.0
 """Way of the handwheel after which the band is read [deg]."""
 NEAR_LOCKS = 0.9
 """Share of the way from stop to stop that counts as lock to lock [1]."""
+KNOWN_FRICTION, KNOWN_WITHIN = 0.9, 0.05
+"""Friction of the ground on which tyres are identified; tolerance of it, as a share [1]."""
+LOAD_CHANGE = 0.03
+"""Change of the load after that, either way, as a share [1]."""
 MEASURED = ("axle_load", "half_length")
 """What a workshop measures, with scales and a print of the contact."""
 COLUMNS = {
@@ -142,27 +147,69 @@ def write_recording(path: Path, recording: CarRecording, sensing: str) -> None:
     np.savetxt(path, table, fmt="%.8g", delimiter=",", header=",".join(names), comments="")
 
 
-def estimate(drawn: FleetCar, recording: CarRecording, sensing: str, observer: str) -> dict[str, Array]:
-    """What the command line makes of the recording, by column."""
+def declared_toml(drawn: FleetCar, sensing: str) -> str:
+    """The vehicle file of a car as it is declared."""
+    # The torque at the handwheel turns its inertia too, known as well as the rack's mass.
+    share = (sensing == "handwheel") * drawn.declared["moved_mass"] / drawn.true["moved_mass"]
+    inertia = share * drawn.car.handwheel_inertia
+    return vehicle_toml(
+        drawn.declared, brake=drawn.brake, handwheel_inertia=inertia, tolerances=drawn.tolerances
+    )
+
+
+def run_command(*arguments: str | Path) -> None:
+    """Run the command line, quietly.
+
+    Raises:
+        RuntimeError: it does not end well.
+    """
+    try:
+        main_of_command(["--quiet", *map(str, arguments)])
+    except SystemExit as done:
+        if done.code:
+            raise RuntimeError(f"{arguments[0]}: status {done.code}") from None
+
+
+def calibrated_toml(drawn: FleetCar, sensing: str) -> tuple[str, FleetCar]:
+    """The vehicle file with the tyres identified, and the car, its load changed since.
+
+    The car drives on ground that is known within `KNOWN_WITHIN`, with brakes held or not. Where the
+    command refuses, the file stays as declared.
+    """
+    rng = np.random.default_rng([drawn.seed, 24])
+    mu = KNOWN_FRICTION * (1 + KNOWN_WITHIN * rng.uniform(-1, 1))
+    there = replace(
+        drawn, seed=drawn.seed + 10**6, car=replace(drawn.car, mu=(mu, mu)), brake=rng.uniform() < 0.5
+    )
+    change = 1 + LOAD_CHANGE * rng.uniform(-1, 1)
+    tyre = replace(drawn.car.tyre, half_length=change * drawn.car.tyre.half_length)
+    loaded = replace(drawn.car, axle_load=change * drawn.car.axle_load, tyre=tyre)
+    text = declared_toml(drawn, sensing)
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        # The torque at the handwheel turns its inertia too, known as well as the rack's mass.
-        share = (sensing == "handwheel") * drawn.declared["moved_mass"] / drawn.true["moved_mass"]
-        inertia = share * drawn.car.handwheel_inertia
-        text = vehicle_toml(
-            drawn.declared, brake=drawn.brake, handwheel_inertia=inertia, tolerances=drawn.tolerances
-        )
-        (folder / "car.toml").write_text(text, encoding="utf-8")
-        write_recording(folder / "car.csv", recording, sensing)
-        files = {key: str(folder / key) for key in ("car.toml", "car.csv", "mu.csv")}
-        command = ["--quiet", "estimate", "--vehicle", files["car.toml"], "--observer", observer]
+        file, log, new = (Path(name) / one for one in ("car.toml", "log.csv", "new.toml"))
+        file.write_text(text, encoding="utf-8")
+        write_recording(log, there.drive(), sensing)
+        known = ("--ground-friction", f"{KNOWN_FRICTION}")
+        known += ("--friction-tolerance", f"{KNOWN_WITHIN * KNOWN_FRICTION}")
         try:
-            main_of_command([*command, files["car.csv"], "--out", files["mu.csv"]])
-        except SystemExit as done:
-            if done.code:
-                raise RuntimeError(f"{recording.name}: status {done.code}") from None
-        with (folder / "mu.csv").open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+            run_command(
+                "identify", "--vehicle", file, "--lock-to-lock", log, *known, "--write-vehicle", new
+            )
+            text = new.read_text(encoding="utf-8")
+        except RuntimeError as error:
+            print(f"{drawn.seed}: {error}, stays as declared")
+    return text, replace(drawn, car=loaded)
+
+
+def estimate(text: str, recording: CarRecording, sensing: str, observer: str) -> dict[str, Array]:
+    """What the command line makes of the recording with this vehicle file, by column."""
+    with tempfile.TemporaryDirectory() as name:
+        file, log, out = (Path(name) / one for one in ("car.toml", "car.csv", "mu.csv"))
+        file.write_text(text, encoding="utf-8")
+        write_recording(log, recording, sensing)
+        run_command("estimate", "--vehicle", file, "--observer", observer, log, "--out", out)
+        with out.open(encoding="utf-8", newline="") as table:
+            rows = list(csv.DictReader(table))
     wanted = ("t", "mu", "mu_std", "usable", "status")
     return {key: np.array([float(row[key] or "nan") for row in rows]) for key in wanted}
 
@@ -175,24 +222,26 @@ def bounds_of(drawn: FleetCar, rack: Array, ends: list[int]) -> Array:
     return bounds_by_case(vehicle, drawn.car.mu[0], rack, tolerances, ends, noise)
 
 
-def floor_of(drawn: FleetCar) -> float:
-    """`Judged.floor` of a car."""
-    file = vehicle_toml(drawn.declared, brake=drawn.brake, tolerances=drawn.tolerances)
-    shares = friction_shares(vehicle_from_tables(tomllib.loads(file)), brakes=drawn.brake)
+def floor_of(text: str, *, brake: bool) -> float:
+    """`Judged.floor` by a vehicle file."""
+    shares = friction_shares(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
     return float(np.linalg.norm(list(shares.values())))
 
 
 def judge(
     seed: int, sensing: str, observer: str, *, full: bool, split: float, bound: bool = False,
-    measured: float | None = None,
+    measured: float | None = None, calibrated: bool = False,
 ) -> Judged:  # fmt: skip
     """Draw a car, steer it, estimate."""
     tolerances = {**TOLERANCES, **(dict.fromkeys(MEASURED, measured) if measured else {})}
     drawn = draw_car(
         seed, assisted=sensing != "handwheel", full_tolerance=full, split=split, tolerances=tolerances
     )
+    text = declared_toml(drawn, sensing)
+    if calibrated:
+        text, drawn = calibrated_toml(drawn, sensing)
     recording = drawn.drive()
-    got = estimate(drawn, recording, sensing, observer)
+    got = estimate(text, recording, sensing, observer)
     # The truth at the rows' times: a reader may leave samples out.
     handwheel = np.interp(got["t"], recording.t, np.degrees(recording.handwheel))
     turned = np.maximum.accumulate(handwheel) - np.minimum.accumulate(handwheel)
@@ -209,7 +258,7 @@ def judge(
         half_turn=ends[0],
         locks=ends[1],
         bounds=bounds_of(drawn, rack, ends) if bound else np.full((len(BOUNDS), 2), np.nan),
-        floor=floor_of(drawn),
+        floor=floor_of(text, brake=drawn.brake),
     )
 
 
@@ -272,6 +321,7 @@ def main() -> None:
     parser.add_argument("--full-tolerance", action="store_true", help="every value off by all of it")
     parser.add_argument("--split", type=float, default=1.0, help="mu right over mu left")
     parser.add_argument("--measured", type=float, help="tolerance of load and half-length, as a share")
+    parser.add_argument("--calibrated", action="store_true", help="tyres identified on known ground")
     parser.add_argument("--bound", action="store_true", help="also the least sigma that is possible")
     given = parser.parse_args()
     purpose = "judging" if given.seed >= JUDGING_SEED else "tuning"
@@ -282,6 +332,7 @@ def main() -> None:
     cars = []
     for seed in range(given.seed, given.seed + given.cars):
         chosen = {"split": given.split, "bound": given.bound, "measured": given.measured}
+        chosen["calibrated"] = given.calibrated
         cars.append(judge(seed, given.sensing, given.observer, full=given.full_tolerance, **chosen))
         print(row(cars[-1]), flush=True)
     summary(cars)
