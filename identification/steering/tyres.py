@@ -128,10 +128,11 @@ def _require_plausible(
     """Refuse what declared values cannot make, all of them at an end of their tolerances."""
     shares = friction_shares(vehicle, brakes=vehicle.brakes).values()
     most = sum(shares) / STD_PER_TOLERANCE + tolerance / friction + 3 * MODEL_ERROR
-    if not abs(np.log(factor)) < most:
+    least, greatest = np.exp([-most, most])
+    if not least < factor < greatest:
         raise InvalidInputError(
             f"{names}: the torque of full slide is {factor:.2f} times that of mu {friction:g} and the"
-            f" vehicle file; allowed: {np.exp(-most):.2f} to {np.exp(most):.2f}; check --ground-friction,"
+            f" vehicle file; allowed: {least:.2f} to {greatest:.2f}; check --ground-friction,"
             " front_axle_load and half_length, and that the wheels stand on that ground, not on plates"
         )
     if not 1 / MAX_STIFFNESS_RATIO < ratio < MAX_STIFFNESS_RATIO:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.car import declared_toml, write_recording
+from benchmarks.car_files import declared_toml, write_recording
 from identification import Recording, read_recording
 from identification.steering.tyres import TyresResult, identify_tyres
 from reference_rig import CarRecording, FleetCar, draw_car
