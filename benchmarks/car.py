@@ -130,7 +130,7 @@ def judge(
     )
     text = declared_toml(drawn, sensing)
     if calibrated:
-        text, drawn = calibrated_toml(drawn, sensing)
+        text, drawn = calibrated_toml(drawn, sensing, full=full)
     recording = drawn.drive()
     got = estimate(text, recording, sensing, observer)
     # The truth at the rows' times: a reader may leave samples out.

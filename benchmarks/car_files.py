@@ -96,18 +96,22 @@ def run_command(*arguments: str | Path) -> None:
             raise RuntimeError(f"{arguments[0]}: status {done.code}") from None
 
 
-def calibrated_toml(drawn: FleetCar, sensing: str) -> tuple[str, FleetCar]:
+def calibrated_toml(drawn: FleetCar, sensing: str, *, full: bool = False) -> tuple[str, FleetCar]:
     """The vehicle file with the tyres identified, and the car, its load changed since.
 
     The car drives on ground that is known within `KNOWN_WITHIN`, with brakes held or not. Where the
-    command refuses, the file stays as declared.
+    command refuses, the file stays as declared. With `full`, friction of the ground and load are off by
+    all of their tolerances.
     """
     rng = np.random.default_rng([drawn.seed, 24])
-    mu = KNOWN_FRICTION * (1 + KNOWN_WITHIN * rng.uniform(-1, 1))
+    of_ground, of_brake, of_load = rng.uniform(-1, 1), rng.uniform(), rng.uniform(-1, 1)
+    if full:
+        of_ground, of_load = np.sign([of_ground, of_load])
+    mu = KNOWN_FRICTION * (1 + KNOWN_WITHIN * of_ground)
     there = replace(
-        drawn, seed=drawn.seed + 10**6, car=replace(drawn.car, mu=(mu, mu)), brake=rng.uniform() < 0.5
+        drawn, seed=drawn.seed + 10**6, car=replace(drawn.car, mu=(mu, mu)), brake=of_brake < 0.5
     )
-    change = 1 + LOAD_CHANGE * rng.uniform(-1, 1)
+    change = 1 + LOAD_CHANGE * of_load
     tyre = replace(drawn.car.tyre, half_length=change * drawn.car.tyre.half_length)
     loaded = replace(drawn.car, axle_load=change * drawn.car.axle_load, tyre=tyre)
     text = declared_toml(drawn, sensing)

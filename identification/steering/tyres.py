@@ -85,6 +85,11 @@ def identify_tyres(
         )
     used = [_of_steering(one) for one in recordings]
     names = ", ".join(one.name for one in used)
+    if len({one.tyre.k for one in used}) > 1:
+        raise InvalidInputError(
+            f"{names}: the brakes held in some, not in others, and the tyres turn about another point;"
+            " identify them from recordings of one kind"
+        )
     fitted = fit(Model(), used)
     stds = dict(zip(fitted.labels, standard_deviations(fitted, used), strict=True))
     frictions = np.array([fitted.values.own[one.name]["mu"] for one in used])

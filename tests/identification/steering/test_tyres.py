@@ -67,7 +67,7 @@ def test_a_car_that_was_identified_is_identified_as_such_again(tmp_path: Path) -
 def test_gear_friction_and_return_torque_are_not_taken_for_the_tyres(
     tmp_path: Path, off: dict[str, float]
 ) -> None:
-    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(brakes="true") + ""))
+    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(brakes="true")))
     wrong = replace(vehicle, **off)  # type: ignore[arg-type]
     found = identified(lock_to_lock(tmp_path, wrong), wrong).slide_factor
     share = vehicle.front_axle_load / wrong.front_axle_load
@@ -92,6 +92,22 @@ def test_what_would_be_wrong_is_refused(
 ) -> None:
     with pytest.raises(InvalidInputError, match=said):
         identified(lock_to_lock(tmp_path, **given), friction=friction)  # type: ignore[arg-type]
+
+
+def test_recordings_are_fitted_together_where_the_brakes_are_alike(tmp_path: Path) -> None:
+    scrubbed = replace(CAR, scrub_radius=0.02)
+    one, other = (lock_to_lock(tmp_path, scrubbed, mu=(mu, mu)) for mu in (MU, 1.04 * MU))
+    both = [replace(one, name="one"), other]
+    alone = identified(one, scrubbed).slide_factor
+    found = identify_tyres(both, scrubbed, friction=MU, tolerance=0.05 * MU).slide_factor
+    free = lock_to_lock(tmp_path, replace(scrubbed, brakes=False))
+
+    assert found.std is not None
+    assert alone.std is not None
+    assert found.value == pytest.approx(1.02 * alone.value, rel=0.01)
+    assert found.std > alone.std, "they differ"
+    with pytest.raises(InvalidInputError, match="the brakes held in some, not in others"):
+        identify_tyres([both[0], free], scrubbed, friction=MU, tolerance=0.04)
 
 
 @pytest.mark.parametrize("tolerance", [-0.1, 0.8, float("nan")])
