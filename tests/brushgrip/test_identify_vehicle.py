@@ -96,7 +96,7 @@ def test_tyres_go_into_the_vehicle_file(run: Run, tmp_path: Path) -> None:
     assert new.slide_factor == pytest.approx(1, abs=0.05)
     assert 0.02 / 0.8 < new.tolerances.slide_factor < 0.05
     assert new.tolerances.load == pytest.approx(0.03)
-    assert new.tolerances.stiffness < 0.1
+    assert new.tolerances.stiffness < 0.15
     assert "slide_factor holds for a front axle load of 8000 N" in outcome.out
 
     # With the file that was written, friction rests on these two.
