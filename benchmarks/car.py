@@ -6,6 +6,7 @@
 Seeds from TUNING_SEED on are for tuning, those from JUDGING_SEED on for judging; never tune on those.
 Every declared value is off within its tolerance; `--full-tolerance` puts each true value at an end of
 what is declared.
+`--calibrated` first identifies the tyres of every car on ground of known friction.
 `--bound` prints the least deviation that any estimate can have beside those reached, see `car_bound`.
 About five seconds a car on one core.
 """
@@ -15,7 +16,6 @@ import csv
 import sys
 import tempfile
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from math import degrees
@@ -27,7 +27,14 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.car_bound import BOUNDS, VEHICLE_FIELDS, bounds_by_case
-from brushgrip.cli.app import main as main_of_command
+from benchmarks.car_files import (
+    COLUMNS,
+    calibrated_toml,
+    declared_toml,
+    run_command,
+    vehicle_toml,
+    write_recording,
+)
 from observers import Status
 from reference_rig import TOLERANCES, CarRecording, FleetCar, draw_car
 from symbolic import vehicle_from_tables
@@ -43,12 +50,6 @@ NEAR_LOCKS = 0.9
 """Share of the way from stop to stop that counts as lock to lock [1]."""
 MEASURED = ("axle_load", "half_length")
 """What a workshop measures, with scales and a print of the contact."""
-COLUMNS = {
-    "rack": ("rack", "F_rack"),
-    "pinion": ("handwheel", "T_bar", "T_motor"),
-    "handwheel": ("handwheel", "T_bar"),
-}
-"""Channels that a sensing takes."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,78 +92,15 @@ class Judged:
         return float(np.mean(self.usable & ~(self.normal <= sigmas)))
 
 
-def vehicle_toml(
-    declared: Mapping[str, float], *, brake: bool, handwheel_inertia: float = 0.0,
-    tolerances: Mapping[str, float] = TOLERANCES,
-) -> str:  # fmt: skip
-    """The vehicle file, with the tolerances where they are declared."""
-
-    def tolerated(name: str) -> str:
-        value = declared[name]
-        return f"{{ value = {value:.6g}, tolerance = {tolerances[name] * value:.6g} }}"
-
-    lines = {
-        "front_axle_load": tolerated("axle_load"),
-        "tyre": '"205/55 R16"',
-        "pressure": "2.4e5",
-        "wheelbase": f"{declared['wheelbase']:.6g}",
-        "track": f"{declared['track']:.6g}",
-        "steering_ratio": f"{declared['lever'] / declared['pinion_radius']:.6g}",
-        "steering_arm": f"{declared['lever']:.6g}",
-        "half_length": tolerated("half_length"),
-        "contact_width": f"{2 * declared['half_width']:.6g}",
-        "stiffness": tolerated("k"),
-        "trail": f"{declared['trail']:.6g}",
-        "scrub_radius": f"{declared['scrub_radius']:.6g}",
-        "inclination": f"{declared['inclination']:.6g}",
-        "caster": f"{declared['caster']:.6g}",
-        "rack_travel": f"{declared['rack_travel']:.6g}",
-        "lever_loss": f"{declared['lever_loss']:.6g}",
-        "ackermann": f"{declared['ackermann']:.6g}",
-        "gear_friction": tolerated("gear_friction"),
-        "gear_load_share": f"{declared['gear_load_share']:.6g}",
-        "rack_mass": f"{declared['moved_mass']:.6g}",
-        "handwheel_inertia": f"{handwheel_inertia:.6g}",
-        "torsion_bar": f"{declared['torsion_bar']:.6g}",
-        "motor_ratio": f"{declared['motor_ratio']:.6g}",
-        "motor_efficiency": "1.0",
-        "brakes": "true" if brake else "false",
-        "geometry": f"{{ tolerance = {TOLERANCES['wheelbase']:g} }}",
-    }
-    return "[vehicle]\n" + "".join(f"{key} = {value}\n" for key, value in lines.items())
-
-
-def write_recording(path: Path, recording: CarRecording, sensing: str) -> None:
-    """The bus as a CSV; a car without assistance shows the torque at its handwheel as T_bar."""
-    names = ("t", *COLUMNS[sensing], "brake", "speed")
-    shown = {name: getattr(recording, name) for name in names}
-    if sensing == "handwheel":
-        shown["T_bar"] = recording.T_hand
-    table = np.column_stack([shown[name] for name in names])
-    np.savetxt(path, table, fmt="%.8g", delimiter=",", header=",".join(names), comments="")
-
-
-def estimate(drawn: FleetCar, recording: CarRecording, sensing: str, observer: str) -> dict[str, Array]:
-    """What the command line makes of the recording, by column."""
+def estimate(text: str, recording: CarRecording, sensing: str, observer: str) -> dict[str, Array]:
+    """What the command line makes of the recording with this vehicle file, by column."""
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        # The torque at the handwheel turns its inertia too, known as well as the rack's mass.
-        share = (sensing == "handwheel") * drawn.declared["moved_mass"] / drawn.true["moved_mass"]
-        inertia = share * drawn.car.handwheel_inertia
-        text = vehicle_toml(
-            drawn.declared, brake=drawn.brake, handwheel_inertia=inertia, tolerances=drawn.tolerances
-        )
-        (folder / "car.toml").write_text(text, encoding="utf-8")
-        write_recording(folder / "car.csv", recording, sensing)
-        files = {key: str(folder / key) for key in ("car.toml", "car.csv", "mu.csv")}
-        command = ["--quiet", "estimate", "--vehicle", files["car.toml"], "--observer", observer]
-        try:
-            main_of_command([*command, files["car.csv"], "--out", files["mu.csv"]])
-        except SystemExit as done:
-            if done.code:
-                raise RuntimeError(f"{recording.name}: status {done.code}") from None
-        with (folder / "mu.csv").open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        file, log, out = (Path(name) / one for one in ("car.toml", "car.csv", "mu.csv"))
+        file.write_text(text, encoding="utf-8")
+        write_recording(log, recording, sensing)
+        run_command("estimate", "--vehicle", file, "--observer", observer, log, "--out", out)
+        with out.open(encoding="utf-8", newline="") as table:
+            rows = list(csv.DictReader(table))
     wanted = ("t", "mu", "mu_std", "usable", "status")
     return {key: np.array([float(row[key] or "nan") for row in rows]) for key in wanted}
 
@@ -175,24 +113,26 @@ def bounds_of(drawn: FleetCar, rack: Array, ends: list[int]) -> Array:
     return bounds_by_case(vehicle, drawn.car.mu[0], rack, tolerances, ends, noise)
 
 
-def floor_of(drawn: FleetCar) -> float:
-    """`Judged.floor` of a car."""
-    file = vehicle_toml(drawn.declared, brake=drawn.brake, tolerances=drawn.tolerances)
-    shares = friction_shares(vehicle_from_tables(tomllib.loads(file)), brakes=drawn.brake)
+def floor_of(text: str, *, brake: bool) -> float:
+    """`Judged.floor` by a vehicle file."""
+    shares = friction_shares(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
     return float(np.linalg.norm(list(shares.values())))
 
 
 def judge(
     seed: int, sensing: str, observer: str, *, full: bool, split: float, bound: bool = False,
-    measured: float | None = None,
+    measured: float | None = None, calibrated: bool = False,
 ) -> Judged:  # fmt: skip
     """Draw a car, steer it, estimate."""
     tolerances = {**TOLERANCES, **(dict.fromkeys(MEASURED, measured) if measured else {})}
     drawn = draw_car(
         seed, assisted=sensing != "handwheel", full_tolerance=full, split=split, tolerances=tolerances
     )
+    text = declared_toml(drawn, sensing)
+    if calibrated:
+        text, drawn = calibrated_toml(drawn, sensing, full=full)
     recording = drawn.drive()
-    got = estimate(drawn, recording, sensing, observer)
+    got = estimate(text, recording, sensing, observer)
     # The truth at the rows' times: a reader may leave samples out.
     handwheel = np.interp(got["t"], recording.t, np.degrees(recording.handwheel))
     turned = np.maximum.accumulate(handwheel) - np.minimum.accumulate(handwheel)
@@ -209,7 +149,7 @@ def judge(
         half_turn=ends[0],
         locks=ends[1],
         bounds=bounds_of(drawn, rack, ends) if bound else np.full((len(BOUNDS), 2), np.nan),
-        floor=floor_of(drawn),
+        floor=floor_of(text, brake=drawn.brake),
     )
 
 
@@ -272,6 +212,7 @@ def main() -> None:
     parser.add_argument("--full-tolerance", action="store_true", help="every value off by all of it")
     parser.add_argument("--split", type=float, default=1.0, help="mu right over mu left")
     parser.add_argument("--measured", type=float, help="tolerance of load and half-length, as a share")
+    parser.add_argument("--calibrated", action="store_true", help="tyres identified on known ground")
     parser.add_argument("--bound", action="store_true", help="also the least sigma that is possible")
     given = parser.parse_args()
     purpose = "judging" if given.seed >= JUDGING_SEED else "tuning"
@@ -282,6 +223,7 @@ def main() -> None:
     cars = []
     for seed in range(given.seed, given.seed + given.cars):
         chosen = {"split": given.split, "bound": given.bound, "measured": given.measured}
+        chosen["calibrated"] = given.calibrated
         cars.append(judge(seed, given.sensing, given.observer, full=given.full_tolerance, **chosen))
         print(row(cars[-1]), flush=True)
     summary(cars)

@@ -22,7 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.car import vehicle_toml, write_recording
+from benchmarks.car_files import vehicle_toml, write_recording
 from brushgrip.wording.diagnosis_in_words import headline
 from identification import diagnose, read_recording, read_vehicle
 from reference_rig import Car, FleetCar, draw_car, handwheel_path, record_car, simulate_car

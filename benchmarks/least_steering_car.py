@@ -17,7 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.car import vehicle_toml
+from benchmarks.car_files import vehicle_toml
 from benchmarks.least_steering import GROUNDS, PATHS, Command, Reached, along, led, report, steered
 from identification.reading.rack_motion import RackMotion
 from observers import Ekf, Probe, Sample, SteeringLimits, plan

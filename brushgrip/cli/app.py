@@ -18,7 +18,7 @@ from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can correct, and for failures outside, such as of a download."""
-LISTS = ("--holdout", "--train", "--free-decay", "--plates", "--declared")
+LISTS = ("--holdout", "--train", "--free-decay", "--plates", "--lock-to-lock", "--declared")
 """Options that take one or more names after the flag."""
 
 app = typer.Typer(

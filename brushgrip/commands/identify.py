@@ -2,9 +2,18 @@
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from brushgrip.commands.options import ChannelMap, OutJson, RigFile, VehicleFile, file_option, option
+
+if TYPE_CHECKING:
+    from brushgrip.inputs.command_inputs import Inputs
+    from identification.steering.plates import PlatesResult
+    from identification.steering.tyres import TyresResult
+    from symbolic import Vehicle
+
+USUAL_TOLERANCE = 0.05
+"""Of the friction of a ground that is called known, as a share of it [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,7 +24,8 @@ class IdentifyRequest:
     for that recording. a, e and J_A are required. A picture of the fit goes beside ID.json.
 
     With --vehicle and --plates, of a car: friction of its gear, zero and return torque, from lock to
-    lock slowly and back quickly, then quickly and back slowly, the front wheels on turntables.
+    lock slowly and back quickly, then quickly and back slowly, the front wheels on turntables. With
+    --lock-to-lock and --ground-friction: torque of full slide and stiffness of its tyres.
     """
 
     free_decay: Annotated[
@@ -32,6 +42,26 @@ class IdentifyRequest:
             "--plates",
             metavar="REC...",
             help="Recordings of a car whose front wheels stand on turntables or greased plates.",
+        ),
+    ] = None
+    lock_to_lock: Annotated[
+        list[str] | None,
+        option(
+            "--lock-to-lock",
+            metavar="REC...",
+            help="Recordings of a car that stands on ground of known friction and steers from lock to"
+            " lock.",
+        ),
+    ] = None
+    ground_friction: Annotated[
+        float | None, option("--ground-friction", metavar="MU", help="Friction of that ground, known.")
+    ] = None
+    friction_tolerance: Annotated[
+        float | None,
+        option(
+            "--friction-tolerance",
+            metavar="DMU",
+            help="How far off that may be, either way; 5 % of it if left out.",
         ),
     ] = None
     vehicle: VehicleFile = None
@@ -58,51 +88,80 @@ class IdentifyRequest:
         """
         from symbolic import InvalidInputError
 
-        of_rig, of_car = (self.free_decay, self.rig, self.write_rig), (self.plates, self.write_vehicle)
+        of_rig = (self.free_decay, self.rig, self.write_rig)
+        of_ground = (self.lock_to_lock, self.ground_friction, self.friction_tolerance)
+        of_car = (self.plates, self.write_vehicle, *of_ground)
+        if self.lock_to_lock and self.ground_friction is None:
+            raise InvalidInputError(
+                "--lock-to-lock needs the friction of the ground, --ground-friction 0.9: without it, the"
+                " torque of full slide tells nothing about the tyres"
+            )
         if self.vehicle is None and self.free_decay and not any(of_car):
             self._run_free_decay(self.free_decay)
-        elif self.vehicle is not None and self.plates and not any(of_rig):
-            self._run_plates(self.vehicle, self.plates)
+        elif self.vehicle is not None and self.plates and not any((*of_rig, *of_ground)):
+            self._run_car(self.vehicle, self.plates)
+        elif self.vehicle is not None and self.lock_to_lock and not any((*of_rig, self.plates)):
+            self._run_car(self.vehicle, self.lock_to_lock)
         else:
             raise InvalidInputError(
-                "give --free-decay, with --rig and --write-rig, or --vehicle with --plates and"
-                " --write-vehicle"
+                "give --free-decay, with --rig and --write-rig, or --vehicle with --plates, or with"
+                " --lock-to-lock and --ground-friction, and --write-vehicle"
             )
 
-    def _run_plates(self, vehicle: Path, plates: list[str]) -> None:
-        """Write what a recording on plates tells of a car."""
+    def _run_car(self, vehicle: Path, recordings: list[str]) -> None:
+        """Write what recordings on plates, or on ground of known friction, tell of a car."""
         from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_text
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.outputs.identified_files import identified_vehicle_text, with_plates
+        from brushgrip.outputs.identified_files import identified_vehicle_text, with_identified
         from brushgrip.outputs.provenance import KEY
         from brushgrip.wording.formatting import json_text, listed, quantity
         from identification import read_vehicle
-        from identification.reading.car import read_rack
-        from identification.steering.plates import identify_on_plates
         from symbolic import InvalidInputError
 
         written = self.write_vehicle
         finals = [path for path in (self.out, written) if path]
         if self.out and written and is_same_file(self.out, written):
             raise InvalidInputError(f"{written}: --write-vehicle and --out must name different files")
-        inputs = locate_inputs(plates, vehicle=vehicle, channel_map=self.channel_map)
+        inputs = locate_inputs(recordings, vehicle=vehicle, channel_map=self.channel_map)
         inputs.keep(finals)
+        key, title = ("plates", "Steering, wheels on plates") if self.plates else ("tyres", "Tyres")
         car = read_vehicle(vehicle)
         with staged_files(finals) as stages:
-            racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
-            result = identify_on_plates(racks, car)
-            document = {"plates": asdict(result), KEY: inputs.provenance()}
+            result = self._on_plates(car, inputs) if self.plates else self._on_ground(car, inputs)
+            document = {key: asdict(result), KEY: inputs.provenance()}
             if self.out:
                 write_text(stages[0], json_text(document))
             if written:
-                text = identified_vehicle_text(vehicle, with_plates(car, result))
-                write_text(stages[-1], text)
+                write_text(stages[-1], identified_vehicle_text(vehicle, with_identified(car, result)))
         rows = [(name, quantity(one)) for name, one in result.parameters.items()]
-        print_table("Steering, wheels on plates", ("", "value ± standard deviation"), rows)
+        print_table(title, ("", "value ± standard deviation"), rows)
+        if not self.plates:
+            say(
+                f"slide_factor holds for a front axle load of {car.front_axle_load:g} N, these tyres and"
+                " this pressure; declare another load where passengers or cargo change it"
+            )
         if finals:
             say(f"wrote {listed(list(map(str, finals)))}")
         show(document)
+
+    def _on_plates(self, car: "Vehicle", inputs: "Inputs") -> "PlatesResult":
+        from identification.reading.car import read_rack
+        from identification.steering.plates import identify_on_plates
+
+        racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
+        return identify_on_plates(racks, car)
+
+    def _on_ground(self, car: "Vehicle", inputs: "Inputs") -> "TyresResult":
+        from brushgrip.outputs.identified_files import require_brakes_known
+        from identification.steering.tyres import identify_tyres
+
+        read, friction = inputs.recordings(), self.ground_friction or 0.0
+        require_brakes_known(inputs.vehicle, read)
+        tolerance = self.friction_tolerance
+        if tolerance is None:
+            tolerance = USUAL_TOLERANCE * friction
+        return identify_tyres(read, car, friction=friction, tolerance=tolerance)
 
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""

@@ -16,6 +16,7 @@ OF_VEHICLE = {
     "front_axle_load": "axle load",
     "half_length": "half-length of the contact",
     "geometry": "lengths and ratios of the steering",
+    "slide_factor": "measured torque of full slide",
     "gear_load_share": "gear friction that grows with the force",
 }
 """What the mean wheel of a car counts as its load, by the tolerance that makes it."""

@@ -8,17 +8,18 @@ from typing import Any
 
 from scipy.optimize import brentq
 
-from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
+from identification import Decay, FreeDecay, Recording, SignalMap, read_rig, read_signals
 from identification.reading.files import read_bytes
 from identification.reading.rigfile import rig_text
 from identification.reading.signal_map import signals_text
 from identification.steering.plates import PlatesResult
+from identification.steering.tyres import TyresResult
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.parameters import EVEN
 from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
 from symbolic.tables.vehicle_tables import VEHICLE
 from symbolic.vehicle.steering import jacking, lock_angle
-from symbolic.vehicle.vehicle import RANGES, Vehicle
+from symbolic.vehicle.vehicle import RANGES, STD_PER_TOLERANCE, Vehicle
 
 Changes = Mapping[str, float | tuple[float, float]]
 """Values by key, with their tolerances where they have one."""
@@ -26,8 +27,17 @@ GEAR_FRICTION_VARIATION = 0.05
 """Variation of a gear's friction from day to day, as a share of its value [1]."""
 USUAL_SPEED = 0.015
 """Usual speed of a rack that is steered at standstill [m/s]."""
+LOAD_CHANGE = 0.03
+"""Change of the front axle's load since tyres were identified, by fuel and luggage, as a share [1]."""
 OF_LOCK = 0.8
 """Share of the angle at the lock where the return torque is made to fit [1]."""
+
+
+def with_identified(vehicle: Vehicle, result: PlatesResult | TyresResult) -> Changes:
+    """What of a vehicle file changes by what was identified on plates or on ground of known friction."""
+    if isinstance(result, PlatesResult):
+        return with_plates(vehicle, result)
+    return with_tyres(vehicle, result)
 
 
 def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
@@ -50,6 +60,37 @@ def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
     if abs(zero.value) > vehicle.force_zero:
         changes["force_zero"] = abs(zero.value)
     return changes
+
+
+def with_tyres(vehicle: Vehicle, result: TyresResult) -> Changes:
+    """Slide factor and stiffness; the tolerance of the load is what it may change by from now on."""
+    load = vehicle.front_axle_load
+    tyres = {
+        name: (_rounded(one.value), _rounded((one.std or 0.0) / STD_PER_TOLERANCE))
+        for name, one in result.parameters.items()
+    }
+    change = _rounded(min(vehicle.tolerances.load, LOAD_CHANGE) * load)
+    return {"front_axle_load": (load, change)} | tyres
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+def require_brakes_known(file: Path | None, recordings: Sequence[Recording]) -> None:
+    """Refuse recordings of which nothing says whether the brakes held the wheels.
+
+    Raises:
+        InvalidInputError: there is such a recording, and the vehicle file does not say.
+    """
+    section = toml_of(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE] if file else {}
+    for one in recordings:
+        recorded = one.standstills is not None and one.standstills.brakes_recorded
+        if not (recorded or (isinstance(section, dict) and "brakes" in section)):
+            raise InvalidInputError(
+                f"{one.name}: whether the brakes held the wheels is not known: map brake, or declare"
+                f" brakes = true or false in {file}"
+            )
 
 
 def _inclination(vehicle: Vehicle, factor: float) -> float:

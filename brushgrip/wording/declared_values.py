@@ -11,6 +11,7 @@ LEAST_SHARE = 0.01
 REMEDIES = {
     "front_axle_load": "weighing the front axle",
     "half_length": "measuring a print of the contact",
+    "slide_factor": "ground of better known friction",
     "geometry": "measuring steering arm and lock",
     "gear_load_share": "measuring how the gear's friction grows with load",
 }
@@ -23,6 +24,7 @@ def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:
     values = {
         "front_axle_load": f"front_axle_load {vehicle.front_axle_load:.0f} N",
         "half_length": f"half_length {1e3 * vehicle.a:.0f} mm",
+        "slide_factor": f"slide_factor {vehicle.slide_factor or 1:.2f}",
         "geometry": "geometry",
         "gear_load_share": "gear_load_share",
     }
@@ -30,7 +32,11 @@ def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:
     named = [f"{values[name]} ({shares[name]:.1%})" for name in ranked if shares[name] >= LEAST_SHARE]
     if not named:
         return ""
-    follows = "; half_length follows from the load" if vehicle.half_length is None else ""
+    follows = (
+        "; half_length follows from the load"
+        if "half_length" in shares and vehicle.half_length is None
+        else ""
+    )
     return (
         f"{hypot(*shares.values()):.1%} of mu, as a standard deviation, rests on declared values that no"
         f" steering tells: {listed(named)}{follows}; {REMEDIES[ranked[0]]} narrows that most"

@@ -39,6 +39,7 @@ NARROWED_BY = {
     "dry friction": "declare that of the sensor's bearings ([sensor] dry_friction)",
     "axle load": "weigh the axle, and declare front_axle_load with its tolerance: 5 % of load are 6 % of"
     " mu where half_length follows from it",
+    "measured torque of full slide": "identify it (--lock-to-lock) where friction is known better",
     "half-length of the contact": "measure it on a print, and declare half_length with its tolerance",
 }
 """What narrows a band, by the largest part of it."""

@@ -42,11 +42,13 @@ class Standstills:
         vehicle: the car.
         stretch: number of the standstill that a sample belongs to, -1 while the car rolls, shape (n,).
         brakes: of each standstill, whether the brakes held.
+        brakes_recorded: whether a column says so, not the vehicle.
     """
 
     vehicle: Vehicle
     stretch: NDArray[np.int64]
     brakes: tuple[bool, ...]
+    brakes_recorded: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -196,7 +198,9 @@ def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstill
         if state[begin] >= 0 and end - begin >= MIN_SAMPLES:
             stretch[begin:end] = len(brakes)
             brakes.append(bool(state[begin]))
-    return Standstills(vehicle=vehicle, stretch=stretch, brakes=tuple(brakes))
+    return Standstills(
+        vehicle=vehicle, stretch=stretch, brakes=tuple(brakes), brakes_recorded="brake" in columns
+    )
 
 
 def _held(values: Array | None, count: int, default: float) -> Array:

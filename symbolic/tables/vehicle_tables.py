@@ -18,6 +18,7 @@ TOLERATED_BY = {
     "front_axle_load": "load",
     "half_length": "half_length",
     "stiffness": "stiffness",
+    "slide_factor": "slide_factor",
     "gear_friction": "gear_friction",
     "damping": "damping",
 }
@@ -36,7 +37,7 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
     """A vehicle from ``[vehicle]``.
 
     ``tyre = "195/65 R15"`` gives the nominal width. `half_length`, `stiffness`, `front_axle_load`,
-    `gear_friction` and `damping` may be tables ``{ value = 0.06, tolerance = 0.009 }``;
+    `slide_factor`, `gear_friction` and `damping` may be tables ``{ value = 0.06, tolerance = 0.009 }``;
     ``geometry = { tolerance = 0.03 }`` is that of all lengths and ratios of the steering, as a share.
 
     Raises:

@@ -61,11 +61,13 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     contact, tolerances = Contact.of(vehicle, brakes=held), vehicle.tolerances
     upright = float(kingpin_axis(vehicle)[2])
     arm, stiffness = upright * contact.slide_arm, upright**2 * contact.stiffness
+    calibrated = vehicle.slide_factor is not None
+    arm *= vehicle.slide_factor or 1.0
     a = arm / full_slide_arm(1.0, OFFSET)
     k = COMPLIANCE * vehicle.k * stiffness * softening(contact) / unit_moment(0.0, a, OFFSET * a)
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
-    by_stiffness = hypot(*_spreads("stiffness", contact, tolerances).values())
-    k_share = hypot(tolerances.stiffness, by_stiffness, 2 * tolerances.geometry)
+    by_contact = hypot(*_spreads("stiffness", contact, tolerances).values(), 2 * tolerances.geometry)
+    k_share = tolerances.stiffness if calibrated else hypot(tolerances.stiffness, by_contact)
     torque = hypot(*friction_shares(vehicle, brakes=held).values())
     half_lever = vehicle.steering_arm / 2
     of_gear = ASYMMETRY * vehicle.gear_friction
@@ -91,21 +93,25 @@ def friction_shares(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
     """What declared values leave of mu, as standard deviations [1], by their keys in the vehicle file.
 
     Full slide measures mu times load, arm of the contact and one over the lever. Where the half-length
-    follows from the load, an error of the load is in the arm too.
+    follows from the load, an error of the load is in the arm too. A measured `slide_factor` has the
+    errors of all of them in it; a load that has changed since has changed the half-length.
     """
     contact, tolerances = Contact.of(vehicle, brakes=brakes), vehicle.tolerances
     arm = _spreads("slide_arm", contact, tolerances)
     of_length = arm.pop("a")
-    load = tolerances.load
-    if vehicle.half_length is None:
+    load, calibrated = tolerances.load, vehicle.slide_factor is not None
+    if vehicle.half_length is None or calibrated:
         as_load = replace(tolerances, half_length=load)
         load += _spreads("slide_arm", contact, as_load)["a"]
-    shares = {
-        "front_axle_load": load,
-        "half_length": abs(of_length),
-        "geometry": hypot(*arm.values(), tolerances.geometry),
-        "gear_load_share": vehicle.gear_load_share,
-    }
+    shares = {"front_axle_load": load}
+    if calibrated:
+        shares["slide_factor"] = tolerances.slide_factor
+    else:
+        shares |= {
+            "half_length": abs(of_length),
+            "geometry": hypot(*arm.values(), tolerances.geometry),
+            "gear_load_share": vehicle.gear_load_share,
+        }
     return {name: STD_PER_TOLERANCE * share for name, share in shares.items()}
 
 

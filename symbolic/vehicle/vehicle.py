@@ -36,6 +36,7 @@ RANGES: dict[str, tuple[float, float, str]] = {
     "half_length": (0.02, 0.2, "m"),
     "contact_width": (0.05, 0.4, "m"),
     "stiffness": (1e5, 1e9, "N/m^2"),
+    "slide_factor": (0.3, 3.0, "1"),
     "trail": (-0.05, 0.1, "m"),
     "scrub_radius": (-0.1, 0.2, "m"),
     "inclination": (-0.1, 0.5, "rad"),
@@ -68,6 +69,7 @@ class VehicleTolerances:
         load: of the front axle load.
         half_length: of the half-length of the contact.
         stiffness: of the tyre's stiffness.
+        slide_factor: of the measured factor on the torque of full slide.
         gear_friction: of the gear's dry friction.
         damping: of the damping about the kingpin.
         geometry: of lengths and ratios of the steering.
@@ -76,6 +78,7 @@ class VehicleTolerances:
     load: float = 0.1
     half_length: float = 0.15
     stiffness: float = 0.2
+    slide_factor: float = 0.05
     gear_friction: float = 0.5
     damping: float = 0.5
     geometry: float = 0.03
@@ -106,6 +109,10 @@ class Vehicle:
         steering_arm: way of the rack over the mean angle of the wheels, straight ahead [m/rad].
         half_length, contact_width: of the contact of one tyre [m]; None follows from load and pressure.
         stiffness: distributed lateral stiffness k of a tyre [N/m^2]; None follows from the load.
+        slide_factor: measured torque of full slide over that of load, half-length and lever [1]. It
+            stands for the errors of all of them at the load at which it was measured, the stiffness was
+            measured with it, and the tolerance of the load is what the load may have changed by since.
+            None where it was not measured.
         trail: distance of the contact's middle behind the kingpin's point on the ground [m].
         scrub_radius: distance of the contact's middle outside of that point [m].
         inclination, caster: of the kingpin, its top inwards and its top backwards [rad].
@@ -145,6 +152,7 @@ class Vehicle:
     half_length: float | None = None
     contact_width: float | None = None
     stiffness: float | None = None
+    slide_factor: float | None = None
     trail: float = 0.02
     scrub_radius: float = 0.01
     inclination: float = 12 * pi / 180

@@ -56,7 +56,8 @@ OPTIONS = {
     ),
     "identify": (
         *("--rig", "--map", "--free-decay", "--out", "--write-rig"),
-        *("--vehicle", "--plates", "--write-vehicle"),
+        *("--vehicle", "--plates", "--write-vehicle", "--lock-to-lock", "--ground-friction"),
+        *("--friction-tolerance",),
     ),
     "compare": (
         *(*_READING, "--model", "--out", "--author", "--declared", "--table", "--picture", "--train"),

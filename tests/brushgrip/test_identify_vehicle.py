@@ -14,7 +14,7 @@ from identification.steering.plates import PlatesResult
 from symbolic import InvalidInputError, vehicle_from_tables
 from symbolic.vehicle.steering import jacking
 from tests.brushgrip.helpers import Run
-from tests.simulated_car import on_plates, vehicle_text
+from tests.simulated_car import SimulatedCar, on_plates, steering, vehicle_text
 
 
 def test_the_vehicle_file_is_written_with_what_was_found(run: Run, tmp_path: Path) -> None:
@@ -74,3 +74,48 @@ def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
     assert changes["force_zero"] == 90.0
     # Observers know no damping: as much as it makes at a usual speed may be missing or too much.
     assert changes["gear_friction"] == pytest.approx((200 + 3000 * 0.015 / 2, 3000 * 0.015))
+
+
+def ground_log(folder: Path, **of_file: object) -> list[object]:
+    """The arguments for a car that steered from lock to lock on ground of mu 0.8, its file written."""
+    t, rack = steering()
+    force = SimulatedCar(mu=(0.8, 0.8)).force(rack)
+    table = np.column_stack([t, rack, force])
+    np.savetxt(folder / "g.csv", table, delimiter=",", header="t,rack,F_rack", comments="")
+    (folder / "car.toml").write_text(vehicle_text(**of_file))
+    return ["--vehicle", folder / "car.toml", "--lock-to-lock", folder / "g.csv"]
+
+
+def test_tyres_go_into_the_vehicle_file(run: Run, tmp_path: Path) -> None:
+    log = ground_log(tmp_path, brakes="true")
+    given = [*log, "--ground-friction", 0.8, "--friction-tolerance", 0.02]
+    outcome = run("identify", *given, "--write-vehicle", tmp_path / "new.toml")
+    new = vehicle_from_tables(tomllib.loads((tmp_path / "new.toml").read_text()))
+
+    assert outcome.status == 0
+    assert new.slide_factor == pytest.approx(1, abs=0.05)
+    assert 0.02 / 0.8 < new.tolerances.slide_factor < 0.05
+    assert new.tolerances.load == pytest.approx(0.03)
+    assert new.tolerances.stiffness < 0.15
+    assert "slide_factor holds for a front axle load of 8000 N" in outcome.out
+
+    # With the file that was written, friction rests on these two.
+    told = run("estimate", "--vehicle", tmp_path / "new.toml", tmp_path / "g.csv").out
+
+    assert "measured torque of full slide 0.0" in told
+    assert "half-length" not in told
+
+
+@pytest.mark.parametrize(
+    ("of_file", "options", "said"),
+    [
+        ({"brakes": "true"}, [], "--lock-to-lock needs the friction of the ground"),
+        ({}, ["--ground-friction", 0.8], "whether the brakes held the wheels is not known"),
+        ({"brakes": "true"}, ["--ground-friction", 0], "must be known to less than itself, got 0"),
+        ({}, ["--ground-friction", 0.8, "--plates", "p.csv"], "give --free-decay, with --rig"),
+    ],
+)
+def test_tyres_are_refused_where_ground_or_brakes_are_not_known(
+    run: Run, tmp_path: Path, of_file: dict[str, object], options: list[object], said: str
+) -> None:
+    run("identify", *ground_log(tmp_path, **of_file), *options).refused(said)

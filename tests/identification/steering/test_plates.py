@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.car import vehicle_toml
+from benchmarks.car_files import vehicle_toml
 from identification.reading.car import RackRecording
 from identification.steering.plates import identify_on_plates
 from reference_rig import CAR_STEP, FleetCar, draw_car, record_car, simulate_car

@@ -1,0 +1,178 @@
+"""Torque of full slide and stiffness of tyres from lock to lock on ground of known friction."""
+
+import tomllib
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.car_files import declared_toml, write_recording
+from identification import Recording, read_recording
+from identification.steering.tyres import TyresResult, identify_tyres
+from reference_rig import CarRecording, FleetCar, draw_car
+from symbolic import InvalidInputError, Vehicle, full_slide_arm, rig_of, vehicle_from_tables
+from symbolic.vehicle.mean_wheel import friction_shares
+from tests.simulated_car import SimulatedCar, steering, vehicle_text
+
+CAR = vehicle_from_tables(tomllib.loads(vehicle_text(brakes="true")))
+MU = 0.8
+"""Friction of the ground [1]."""
+
+
+def lock_to_lock(
+    folder: Path, vehicle: Vehicle = CAR, *, reach: float = 0.06, **of_car: object
+) -> Recording:
+    t, rack = steering(reach=reach)
+    force = SimulatedCar(**{"mu": (MU, MU)} | of_car).force(rack)  # type: ignore[arg-type]
+    shown = np.column_stack([t, rack, force])
+    np.savetxt(folder / "c.csv", shown, delimiter=",", header="t,rack,F_rack", comments="")
+    return read_recording(folder / "c.csv", vehicle=vehicle)
+
+
+def identified(recording: Recording, vehicle: Vehicle = CAR, friction: float = MU) -> TyresResult:
+    return identify_tyres([recording], vehicle, friction=friction, tolerance=0.05 * friction)
+
+
+def test_load_half_length_and_stiffness_come_back_as_product_and_k(tmp_path: Path) -> None:
+    # The car is heavier than declared, and its contacts are shorter.
+    off = {"front_axle_load": 7300.0, "half_length": 0.06, "stiffness": 7e6}
+    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(brakes="true", **off)))
+    found = identified(lock_to_lock(tmp_path, vehicle), vehicle)
+    new = replace(vehicle, slide_factor=found.slide_factor.value, stiffness=found.stiffness.value)
+    (rig, tyre), (true, true_tyre) = (rig_of(each, brakes=True) for each in (new, CAR))
+    slides = [r.a * c.wheel_load for r, c in ((rig, new), (true, CAR))]
+    slopes = [r.a**3 * t.k for r, t in ((rig, tyre), (true, true_tyre))]
+
+    assert found.slide_factor.std is not None
+    assert slides[0] == pytest.approx(slides[1], rel=0.03)
+    assert slopes[0] == pytest.approx(slopes[1] / 0.9, rel=0.12), "no rods give way here"
+    # The tolerance of the ground, as a standard deviation, is the largest part.
+    assert 0.75 * 0.05 < found.slide_factor.std / found.slide_factor.value < 0.06
+
+
+def test_a_car_that_was_identified_is_identified_as_such_again(tmp_path: Path) -> None:
+    first = identified(lock_to_lock(tmp_path))
+    vehicle = replace(CAR, slide_factor=first.slide_factor.value, stiffness=first.stiffness.value)
+    again = identified(lock_to_lock(tmp_path, vehicle), vehicle)
+
+    assert again.slide_factor.value == pytest.approx(first.slide_factor.value, rel=2e-3)
+    assert again.stiffness.value == pytest.approx(first.stiffness.value, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "off", [{"gear_friction": 400.0}, {"inclination": 0.15}, {"front_axle_load": 8800.0}]
+)
+def test_gear_friction_and_return_torque_are_not_taken_for_the_tyres(
+    tmp_path: Path, off: dict[str, float]
+) -> None:
+    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(brakes="true")))
+    wrong = replace(vehicle, **off)  # type: ignore[arg-type]
+    found = identified(lock_to_lock(tmp_path, wrong), wrong).slide_factor
+    share = vehicle.front_axle_load / wrong.front_axle_load
+    true = identified(lock_to_lock(tmp_path)).slide_factor.value * share
+
+    assert found.std is not None
+    assert abs(found.value - true) < found.std
+
+
+@pytest.mark.parametrize(
+    ("given", "friction", "said"),
+    [
+        ({"mu": (0.01, 0.01)}, MU, r"0\.0\d times that of mu 0\.8 .* not on plates"),
+        ({}, 0.4, r"2\.\d\d times that of mu 0\.4 .* check --ground-friction"),
+        ({"k": 5e7}, MU, "times that of the vehicle file; allowed: up to 3 times"),
+        ({"reach": 0.004}, MU, "% of full slide to one side; allowed: from 97 % on; turn from lock"),
+        ({"mu": (MU, MU), "noise": 800.0}, MU, "is left unexplained"),
+    ],
+)
+def test_what_would_be_wrong_is_refused(
+    tmp_path: Path, given: dict[str, object], friction: float, said: str
+) -> None:
+    with pytest.raises(InvalidInputError, match=said):
+        identified(lock_to_lock(tmp_path, **given), friction=friction)  # type: ignore[arg-type]
+
+
+def test_recordings_are_fitted_together_where_the_brakes_are_alike(tmp_path: Path) -> None:
+    scrubbed = replace(CAR, scrub_radius=0.02)
+    one, other = (lock_to_lock(tmp_path, scrubbed, mu=(mu, mu)) for mu in (MU, 1.04 * MU))
+    both = [replace(one, name="one"), other]
+    alone = identified(one, scrubbed).slide_factor
+    found = identify_tyres(both, scrubbed, friction=MU, tolerance=0.05 * MU).slide_factor
+    free = lock_to_lock(tmp_path, replace(scrubbed, brakes=False))
+
+    assert found.std is not None
+    assert alone.std is not None
+    assert found.value == pytest.approx(1.02 * alone.value, rel=0.01)
+    assert found.std > alone.std, "they differ"
+    with pytest.raises(InvalidInputError, match="the brakes held in some, not in others"):
+        identify_tyres([both[0], free], scrubbed, friction=MU, tolerance=0.04)
+
+
+@pytest.mark.parametrize("tolerance", [-0.1, 0.8, float("nan")])
+def test_a_friction_that_is_not_known_is_refused(tolerance: float) -> None:
+    with pytest.raises(InvalidInputError, match="friction of the ground must be known to less than"):
+        identify_tyres([], CAR, friction=MU, tolerance=tolerance)
+
+
+def test_a_measured_factor_stands_for_what_it_was_measured_with() -> None:
+    measured = replace(CAR, slide_factor=1.1)
+    rig, tyre = rig_of(measured)
+    before, tyre_before = rig_of(CAR)
+    shares = friction_shares(measured, brakes=True)
+
+    assert rig.a == pytest.approx(1.1 * before.a)
+    assert tyre.k * rig.a**3 == pytest.approx(tyre_before.k * before.a**3), "as stiff as it was"
+    assert set(shares) == {"front_axle_load", "slide_factor"}
+    assert shares["slide_factor"] == pytest.approx(0.75 * 0.05)
+    # A load that has changed since has changed the length of the contact.
+    assert shares["front_axle_load"] > friction_shares(CAR, brakes=True)["front_axle_load"]
+
+
+def slide_ratio(recording: CarRecording, mu: float, vehicle: Vehicle, *, brakes: bool) -> float:
+    """Torque of full slide over that of the vehicle file, by the moments of the ground on the wheels."""
+    motion = recording.motion
+    rates = [np.gradient(one) for one in (motion.steer_left, motion.steer_right, motion.rack)]
+    angle = (motion.steer_left + motion.steer_right) / 2
+    upright = float(recording.car.kingpin.upright)
+    power = upright * (motion.M_left * rates[0] + motion.M_right * rates[1])
+    turns = np.flatnonzero(np.diff(np.sign(rates[2])) != 0)
+    since = np.zeros_like(angle)
+    for a, b in pairwise([0, *turns, angle.size]):
+        since[a:b] = np.abs(angle[a:b] - angle[a])
+    slides = (np.abs(angle) < 0.2) & (since > 0.3) & (np.abs(rates[2]) / np.gradient(motion.t) > 5e-3)
+    rig, _ = rig_of(vehicle, brakes=brakes)
+    full = 2 * mu * vehicle.wheel_load * float(full_slide_arm(rig.a, rig.e)) / vehicle.steering_arm
+    return float(np.mean(np.abs(power[slides] / rates[2][slides])) / full)
+
+
+def of_independent(
+    seed: int, folder: Path, sensing: str = "rack"
+) -> tuple[FleetCar, float, TyresResult]:
+    """An independent car on ground of mu 0.9: its slide factor, and what was identified."""
+    drawn = draw_car(seed)
+    drawn = replace(drawn, car=replace(drawn.car, mu=(0.9, 0.9)))
+    vehicle = vehicle_from_tables(tomllib.loads(declared_toml(drawn, sensing)))
+    recording = drawn.drive()
+    write_recording(folder / "c.csv", recording, sensing)
+    read = read_recording(folder / "c.csv", vehicle=vehicle)
+    found = identify_tyres([read], vehicle, friction=0.9, tolerance=0.0)
+    return drawn, slide_ratio(recording, 0.9, vehicle, brakes=drawn.brake), found
+
+
+@pytest.mark.long
+def test_deviations_hold_over_independent_cars(tmp_path: Path) -> None:
+    normal = []
+    for seed in range(70000, 70024):
+        _, true, found = of_independent(seed, tmp_path)
+        factor = found.slide_factor
+        assert factor.std is not None
+        normal.append((factor.value - true) / factor.std)
+        print(f"{seed}: slide factor {factor.value:.3f} ± {factor.std:.3f} of {true:.3f},"
+              f" error/deviation {normal[-1]:+.2f}")  # fmt: skip
+    print(f"rms of error/deviation {np.sqrt(np.mean(np.square(normal))):.2f}")
+
+    assert len(normal) == 24
+    assert np.sqrt(np.mean(np.square(normal))) < 1.2
+    assert np.max(np.abs(normal)) < 3
