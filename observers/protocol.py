@@ -123,7 +123,7 @@ _REMEDIES = {
     Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor, or"
     " raise the limits of the tuning",
     Status.ACQUIRING: "friction is being acquired: turn on, or turn back once, and where that does not"
-    " help, correct k (stiffness of a vehicle) or declare its tolerance",
+    " help, check the torque's unit and gear, then k (stiffness of a vehicle)",
     Status.SUSPECT: "an input looks wrong by its unit, its sign, its gear or its sensor, or k, a and F_N"
     " do not belong to this tyre: correct it, and declare a k with its tolerance only if other means"
     " than this torque measured it",

@@ -5,10 +5,8 @@ known, `observers.quality.hypotheses` estimates friction; this module concludes 
 friction is handed over to the estimator, with which uncertainty, and what the output is until then.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import casadi as ca
 
@@ -28,7 +26,7 @@ from observers.quality.hypotheses import (
 from observers.quality.plausibility import MAX_TYRE_FRICTION
 from observers.quality.screening import has_flag
 from observers.quality.verdict import ALLOWED, VERDICT, build_verdict, excess_of_scale
-from symbolic.functions import named_function
+from symbolic.functions import named_function, output_if
 
 DECIDED = 0.15
 """Standard deviation of ln mu at which the filter takes over [1]."""
@@ -47,6 +45,8 @@ HOPELESS = 8.0
 """Independent samples not explained after which friction is acquired anew."""
 FAILED = 2
 """`again` where the model had explained no torque before: it is doubted at the next handover."""
+OVER = 2
+"""`phase` after the search."""
 FORGIVING = 10.0
 """Explained independent samples over which that count fades."""
 OWN = (
@@ -54,12 +54,13 @@ OWN = (
     *("squares", "weight", "doubt", "again", "streak", "lost", "predicted", "predicted_before"),
     *("confirmed", "lasting"),
 )
-"""Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by [1];
-what s adds to the relative deviation of mu [1]; last load and the first one [N]; sum of the squares of
-the innovations, and that of their weights; independent samples that were not explained; 1 after a change
-of the ground, or `FAILED`; torques in a row, computed from the steering torque, that friction does not
-explain, and 1 where friction is acquired anew; torques predicted at the last two of them [N m]; 1 once
-the model has explained torque since the handover, 2 where nothing lasted; smoothed innovation [N m]."""
+"""Whether friction is being acquired; 1 where the verdict is due, `OVER` after the search; s that the
+torque is divided by [1]; what s adds to the relative deviation of mu [1]; last load and the first one
+[N]; sum of the squares of the innovations, and that of their weights; independent samples that were not
+explained; 1 after a change of the ground, or `FAILED`; torques in a row, computed from the steering
+torque, that friction does not explain, and 1 where friction is acquired anew; torques predicted at the
+last two of them [N m]; 1 once the model has explained torque since the handover, 2 where nothing lasted;
+smoothed innovation [N m]."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 """Flags of the estimator that count while friction is acquired."""
 
@@ -82,18 +83,6 @@ class EquivalentPatch:
 
 
 DECLARED_PATCH = EquivalentPatch()
-
-
-def output_if(
-    condition: Expression, function: ca.Function, inputs: Sequence[Expression], otherwise: Expression
-) -> Any:
-    """A Function's one output where a condition holds; elsewhere another value, and it is not called."""
-    last = ca.MX.sym("otherwise", *function.size_out(0))
-    given = [ca.MX.sym(f"i{i}", *function.size_in(i)) for i in range(function.n_in())]
-    name = function.name()
-    due = ca.Function(f"{name}_due", [*given, last], function.call(given, False, True))
-    idle = ca.Function(f"no_{name}", [*given, last], [last])
-    return ca.Function.if_else(f"{name}_if", due, idle)(condition, *inputs, otherwise)
 
 
 @cache

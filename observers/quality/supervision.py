@@ -8,10 +8,9 @@
   friction is not handed over. A change of the ground (`Status.RESET`) begins another acquisition.
 - After the handover the aligning torque is divided by s, the stiffness over the declared one, and the
   results are multiplied by it: the torque of the patch is homogeneous in (mu, k).
-- What s is off by is k's error or the torque's, which nothing tells apart: it widens the band.
-- The consistency of the innovations is judged by branches, which takes less travel than
-  `observers.quality.innovation_monitor` does. Until it can be judged, friction stays `Status.ACQUIRING`;
-  a model that was found wrong stays doubted until it has explained as much as it had not.
+- What s is off by is k's error or the torque's, which nothing tells apart: it widens the band. The
+  search goes on, to know s better, until friction is confirmed or the model is doubted.
+- The consistency of the innovations is judged by `observers.quality.tracking`.
 """
 
 from functools import cache
@@ -19,9 +18,9 @@ from typing import Any
 
 import casadi as ca
 
-from observers.layout import Expression, Layout, Parts, named, symbols, symbols_like, vector_of
+from observers.layout import Expression, Layout, Parts, named, symbols_like, vector_of
 from observers.measurement.measurement_model import MIN_LOAD_SHARE, MeasurementModel
-from observers.measurement.torque_error import SENSIBLE, is_known, retained
+from observers.measurement.torque_error import is_known
 from observers.patch.patch_protocol import split_constants
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.acquired_to_estimator import (
@@ -32,15 +31,13 @@ from observers.quality.acquired_to_estimator import (
     take_acquired,
 )
 from observers.quality.acquisition import (
-    DOUBT_LIMIT,
     FAILED,
-    HOPELESS,
+    OVER,
     OWN,
     EquivalentPatch,
     build_acquiring,
-    output_if,
+    build_search,
     supervision_symbols,
-    update_doubt,
 )
 from observers.quality.branches import TRACK, build_turn, sliding_turn
 from observers.quality.equivalent_patch import added_torques
@@ -53,36 +50,20 @@ from observers.quality.hypotheses import (
     search_layout,
     settings_of,
 )
-from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
-from observers.quality.plausibility import MAX_TYRE_FRICTION
-from observers.quality.screening import has_flag, with_flag
-from observers.quality.torque_innovation import (
-    IN_A_ROW,
-    innovation_of,
-    lasting_innovation,
-    torques_beyond,
-    variance_by_k,
-)
+from observers.quality.screening import has_flag
+from observers.quality.tracking import build_tracking
 from observers.quality.verdict import VERDICT
 from observers.tuning import TUNING_FIELDS
 from symbolic import Model, full_slide_torque
-from symbolic.functions import named_function
+from symbolic.functions import named_function, output_if
 
-MIN_WHILE_LASTING = 3.0
-"""Lower limit of the count of unexplained independent samples while an innovation lasts [1]."""
 MAX_ZERO_DEVIATIONS = 3.0
 """Limit of the torque's zero in its standard deviations before the first sample [1]."""
 CONFIRMS = 0.5
 """Least turn of an informative branch, over the turn at which the patch begins to slide [1]."""
 AFTERWARDS = 4.0
 """Independent samples not explained that a new acquisition begins with at most."""
-EXCESS = 1.5
-"""Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
-MIN_SQUARE_DIVISOR = 1e-12
-"""Least divisor that is the square of an innovation [N^2 m^2]."""
 PREDICTED = OUTPUT.index("M_z_predicted")
-SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
-"""Outputs that are proportional to the torque."""
 
 
 @cache
@@ -116,86 +97,30 @@ def _spread(measurement_model: MeasurementModel) -> tuple[float, ...]:
 
 
 @cache
-def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
-    """A sample while the estimator tracks.
-
-    (own, verdict, output, share, turn, dt, M_z, added, tyre, limits) -> (own, output): the output in
-    torques as they were measured, and the consistency by branches; turn is the present one's [rad].
-
-    Args:
-        patch: the declared patch that stands for the model.
-        is_computed: M_z is computed from the steering torque, and compared with the predicted one.
-        gear: there is a steering gear, whose friction and return torque last too.
-    """
-    inputs = symbols(
-        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, turn=1, dt=1,
-        M_z=1, added=1, tyre=3, limits=len(SETTINGS),
-    )  # fmt: skip
-    own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
-    limits = named(SETTINGS, inputs["limits"])
-    known = output["nis"] < SENSIBLE
-    share = ca.if_else(known, inputs["share"], 0)
-    older = retained(share, FORGETTING_SAMPLES)
-    nis, by_k, lasts, clear = output["nis"], ca.SX(0), ca.SX(0), ca.SX(1)
-    if not is_computed and (patch.misfit > 0 or not gear):
-        by_k = variance_by_k(inputs, own, output, patch)
-    if patch.misfit > 0 and not is_computed:
-        square = ca.fmax(innovation_of(inputs, own, output) ** 2, MIN_SQUARE_DIVISOR)
-        nis = nis * square / (square + by_k * nis)
-    if not (is_computed or gear):
-        own["lasting"], lasts, clear = lasting_innovation(inputs, own, output, by_k)
-    squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, MAX_NORMALISED_SQUARE), 0)
-    weight = older * own["weight"] + share
-    much = (weight >= MIN_SAMPLES) * (squares > EXCESS * limits["explained"] * weight)
-    too_much = ca.logic_or(much, lasts)
-    if is_computed:
-        predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
-        own |= torques_beyond(inputs, own, predicted, limits["error"])
-        too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
-    wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
-    doubt = ca.fmax(update_doubt(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
-    results = {name: output[name] * own["scale"] for name in SCALED}
-    mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
-    grown = ca.sqrt(1 + (own["excess"] * output["mu"] / output["mu_std"]) ** 2)
-    std = results["mu_std"] * grown
-    doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
-    early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
-    status = with_flag(output["status"], Status.INCONSISTENT, doubted)
-    status = with_flag(status, Status.ACQUIRING, early)
-    results |= {
-        "mu": mu,
-        "mu_std": std,
-        "mu_eff_std": results["mu_eff_std"] * grown,
-        "nis": output["nis"],
-        "status": with_flag(status, Status.SUSPECT, mu - 2 * std > MAX_TYRE_FRICTION),
-    }
-    confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
-    after = own | {"squares": squares, "weight": weight, "doubt": doubt, "confirmed": confirmed}
-    # Once, if the ground changed while friction was acquired: a model that is wrong explains no ground.
-    hopeless = (doubt > HOPELESS) * ca.logic_not(ca.logic_or(own["again"], confirmed))
-    after["lost"] = ca.logic_or(own["streak"] >= IN_A_ROW, hopeless)
-    outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
-    return named_function("follow_output", inputs, outputs, cse=True)
-
-
-@cache
 def build_following(
-    patch: EquivalentPatch, *, is_computed: bool, states: tuple[str, ...]
+    patch: EquivalentPatch, *, is_computed: bool, states: tuple[str, ...], gain_share: float
 ) -> ca.Function:
-    """A sample while the estimator tracks, with inputs and outputs as of `build_acquiring`."""
+    """A sample while the estimator tracks, with inputs and outputs as of `build_acquiring`.
+
+    The search for s goes on until friction is confirmed or the model is doubted.
+    """
     gear = "gear" in states
     inputs = supervision_symbols(gear)
-    search, verdict, own, output, psi, M_z, dt, added, tyre, limits = list(inputs.values())[:10]
-    parts = search_layout(gear).split(search)
+    search, verdict, own, output, psi, M_z, dt, added, tyre, limits, *dry = inputs.values()
+    parts, numbers = search_layout(gear).split(search), named(OWN, own)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
-    known = is_known(named(OUTPUT, output)["nis"])
-    least = CONFIRMS * sliding_turn(named(OUTPUT, output)["mu"], named(OWN, own)["F_N"], tyre)
+    known = ca.logic_and(is_known(named(OUTPUT, output)["nis"]), numbers["phase"] != 1)
+    least = CONFIRMS * sliding_turn(named(OUTPUT, output)["mu"], numbers["F_N"], tyre)
     track, share = build_turn()(parts["track"], at, named(SETTINGS, limits)["psi_noise"], least, known)
     path = named(TRACK, track)
     turn = ca.fabs(path["extreme"] - path["origin"])
-    track_output = build_tracking(patch, is_computed=is_computed, gear=gear)
-    own, result = track_output(own, verdict, output, share, turn, dt, M_z, added, tyre, limits)
-    search = search_layout(gear).join({**parts, "track": track})
+    searched = (search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits, *dry)
+    idle = (search_layout(gear).join({**parts, "track": track}), verdict, 0, 0)
+    search, verdict, _, counted = output_if(numbers["phase"] < OVER, build_search(gear), searched, *idle)
+    track_output = build_tracking(patch, is_computed=is_computed, gear=gear, gain_share=gain_share)
+    own, result = track_output(
+        own, verdict, output, known * share, turn, dt, M_z, added, counted, tyre, limits
+    )
     nothing = ca.MX(ca.DM.zeros(len(handover_names(states))))
     return ca.Function("follow", [*inputs.values()], [search, verdict, own, nothing, result])
 
@@ -266,11 +191,9 @@ def build_supervised_step(
 def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
     """A sample while friction is acquired or while the estimator tracks, by its first input."""
     states = handed_states(measurement_model.states)
-    acquire = build_acquiring(
-        patch, is_scaled=bool(measurement_model.scaled), states=states,
-        gain_share=measurement_model.gain_share,
-    )  # fmt: skip
-    follow = build_following(patch, is_computed=not measurement_model.scaled, states=states)
+    scaled, share = bool(measurement_model.scaled), measurement_model.gain_share
+    acquire = build_acquiring(patch, is_scaled=scaled, states=states, gain_share=share)
+    follow = build_following(patch, is_computed=not scaled, states=states, gain_share=share)
     return ca.Function.if_else("supervise", acquire, follow)
 
 

@@ -244,11 +244,11 @@ def variance_of_scale(verdict: Parts, stiffness_std: Expression) -> Expression:
 
 
 def excess_of_scale(verdict: Parts, stiffness_std: Expression, *, found: bool) -> Expression:
-    """What s may be off by beyond `GAIN_FREE` [1]: its value and its deviation, which hides as much.
+    """What s may be off by beyond `GAIN_FREE` [1], from its value and its deviation.
 
-    Of a model that was found, the declared patch that stands for it makes part of the value: there the
-    two are taken as independent.
+    The deviation may hide what adds to the value: the two are correlated by half. Of a model that was
+    found, the declared patch that stands for it makes part of the value: there they are independent.
     """
-    value, deviation = ca.fabs(verdict["log_gain"]), ca.sqrt(variance_of_scale(verdict, stiffness_std))
-    off = ca.sqrt(value**2 + deviation**2) if found else value + deviation
+    value, variance = ca.fabs(verdict["log_gain"]), variance_of_scale(verdict, stiffness_std)
+    off = ca.sqrt(value**2 + variance + (0 if found else value * ca.sqrt(variance)))
     return ca.fmax(0, ca.exp(off) - 1 - GAIN_FREE * stiffness_std)

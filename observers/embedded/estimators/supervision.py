@@ -18,7 +18,7 @@ from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
 from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG
 from observers.protocol import OUTPUT, SAMPLE
-from observers.quality import acquisition, branches, hypotheses, supervision, verdict
+from observers.quality import acquisition, branches, hypotheses, supervision, tracking, verdict
 from observers.quality.acquired_to_estimator import handed_states, handover_names, pairs_of
 from observers.quality.equivalent_patch import build_added_torque, equivalent_patch
 from observers.tuning import TUNING_FIELDS
@@ -32,6 +32,8 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
         return []
     gear = supervision.has_gear(observer.measurement_model)
     patch = equivalent_patch(observer.model, observer.values, observer.rig)
+    scaled = bool(observer.measurement_model.scaled)
+    share = observer.measurement_model.gain_share
     functions = [
         without_outputs(branches.build_track(), {"turns"}).expand("follow_turns", {"cse": True}),
         branches.build_turn(),
@@ -39,12 +41,9 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
         _edge(observer, constants.tunable == "all"),
         hypotheses.build_hypothesis_update(gear),
         hypotheses.build_error(),
-        supervision.build_tracking(patch, is_computed=not observer.measurement_model.scaled, gear=gear),
+        tracking.build_tracking(patch, is_computed=not scaled, gear=gear, gain_share=share),
         acquisition.build_conclusion(
-            patch,
-            is_scaled=bool(observer.measurement_model.scaled),
-            states=handed_states(observer.states),
-            gain_share=observer.measurement_model.gain_share,
+            patch, is_scaled=scaled, states=handed_states(observer.states), gain_share=share
         ),
     ]
     if (added := build_added_torque(observer.model)) is not None:
@@ -176,7 +175,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
         "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
         "confirms": repr(supervision.CONFIRMS), "afterwards": repr(supervision.AFTERWARDS),
-        "failed": repr(float(acquisition.FAILED)),
+        "failed": repr(float(acquisition.FAILED)), "over": repr(float(acquisition.OVER)),
         "most_zero": repr(supervision.MAX_ZERO_DEVIATIONS),
         "verdict": len(verdict.VERDICT),
         "block": len(torque_state), "handover": len(handover_names(handed_states(states))),

@@ -6,9 +6,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers import Ekf, run
+from observers import Ekf, Loop, Sample, run
 from observers.protocol import OUTPUT
-from observers.quality.acquisition import DECLARED_PATCH, OWN, EquivalentPatch, build_conclusion
+from observers.quality.acquisition import (
+    DECLARED_PATCH,
+    OVER,
+    OWN,
+    EquivalentPatch,
+    build_conclusion,
+)
 from observers.quality.branches import TRACK
 from observers.quality.hypotheses import (
     SETTINGS,
@@ -22,7 +28,7 @@ from observers.quality.verdict import VERDICT
 from observers.tuning import Tuning
 from reference_rig import RigTyre, make_recording
 from symbolic import Model, Rig
-from tests.observers.conftest import K
+from tests.observers.conftest import RIG, K
 
 
 @pytest.mark.parametrize("direction", [-1.0, 0.0, 1.0])
@@ -66,9 +72,29 @@ def test_what_the_scale_may_be_off_by_widens_the_band(
 
     # Of two pieces of evidence, the torque and the tolerances, the precisions add up.
     known = np.sqrt(1 / (1 / variance + 1 / 0.14**2)) if variance else 0
-    both = np.hypot(off, known) if patch.misfit else abs(off) + known
+    # Of the declared model, what is off and its deviation are correlated by half.
+    both = np.sqrt(off**2 + known**2 + (0 if patch.misfit else abs(off) * known))
     expected = 0.5 * max(0.0, np.exp(both) - 1 - 0.07)
     assert np.asarray(after).ravel()[OWN.index("excess")] == pytest.approx(expected)
+
+
+def test_the_search_for_the_scale_goes_on_until_friction_is_confirmed() -> None:
+    """On ice the deviation of ln s is 0.19 at handover, 0.09 once friction is confirmed."""
+    made = make_recording(560_011, mu=0.05, k=1.1 * K, bristles=500, duration=6.0)
+    loop, after = Loop(Ekf(model=Model(), values={"k": K}, rig=RIG)), []
+    for i in range(made.t.size):
+        loop(Sample(psi=made.psi[i], F_N=made.F_N[i], M_z=made.M_z[i], psi_dot=0.0, dt=0.01))
+        after.append(np.asarray(loop.state["own"]).ravel())
+    phase, excess, confirmed, acquiring = (
+        np.array(after)[:, OWN.index(name)] for name in ("phase", "excess", "confirmed", "acquiring")
+    )
+    handed, known = int(np.argmin(acquiring)), int(np.argmax(confirmed == 2))
+
+    assert 0 < handed < known
+    assert set(phase[handed:known]) == {0, 1}
+    assert excess[known] < 0.8 * excess[handed]
+    assert (phase[known:] == OVER).all()
+    assert (excess[known:] == excess[known]).all()
 
 
 def test_of_the_noise_a_smoothed_innovation_has_a_part() -> None:

@@ -146,8 +146,8 @@ static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) 
     }
 }
 
-/* A sample while friction is acquired: torques are weighed and the verdict is given in turn. */
-static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
+/* A torque: it is weighed, or the verdict is given, in turn. Returns 1 where it was weighed; what it is worth. */
+static ${real} search(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits, ${real} *worth) {
     const bool known = is_known(psi) && is_known(M_z);
     const ${real} torque = known ? M_z : 0.0, given = is_known(psi) ? psi : state->track[TRACK_EXTREME];
     /* Within the angle's noise of the farthest angle, the wheel may or may not have turned back. */
@@ -158,8 +158,7 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
     const ${real} at = ((direction == 0.0) && (away <= ${start} * limits[LIMIT_PSI_NOISE])) ? state->track[TRACK_ORIGIN] : given;
     const bool weighs = known && is_certain && (state->own[OWN_PHASE] == 0.0);
     const ${real} counts = weighs ? 1.0 : 0.0;
-    ${real} track[TRACKS], points[POINTS * PATHS], own[OWNS], handed[${handover}];
-    ${real} share, size, variance, noisy;
+    ${real} track[TRACKS], points[POINTS * PATHS], share, size, variance, noisy;
     torque_error(torque, state->own[OWN_F_N], tyre[1], 0.0, 0.0, 1.0, 0.0, &size, &variance, &noisy);
     follow_turns(state->track, state->points, at, torque, size, limits[LIMIT_PSI_NOISE], counts, track, points, &share);
     set_numbers(state->track, track, TRACKS);
@@ -176,20 +175,33 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
     } else {
         /* Without a torque there is nothing to weigh. */
     }
+    *worth = share;
+    return counts;
+}
+
+/* A sample while friction is acquired. */
+static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
+    ${real} own[OWNS], handed[${handover}], share;
+    const ${real} counts = search(state, psi, M_z, added, tyre, limits, &share);
     conclude(state->own, state->verdict, state->output, state->track[TRACK_WIDEST], counts, share, tyre, limits, own, handed, state->result);
     set_numbers(state->own, own, OWNS);
     take_acquired(state, handed);
 }
 
-/* A sample while the estimator tracks. */
+/* A sample while the estimator tracks; the search for s goes on until friction is confirmed or the model doubted. */
 static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} dt, ${real} added, const ${real} *tyre, const ${real} *limits) {
     const ${real} at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
-    const ${real} known = is_known(state->output[OUT_NIS]) ? 1.0 : 0.0;
-    ${real} track[TRACKS], own[OWNS], share, least;
+    const ${real} known = (is_known(state->output[OUT_NIS]) && (state->own[OWN_PHASE] != 1.0)) ? 1.0 : 0.0;
+    ${real} track[TRACKS], own[OWNS], share, worth, least, counts = 0.0, now;
     sliding(state->output[OUT_MU], state->own[OWN_F_N], tyre, &least);
     turn(state->track, at, limits[LIMIT_PSI_NOISE], ${confirms} * least, known, track, &share);
-    follow_output(state->own, state->verdict, state->output, share, fabs(track[TRACK_EXTREME] - track[TRACK_ORIGIN]), dt, M_z, added, tyre, limits, own, state->result);
-    set_numbers(state->track, track, TRACKS);
+    now = fabs(track[TRACK_EXTREME] - track[TRACK_ORIGIN]);
+    if (state->own[OWN_PHASE] < ${over}) {
+        counts = search(state, psi, M_z, added, tyre, limits, &worth);
+    } else {
+        set_numbers(state->track, track, TRACKS);
+    }
+    follow_output(state->own, state->verdict, state->output, known * share, now, dt, M_z, added, counts, tyre, limits, own, state->result);
     set_numbers(state->own, own, OWNS);
 }
 

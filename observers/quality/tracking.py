@@ -1,0 +1,119 @@
+"""What follows from a sample while the estimator tracks: consistency by branches, and the band.
+
+The innovations are judged by branches, which takes less travel than
+`observers.quality.innovation_monitor` does. Until they can be judged, friction stays `Status.ACQUIRING`;
+a model that was found wrong stays doubted until it has explained as much as it had not.
+"""
+
+from functools import cache
+
+import casadi as ca
+
+from observers.layout import named, symbols, vector_of
+from observers.measurement.torque_error import SENSIBLE, retained
+from observers.protocol import OUTPUT, Status
+from observers.quality.acquisition import (
+    DOUBT_LIMIT,
+    HOPELESS,
+    OVER,
+    OWN,
+    EquivalentPatch,
+    update_doubt,
+)
+from observers.quality.hypotheses import SETTINGS
+from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
+from observers.quality.plausibility import MAX_TYRE_FRICTION
+from observers.quality.screening import has_flag, with_flag
+from observers.quality.torque_innovation import (
+    IN_A_ROW,
+    innovation_of,
+    lasting_innovation,
+    torques_beyond,
+    variance_by_k,
+)
+from observers.quality.verdict import VERDICT, excess_of_scale
+from symbolic.functions import named_function
+
+MIN_WHILE_LASTING = 3.0
+"""Lower limit of the count of unexplained independent samples while an innovation lasts [1]."""
+EXCESS = 1.5
+"""Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
+MIN_SQUARE_DIVISOR = 1e-12
+"""Least divisor that is the square of an innovation [N^2 m^2]."""
+SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
+"""Outputs that are proportional to the torque."""
+
+
+@cache
+def build_tracking(
+    patch: EquivalentPatch, *, is_computed: bool, gear: bool, gain_share: float
+) -> ca.Function:
+    """A sample while the estimator tracks.
+
+    (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits) -> (own, output): the
+    output in torques as they were measured, and the consistency by branches; turn is the present one's
+    [rad], counted is 1 where the search weighed a torque.
+
+    Args:
+        patch: the declared patch that stands for the model.
+        is_computed: M_z is computed from the steering torque, and compared with the predicted one.
+        gear: there is a steering gear, whose friction and return torque last too.
+        gain_share: of s that is the torque's.
+    """
+    inputs = symbols(
+        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, turn=1, dt=1,
+        M_z=1, added=1, counted=1, tyre=3, limits=len(SETTINGS),
+    )  # fmt: skip
+    own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
+    limits = named(SETTINGS, inputs["limits"])
+    known = output["nis"] < SENSIBLE
+    share = ca.if_else(known, inputs["share"], 0)
+    older = retained(share, FORGETTING_SAMPLES)
+    nis, by_k, lasts, clear = output["nis"], ca.SX(0), ca.SX(0), ca.SX(1)
+    if not is_computed and (patch.misfit > 0 or not gear):
+        by_k = variance_by_k(inputs, own, output, patch)
+    if patch.misfit > 0 and not is_computed:
+        square = ca.fmax(innovation_of(inputs, own, output) ** 2, MIN_SQUARE_DIVISOR)
+        nis = nis * square / (square + by_k * nis)
+    if not (is_computed or gear):
+        own["lasting"], lasts, clear = lasting_innovation(inputs, own, output, by_k)
+    squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, MAX_NORMALISED_SQUARE), 0)
+    weight = older * own["weight"] + share
+    much = (weight >= MIN_SAMPLES) * (squares > EXCESS * limits["explained"] * weight)
+    too_much = ca.logic_or(much, lasts)
+    if is_computed:
+        predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
+        own |= torques_beyond(inputs, own, predicted, limits["error"])
+        too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
+    wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
+    doubt = ca.fmax(update_doubt(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
+    results = {name: output[name] * own["scale"] for name in SCALED}
+    mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
+    excess = gain_share * excess_of_scale(
+        named(VERDICT, inputs["verdict"]), limits["stiffness_std"], found=patch.misfit > 0
+    )
+    own["excess"] = ca.if_else(own["phase"] == 1, excess, own["excess"])
+    grown = ca.sqrt(1 + (own["excess"] * output["mu"] / output["mu_std"]) ** 2)
+    std = results["mu_std"] * grown
+    doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
+    early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
+    status = with_flag(output["status"], Status.INCONSISTENT, doubted)
+    status = with_flag(status, Status.ACQUIRING, early)
+    results |= {
+        "mu": mu,
+        "mu_std": std,
+        "mu_eff_std": results["mu_eff_std"] * grown,
+        "nis": output["nis"],
+        "status": with_flag(status, Status.SUSPECT, mu - 2 * std > MAX_TYRE_FRICTION),
+    }
+    confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
+    over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed == 2, doubted))
+    phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))
+    after = own | {
+        "squares": squares, "weight": weight, "doubt": doubt, "confirmed": confirmed, "phase": phase
+    }  # fmt: skip
+    # Once, if the ground changed while friction was acquired: a model that is wrong explains no ground.
+    hopeless = (doubt > HOPELESS) * ca.logic_not(ca.logic_or(own["again"], confirmed))
+    after["lost"] = ca.logic_or(own["streak"] >= IN_A_ROW, hopeless)
+    outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
+    return named_function("follow_output", inputs, outputs, cse=True)
