@@ -56,6 +56,7 @@ ABOUT = {
     "follow_turns": "The branch of the path, and the points at which the wheel turned back.",
     "hypothesis": "One hypothesis after a torque.",
     "verdict_of": "What all hypotheses say together.",
+    "scale_excess": "What the scale of the torque adds to the deviation of friction.",
     "conclude": "Output and handover while friction is acquired.",
     "follow_output": "Output while the estimator tracks.",
 }

@@ -52,7 +52,7 @@ from observers.quality.hypotheses import (
 )
 from observers.quality.screening import has_flag
 from observers.quality.tracking import build_tracking
-from observers.quality.verdict import VERDICT
+from observers.quality.verdict import VERDICT, build_excess
 from observers.tuning import TUNING_FIELDS
 from symbolic import Model, full_slide_torque
 from symbolic.functions import named_function, output_if
@@ -117,10 +117,12 @@ def build_following(
     searched = (search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits, *dry)
     idle = (search_layout(gear).join({**parts, "track": track}), verdict, 0, 0)
     search, verdict, _, counted = output_if(numbers["phase"] < OVER, build_search(gear), searched, *idle)
-    track_output = build_tracking(patch, is_computed=is_computed, gear=gear, gain_share=gain_share)
-    own, result = track_output(
-        own, verdict, output, known * share, turn, dt, M_z, added, counted, tyre, limits
-    )
+    excess = build_excess(found=patch.misfit > 0, gain_share=gain_share)
+    numbers["excess"] = output_if(numbers["phase"] == 1, excess, (verdict, limits), numbers["excess"])
+    own, result = build_tracking(patch, is_computed=is_computed, gear=gear)(
+        vector_of(OWN, numbers), verdict, output, known * share, turn, dt, M_z, added, counted, tyre,
+        limits,
+    )  # fmt: skip
     nothing = ca.MX(ca.DM.zeros(len(handover_names(states))))
     return ca.Function("follow", [*inputs.values()], [search, verdict, own, nothing, result])
 

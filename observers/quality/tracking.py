@@ -31,7 +31,7 @@ from observers.quality.torque_innovation import (
     torques_beyond,
     variance_by_k,
 )
-from observers.quality.verdict import VERDICT, excess_of_scale
+from observers.quality.verdict import VERDICT
 from symbolic.functions import named_function
 
 MIN_WHILE_LASTING = 3.0
@@ -45,9 +45,7 @@ SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 
 
 @cache
-def build_tracking(
-    patch: EquivalentPatch, *, is_computed: bool, gear: bool, gain_share: float
-) -> ca.Function:
+def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
     """A sample while the estimator tracks.
 
     (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits) -> (own, output): the
@@ -58,7 +56,6 @@ def build_tracking(
         patch: the declared patch that stands for the model.
         is_computed: M_z is computed from the steering torque, and compared with the predicted one.
         gear: there is a steering gear, whose friction and return torque last too.
-        gain_share: of s that is the torque's.
     """
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, turn=1, dt=1,
@@ -89,10 +86,6 @@ def build_tracking(
     doubt = ca.fmax(update_doubt(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
     results = {name: output[name] * own["scale"] for name in SCALED}
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
-    excess = gain_share * excess_of_scale(
-        named(VERDICT, inputs["verdict"]), limits["stiffness_std"], found=patch.misfit > 0
-    )
-    own["excess"] = ca.if_else(own["phase"] == 1, excess, own["excess"])
     grown = ca.sqrt(1 + (own["excess"] * output["mu"] / output["mu_std"]) ** 2)
     std = results["mu_std"] * grown
     doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)

@@ -243,6 +243,15 @@ def variance_of_scale(verdict: Parts, stiffness_std: Expression) -> Expression:
     return variance * spread / (variance + spread)
 
 
+@cache
+def build_excess(*, found: bool, gain_share: float) -> ca.Function:
+    """What the scale adds to the relative deviation of mu [1]: (verdict, limits) -> excess."""
+    inputs = symbols(ca.SX, verdict=len(VERDICT), limits=len(SETTINGS))
+    stiffness_std = named(SETTINGS, inputs["limits"])["stiffness_std"]
+    excess = gain_share * excess_of_scale(named(VERDICT, inputs["verdict"]), stiffness_std, found=found)
+    return named_function("scale_excess", inputs, {"excess": excess})
+
+
 def excess_of_scale(verdict: Parts, stiffness_std: Expression, *, found: bool) -> Expression:
     """What s may be off by beyond `GAIN_FREE` [1], from its value and its deviation.
 

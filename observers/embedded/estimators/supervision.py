@@ -41,7 +41,8 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
         _edge(observer, constants.tunable == "all"),
         hypotheses.build_hypothesis_update(gear),
         hypotheses.build_error(),
-        tracking.build_tracking(patch, is_computed=not scaled, gear=gear, gain_share=share),
+        tracking.build_tracking(patch, is_computed=not scaled, gear=gear),
+        verdict.build_excess(found=patch.misfit > 0, gain_share=share),
         acquisition.build_conclusion(
             patch, is_scaled=scaled, states=handed_states(observer.states), gain_share=share
         ),

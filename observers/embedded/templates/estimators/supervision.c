@@ -198,6 +198,9 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} dt,
     now = fabs(track[TRACK_EXTREME] - track[TRACK_ORIGIN]);
     if (state->own[OWN_PHASE] < ${over}) {
         counts = search(state, psi, M_z, added, tyre, limits, &worth);
+        if (state->own[OWN_PHASE] == 1.0) {
+            scale_excess(state->verdict, limits, &state->own[OWN_EXCESS]);
+        }
     } else {
         set_numbers(state->track, track, TRACKS);
     }
