@@ -17,6 +17,7 @@ from observers.quality.acquired_to_estimator import handover_vector
 from observers.quality.branches import START, TRACK, build_sensitivity, build_track
 from observers.quality.hypotheses import (
     MAX_MODEL_ERROR,
+    RATIOS,
     SETTINGS,
     build_error,
     build_hypotheses_update,
@@ -89,16 +90,17 @@ DECLARED_PATCH = EquivalentPatch()
 def build_search(gear: bool = False) -> ca.Function:
     """One torque while friction is acquired; with a gear, dry is a further input.
 
-    (search, verdict, phase, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share, counted).
-    tyre is k, a and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to
-    it [N^2 m^2]; counted is 1 where the torque was weighed. Torques are weighed and the verdict is given
-    in turn, phase 0 and 1: half the work a sample.
+    (search, verdict, phase, beside, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share,
+    counted). tyre is k, a and e; M_z [N m] is NaN where nothing is measured; added is the variance of
+    the way to it [N^2 m^2]; counted is 1 where the torque was weighed. Torques are weighed and the
+    verdict is given in turn, phase 0 and 1: half the work a sample. Hypotheses beside the likeliest,
+    so many to each side, are weighed.
     """
     inputs = symbols(
-        ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, psi=1, F_N=1, M_z=1,
-        added=1, tyre=3, limits=len(SETTINGS), **dry_size(gear),
+        ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, beside=1, psi=1, F_N=1,
+        M_z=1, added=1, tyre=3, limits=len(SETTINGS), **dry_size(gear),
     )  # fmt: skip
-    search, verdict, phase, psi, F_N, M_z, added, tyre, limits, *dry = inputs.values()
+    search, verdict, phase, beside, psi, F_N, M_z, added, tyre, limits, *dry = inputs.values()
     parts, numbers = search_layout(gear).split(search), named(SETTINGS, limits)
     known = ca.logic_and(is_known(psi), is_known(M_z))
     torque = ca.if_else(known, M_z, 0)
@@ -121,7 +123,7 @@ def build_search(gear: bool = False) -> ca.Function:
         torque, F_N, tyre[1], added, after["reach"], share, numbers["error"]
     )
     variance = variance + sum((d[1] ** 2 / share for d in dry), ca.MX(0))
-    weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre, *dry)
+    weighed = (parts["hypotheses"], beside, turns, F_N, torque, variance, share, tyre, *dry)
     hypotheses = output_if(counts, build_hypotheses_update(gear), weighed, parts["hypotheses"])
     after["explained"] += ca.if_else(counts, noisy, 0)
     judged = (hypotheses, after["explained"], after["reach"], limits)
@@ -281,8 +283,9 @@ def build_acquiring(
     search, verdict, own, output, psi, M_z, _, added, tyre, limits, *dry = inputs.values()
     numbers = named(OWN, own)
     search, verdict, share, counted = build_search(gear)(
-        search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits, *dry
-    )
+        search, verdict, numbers["phase"], len(RATIOS), psi, numbers["F_N"], M_z, added, tyre, limits,
+        *dry,
+    )  # fmt: skip
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
     conclude = build_conclusion(patch, is_scaled=is_scaled, states=states, gain_share=gain_share)
     results = conclude(own, verdict, output, widest, counted, share, tyre, limits)

@@ -17,7 +17,7 @@ from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.update import signals_with_states
 from observers.quality.acquired_to_estimator import newest_of_sample, newest_state
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
-from observers.quality.hypotheses import SETTINGS, VAGUE, build_start
+from observers.quality.hypotheses import RATIOS, SETTINGS, VAGUE, build_start
 from observers.quality.verdict import VERDICT
 from observers.tuning import Tuning
 from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
@@ -101,8 +101,9 @@ def _equivalent(
     constant = (np.array([[k], [a], [e]]), np.array([[getattr(tuning, name)] for name in SETTINGS]))
     phases = np.arange(count).reshape(1, -1) % 2
     _, verdicts, _, _ = search(
-        start, np.zeros(len(VERDICT)), phases, psi.reshape(1, -1), rows["F_N"].reshape(1, -1),
-        M_z.reshape(1, -1), np.zeros((1, count)), *(np.tile(vector, count) for vector in constant),
+        start, np.zeros(len(VERDICT)), phases, np.full_like(phases, len(RATIOS)), psi.reshape(1, -1),
+        rows["F_N"].reshape(1, -1), M_z.reshape(1, -1), np.zeros((1, count)),
+        *(np.tile(vector, count) for vector in constant),
     )  # fmt: skip
     last = dict(zip(VERDICT, np.asarray(verdicts)[:, -1].tolist(), strict=True))
     found = np.exp([last["log_gain"], last["log_mu"]])

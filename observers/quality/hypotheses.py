@@ -229,17 +229,18 @@ def build_hypothesis_update(gear: bool = False) -> ca.Function:
 
 @cache
 def build_hypotheses_update(gear: bool = False) -> ca.Function:
-    """Update all hypotheses with a measured torque.
+    """Update the hypotheses with a measured torque, those within so many of the likeliest.
 
-    (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses; turns (POINTS, PATHS) [rad]. With
-    a gear the torque of its declared friction [N m] is a further input.
+    (hypotheses, beside, turns, F_N, M_z, variance, share, tyre) -> hypotheses; turns (POINTS, PATHS)
+    [rad]. The others stay as they are, as much less likely than the likeliest as they were. With a gear
+    the torque of its declared friction [N m] is a further input.
     """
     count, rows = len(RATIOS), build_hypothesis_update(gear).numel_in(0)
     inputs = symbols(
-        ca.MX, hypotheses=(rows, count), turns=(POINTS, PATHS), F_N=1, M_z=1, variance=1, share=1,
-        tyre=3, **dry_size(gear),
+        ca.MX, hypotheses=(rows, count), beside=1, turns=(POINTS, PATHS), F_N=1, M_z=1, variance=1,
+        share=1, tyre=3, **dry_size(gear),
     )  # fmt: skip
-    hypotheses, turns, F_N, M_z, variance, share, tyre, *dry = inputs.values()
+    hypotheses, beside, turns, F_N, M_z, variance, share, tyre, *dry = inputs.values()
     lanes = count * POINTS * PATHS
     branches = build_branch().map(lanes)(
         ca.vec(ca.repmat(ca.vec(turns), 1, count)).T, ca.DM([*range(POINTS)] * count * PATHS).T,
@@ -248,6 +249,13 @@ def build_hypotheses_update(gear: bool = False) -> ca.Function:
     expected = ca.reshape(ca.sum1(ca.reshape(branches, POINTS, PATHS * count)), PATHS, count)
     given = (ca.repmat(each, 1, count) for each in (M_z, variance, share, *(d[0] for d in dry)))
     after = build_hypothesis_update(gear).map(count)(hypotheses, *ca.vertsplit(expected), *given)
+    at = per_hypothesis(gear).index("log_likelihood")
+    places, likelihood = ca.DM(range(count)).T, hypotheses[at, :]
+    likeliest = ca.mmax((likelihood >= ca.mmax(likelihood)) * places)
+    change = ca.dot(places == likeliest, after[at, :] - likelihood)
+    shifted = ca.vertcat(hypotheses[:at, :], likelihood + change, hypotheses[at + 1 :, :])
+    near = ca.repmat(ca.fabs(places - likeliest) <= beside, rows, 1)
+    after = ca.if_else(near, after, shifted)
     return named_function("weigh", inputs, {"hypotheses_next": after})
 
 

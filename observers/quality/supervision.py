@@ -61,6 +61,8 @@ MAX_ZERO_DEVIATIONS = 3.0
 """Limit of the torque's zero in its standard deviations before the first sample [1]."""
 CONFIRMS = 0.5
 """Least turn of an informative branch, over the turn at which the patch begins to slide [1]."""
+BESIDE = 2
+"""Hypotheses to each side of the likeliest that are weighed after the handover [1]."""
 AFTERWARDS = 4.0
 """Independent samples not explained that a new acquisition begins with at most."""
 PREDICTED = OUTPUT.index("M_z_predicted")
@@ -109,18 +111,24 @@ def build_following(
     search, verdict, own, output, psi, M_z, dt, added, tyre, limits, *dry = inputs.values()
     parts, numbers = search_layout(gear).split(search), named(OWN, own)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
-    known = ca.logic_and(is_known(named(OUTPUT, output)["nis"]), numbers["phase"] != 1)
+    known = is_known(named(OUTPUT, output)["nis"])
     least = CONFIRMS * sliding_turn(named(OUTPUT, output)["mu"], numbers["F_N"], tyre)
     track, share = build_turn()(parts["track"], at, named(SETTINGS, limits)["psi_noise"], least, known)
     path = named(TRACK, track)
     turn = ca.fabs(path["extreme"] - path["origin"])
-    searched = (search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits, *dry)
+    torque = (psi, numbers["F_N"], M_z, added, tyre, limits, *dry)
     idle = (search_layout(gear).join({**parts, "track": track}), verdict, 0, 0)
-    search, verdict, _, counted = output_if(numbers["phase"] < OVER, build_search(gear), searched, *idle)
+    search, verdict, _, counted = output_if(
+        numbers["phase"] < OVER, build_search(gear),
+        (search, verdict, numbers["phase"], BESIDE, *torque), *idle,
+    )  # fmt: skip
+    # While the search goes on, a branch tells something only where its torque was weighed.
+    share = ca.if_else(numbers["phase"] < OVER, counted, 1) * share
     excess = build_excess(found=patch.misfit > 0, gain_share=gain_share)
-    numbers["excess"] = output_if(numbers["phase"] == 1, excess, (verdict, limits), numbers["excess"])
+    judged = ca.logic_and(numbers["phase"] == 1, ca.logic_not(named(VERDICT, verdict)["unexplained"]))
+    numbers["excess"] = output_if(judged, excess, (verdict, limits), numbers["excess"])
     own, result = build_tracking(patch, is_computed=is_computed, gear=gear)(
-        vector_of(OWN, numbers), verdict, output, known * share, turn, dt, M_z, added, counted, tyre,
+        vector_of(OWN, numbers), verdict, output, share, turn, dt, M_z, added, counted, tyre,
         limits,
     )  # fmt: skip
     nothing = ca.MX(ca.DM.zeros(len(handover_names(states))))

@@ -9,7 +9,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import named, symbols, vector_of
+from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import SENSIBLE, retained
 from observers.protocol import OUTPUT, Status
 from observers.quality.acquisition import (
@@ -84,21 +84,10 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
     doubt = ca.fmax(update_doubt(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
-    results = {name: output[name] * own["scale"] for name in SCALED}
-    mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
-    grown = ca.sqrt(1 + (own["excess"] * output["mu"] / output["mu_std"]) ** 2)
-    std = results["mu_std"] * grown
     doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
     early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
     status = with_flag(output["status"], Status.INCONSISTENT, doubted)
-    status = with_flag(status, Status.ACQUIRING, early)
-    results |= {
-        "mu": mu,
-        "mu_std": std,
-        "mu_eff_std": results["mu_eff_std"] * grown,
-        "nis": output["nis"],
-        "status": with_flag(status, Status.SUSPECT, mu - 2 * std > MAX_TYRE_FRICTION),
-    }
+    results = _tracked_output(own, output, with_flag(status, Status.ACQUIRING, early), limits)
     confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
     over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed == 2, doubted))
     phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))
@@ -110,3 +99,18 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
     after["lost"] = ca.logic_or(own["streak"] >= IN_A_ROW, hopeless)
     outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
     return named_function("follow_output", inputs, outputs, cse=True)
+
+
+def _tracked_output(own: Parts, output: Parts, status: Expression, limits: Parts) -> Parts:
+    """The output in torques as they were measured, its band with what the scale may be off by."""
+    results = {name: output[name] * own["scale"] for name in SCALED}
+    mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
+    grown = ca.sqrt(1 + (own["excess"] * output["mu"] / output["mu_std"]) ** 2)
+    std = results["mu_std"] * grown
+    return results | {
+        "mu": mu,
+        "mu_std": std,
+        "mu_eff_std": results["mu_eff_std"] * grown,
+        "nis": output["nis"],
+        "status": with_flag(status, Status.SUSPECT, mu - 2 * std > MAX_TYRE_FRICTION),
+    }

@@ -247,7 +247,7 @@ def test_without_a_file_to_write_the_line_suffices(
     line, budget, *more = outcome.out.splitlines()
     assert (outcome.status, line, more) == (0, told, [])
     assert budget.startswith(
-        "run: the band ± 0.25 is made of (the squares add up): slope of the torque that"
+        "run: the band ± 0.16 is made of (the squares add up): noise and the model's error"
     )
     assert contents(tmp_path) == before
     assert run("estimate", "--rig", rig, simulated, "--picture", "only.png").status == 0

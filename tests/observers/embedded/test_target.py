@@ -13,7 +13,7 @@ pytestmark = pytest.mark.skipif(not tools_installed(), reason=TOOLS)
 
 
 # Instructions a step on average and at most, flash, state and stack [bytes].
-PLAIN, ACQUIRING = (1450, 1_800, 9_728, 1_536), (3_100, 9_500, 28_672, 3_072)
+PLAIN, ACQUIRING = (1450, 1_800, 9_728, 1_536), (3_500, 9_500, 28_672, 3_072)
 
 
 @pytest.mark.parametrize(

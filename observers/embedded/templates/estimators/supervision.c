@@ -3,7 +3,7 @@
 enum { HYPOTHESES = ${ratios|length}, POINTS = ${points}, PATHS = ${paths} };
 /* Own numbers of the supervision, the present branch of the path with what the torques so far were worth, the tuning,
    moments of stiffness over the declared one [1], zero [N m] and twist [1] under a hypothesis. */
-%% for prefix, names in (("OWN", own), ("TRACK", track), ("LIMIT", limits), ("PART", parts))
+%% for prefix, names in (("OWN", own), ("TRACK", track), ("LIMIT", limits), ("PART", parts), ("VERDICT", verdict))
 enum {
 %% for name in names
     ${prefix}_${name|upper},
@@ -51,7 +51,7 @@ static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
     state->own[OWN_SCALE] = 1.0;
     state->own[OWN_F_N] = sample[2];
     state->own[OWN_F_N_FIRST] = sample[2];
-    for (i = 0; i < ${verdict}; ++i) {
+    for (i = 0; i < VERDICTS; ++i) {
         state->verdict[i] = 0.0;
     }
     for (i = 0; i < TRACKS; ++i) {
@@ -116,14 +116,23 @@ static int32_t find_branches(const ${name}_state_t *state, ${real} psi, const ${
     return found;
 }
 
-/* All hypotheses after a torque [N m] of this variance. From one turning point to the next the torque changes by that of
-   a branch: the patch sticks, less what is beyond the place up to which it slides; that place is as mu over k. */
-static void weigh_torque(${name}_state_t *state, ${real} psi, const ${real} *tyre, ${real} M_z, ${real} variance, ${real} share) {
-    ${real} weight[PATHS * POINTS], place[PATHS * POINTS], stuck;
-    int32_t path_of[PATHS * POINTS], i, j;
+/* The hypotheses, those within so many of the likeliest, after a torque [N m] of this variance. From one turning point to the
+   next the torque changes by that of a branch: the patch sticks, less what is beyond the place up to which it slides; that
+   place is as mu over k. The others stay as much less likely than the likeliest as they were. */
+static void weigh_torque(${name}_state_t *state, int32_t beside, ${real} psi, const ${real} *tyre, ${real} M_z, ${real} variance, ${real} share) {
+    ${real} weight[PATHS * POINTS], place[PATHS * POINTS], stuck, change;
+    int32_t path_of[PATHS * POINTS], i, j, likeliest = 0, first, last;
     const int32_t branches = find_branches(state, psi, tyre, weight, place, path_of);
     beyond(0.0, tyre[1], tyre[2], &stuck);
-    for (i = 0; i < HYPOTHESES; ++i) {
+    for (i = 1; i < HYPOTHESES; ++i) {
+        if (state->hypotheses[i][PART_LOG_LIKELIHOOD] >= state->hypotheses[likeliest][PART_LOG_LIKELIHOOD]) {
+            likeliest = i;
+        }
+    }
+    change = -state->hypotheses[likeliest][PART_LOG_LIKELIHOOD];
+    first = likeliest > beside ? likeliest - beside : 0;
+    last = likeliest + beside < HYPOTHESES ? likeliest + beside : HYPOTHESES - 1;
+    for (i = first; i <= last; ++i) {
         ${real} sums[3] = {0.0, 0.0, 0.0}, part[PARTS];
         for (j = 0; j < branches; ++j) {
             ${real} slides;
@@ -134,6 +143,12 @@ static void weigh_torque(${name}_state_t *state, ${real} psi, const ${real} *tyr
 %% for name in parts
         state->hypotheses[i][PART_${name|upper}] = part[PART_${name|upper}];
 %% endfor
+    }
+    change += state->hypotheses[likeliest][PART_LOG_LIKELIHOOD];
+    for (i = 0; i < HYPOTHESES; ++i) {
+        if ((i < first) || (i > last)) {
+            state->hypotheses[i][PART_LOG_LIKELIHOOD] += change;
+        }
     }
 }
 
@@ -147,7 +162,7 @@ static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) 
 }
 
 /* A torque: it is weighed, or the verdict is given, in turn. Returns 1 where it was weighed; what it is worth. */
-static ${real} search(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits, ${real} *worth) {
+static ${real} search(${name}_state_t *state, int32_t beside, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits, ${real} *worth) {
     const bool known = is_known(psi) && is_known(M_z);
     const ${real} torque = known ? M_z : 0.0, given = is_known(psi) ? psi : state->track[TRACK_EXTREME];
     /* Within the angle's noise of the farthest angle, the wheel may or may not have turned back. */
@@ -169,7 +184,7 @@ static ${real} search(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} 
 %% if gear
         variance += ${dry_std} * ${dry_std} / share;
 %% endif
-        weigh_torque(state, at, tyre, torque, variance, share);
+        weigh_torque(state, beside, at, tyre, torque, variance, share);
     } else if (state->own[OWN_PHASE] != 0.0) {
         verdict_of(&state->hypotheses[0][0], state->track[TRACK_EXPLAINED], state->track[TRACK_REACH], limits, state->verdict);
     } else {
@@ -182,7 +197,7 @@ static ${real} search(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} 
 /* A sample while friction is acquired. */
 static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
     ${real} own[OWNS], handed[${handover}], share;
-    const ${real} counts = search(state, psi, M_z, added, tyre, limits, &share);
+    const ${real} counts = search(state, HYPOTHESES, psi, M_z, added, tyre, limits, &share);
     conclude(state->own, state->verdict, state->output, state->track[TRACK_WIDEST], counts, share, tyre, limits, own, handed, state->result);
     set_numbers(state->own, own, OWNS);
     take_acquired(state, handed);
@@ -191,20 +206,22 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
 /* A sample while the estimator tracks; the search for s goes on until friction is confirmed or the model doubted. */
 static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} dt, ${real} added, const ${real} *tyre, const ${real} *limits) {
     const ${real} at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
-    const ${real} known = (is_known(state->output[OUT_NIS]) && (state->own[OWN_PHASE] != 1.0)) ? 1.0 : 0.0;
+    const ${real} known = is_known(state->output[OUT_NIS]) ? 1.0 : 0.0;
     ${real} track[TRACKS], own[OWNS], share, worth, least, counts = 0.0, now;
     sliding(state->output[OUT_MU], state->own[OWN_F_N], tyre, &least);
     turn(state->track, at, limits[LIMIT_PSI_NOISE], ${confirms} * least, known, track, &share);
     now = fabs(track[TRACK_EXTREME] - track[TRACK_ORIGIN]);
     if (state->own[OWN_PHASE] < ${over}) {
-        counts = search(state, psi, M_z, added, tyre, limits, &worth);
-        if (state->own[OWN_PHASE] == 1.0) {
+        counts = search(state, ${beside}, psi, M_z, added, tyre, limits, &worth);
+        /* A branch tells something only where its torque was weighed. */
+        share *= counts;
+        if ((state->own[OWN_PHASE] == 1.0) && (state->verdict[VERDICT_UNEXPLAINED] == 0.0)) {
             scale_excess(state->verdict, limits, &state->own[OWN_EXCESS]);
         }
     } else {
         set_numbers(state->track, track, TRACKS);
     }
-    follow_output(state->own, state->verdict, state->output, known * share, now, dt, M_z, added, counts, tyre, limits, own, state->result);
+    follow_output(state->own, state->verdict, state->output, share, now, dt, M_z, added, counts, tyre, limits, own, state->result);
     set_numbers(state->own, own, OWNS);
 }
 
