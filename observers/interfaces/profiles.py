@@ -9,6 +9,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import sqrt
 from types import MappingProxyType
 
 from observers.tuning import REFERENCE_STEP, Tuning
@@ -21,9 +22,9 @@ TURNING_RATE = 0.1
 """Yaw rate at which a correlation time is taken for a turn [rad/s]: that of hand-turned recordings."""
 SENSOR_SHARE = 0.1
 """Least share of the model error that counts as white noise, however long its correlation time [1]."""
-MIN_MODEL_ERROR = 0.02
-"""Least error of a found model, as a share of the torque [1]: an observer knows the rate so far, a
-diagnosis the rate of the whole recording, and half-length and caster as they were in it."""
+UNMEASURED_ERROR = 0.02
+"""Error of a found model beside that measured, as a share of the torque [1]: an observer knows the rate
+so far, a diagnosis the rate of the whole recording, and half-length and caster as they were in it."""
 EXPLAINED = 2.5
 """Consistency beyond which a spread that was measured is exceeded [1]: chi-square with 40 degrees of
 freedom over 40, which it exceeds about once in two million independent windows."""
@@ -83,17 +84,18 @@ def with_model_error(tuning: Tuning, error: ModelError) -> Tuning:
 
     The spread is what the torque of recordings that were not fitted differs by, noise of the sensor
     included; over a correlation time, which counts as the turn made in it at `TURNING_RATE`, it is worth
-    one independent sample. Where that is less than `MIN_MODEL_ERROR`, the rest was not measured and
-    lasts as the tuning's own error does: the squares of both, over the turn that each lasts, add up.
+    one independent sample. `UNMEASURED_ERROR` was not measured and lasts as the tuning's own error does:
+    the squares of both, over the turn that each lasts, add up.
     """
     if error.spread == 0:
         return tuning
     lasts = TURNING_RATE * error.correlation_time
-    measured = min(1.0, (error.share / MIN_MODEL_ERROR) ** 2)
+    squares = error.share**2 + UNMEASURED_ERROR**2
+    measured = error.share**2 / squares
     # An error that lasts for no longer than a sample is the sensor's noise.
     white = min(1.0, max(SENSOR_SHARE, REFERENCE_STEP / error.correlation_time))
     return replace(
-        tuning, noise=white * error.spread, error=max(error.share, MIN_MODEL_ERROR),
+        tuning, noise=white * error.spread, error=sqrt(squares),
         error_travel=measured * lasts + (1 - measured) * max(lasts, tuning.error_travel),
         explained=EXPLAINED,
     )  # fmt: skip

@@ -27,7 +27,7 @@ from observers.quality.torque_innovation import lasting_innovation
 from observers.quality.verdict import VERDICT
 from observers.tuning import Tuning
 from reference_rig import RigTyre, make_recording
-from symbolic import Model, Rig
+from symbolic import SIGNALS, Model, Rig, simulate
 from tests.observers.conftest import RIG, K
 
 
@@ -95,6 +95,31 @@ def test_the_search_for_the_scale_goes_on_until_friction_is_confirmed() -> None:
     assert excess[known] < 0.8 * excess[handed]
     assert (phase[known:] == OVER).all()
     assert (excess[known:] == excess[known]).all()
+
+
+@pytest.mark.parametrize("later", [1, 2])
+@pytest.mark.parametrize("behind", [0.0, 5e-5])
+def test_a_wheel_that_stands_confirms_nothing(behind: float, later: int) -> None:
+    """It stops after the handover, as far behind its farthest angle as the angle's noise allows."""
+    turned = np.append(np.zeros(20), 0.002 * np.arange(100))
+
+    def weights(psi: Any) -> Any:
+        rows = {"psi": psi, "psi_dot": 0 * psi, "F_N": 400 + 0 * psi, "dt": 0.01 + 0 * psi}
+        theta = np.asarray(Model().theta({"mu": 0.5, "k": K})).ravel()
+        signals = np.vstack([rows[name] for name in SIGNALS])
+        M_z = simulate(Model(), signals, theta, np.array([RIG.a, RIG.e])).M_z
+        loop, own = Loop(Ekf(model=Model(), values={"k": K}, rig=RIG)), []
+        for angle, torque in zip(psi, M_z, strict=True):
+            loop(Sample(psi=angle, psi_dot=0.0, F_N=400.0, M_z=torque, dt=0.01))
+            own.append(np.asarray(loop.state["own"]).ravel())
+        return np.array(own)[:, [OWN.index("acquiring"), OWN.index("weight")]]
+
+    handed = int(np.argmin(weights(turned)[:, 0]))
+    stop = handed + later
+    stands = np.concatenate([turned[: stop + 1], np.full(300, turned[stop] - behind)])
+    weight = weights(stands)[:, 1]
+    assert 0 < weight[stop] < 1
+    assert weight[-1] - weight[stop] < 0.5
 
 
 def test_of_the_noise_a_smoothed_innovation_has_a_part() -> None:
