@@ -76,8 +76,5 @@ def text_of(advice: Advice, psi: float, target: float) -> str:
     if advice.stopped:
         return f"stop turning: {advice.reason}"
     left = degrees(advice.toward - psi)
-    return (
-        f"turn {abs(left):.0f}° more to the {'left' if left > 0 else 'right'}"
-        if abs(left) >= 0.5
-        else ""
-    )
+    size = f"{abs(left):.{0 if abs(left) >= 1 else 1}f}"
+    return "" if size == "0.0" else f"turn {size}° more to the {'left' if left > 0 else 'right'}"

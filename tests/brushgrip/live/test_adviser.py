@@ -29,6 +29,7 @@ def test_an_advice_says_how_far_and_which_way() -> None:
 
     assert text_of(advice, 0.2 - 0.1396, 0.05) == "turn 8° more to the left"
     assert text_of(replace(advice, toward=-0.1), 0.0, 0.05) == "turn 6° more to the right"
+    assert text_of(replace(advice, toward=0.0063), 0.0, 0.05) == "turn 0.4° more to the left"
     assert text_of(advice, 0.2, 0.05) == ""
     assert (
         text_of(replace(advice, finished=True), 0.2, 0.05) == "friction is known to 5.0%, stop turning"
