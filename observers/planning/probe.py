@@ -26,7 +26,7 @@ from observers.planning.forecast import Forecaster, Lane, least_deviation
 from observers.planning.path import SteeringLimits, SteeringPath
 from observers.planning.plan import MUS, NEVER, REST, Plan, plan
 from observers.protocol import Estimate, Sample
-from observers.quality.acquisition import OWN
+from observers.quality.acquisition import OVER, OWN
 from observers.quality.verdict import VERDICT
 from symbolic import InvalidInputError
 
@@ -44,7 +44,7 @@ ASTRAY = (0.02, 0.3)
 at the limit of the rate; the path then begins anew where the wheel is."""
 MIN_SWING = 1e-3
 """Least distance of the bounds of the angle that leaves room to steer [rad]."""
-_ACQUIRING, _EXCESS = OWN.index("acquiring"), OWN.index("excess")
+_ACQUIRING, _EXCESS, _PHASE = map(OWN.index, ("acquiring", "excess", "phase"))
 MOVES, AGAIN = 3.0, 1.5
 """Deviations by which an estimate has moved since it first was within the target if that deviation is
 too small, and the travel at which it may then be believed, over that so far [1]."""
@@ -205,8 +205,8 @@ class Probe:
         """Why no steering reaches the target; empty where one may."""
         likely = estimate.mu if estimate.mu_std < VAGUE * estimate.mu else max(self.mus)
         causes = least_deviation(self.observer, likely, sample.F_N)
-        if not state["own"][_ACQUIRING]:
-            # From the handover on it stays.
+        if state["own"][_PHASE] == OVER:
+            # From the end of the search for the torque's scale on it stays.
             causes["a stiffness that is not the declared one, or not known better"] = float(
                 state["own"][_EXCESS]
             )

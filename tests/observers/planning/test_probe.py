@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import Advice, Ekf, Loop, Mhe, Probe, Sample, Status, SteeringLimits, SteeringTorque
-from observers.quality.acquisition import OWN
+from observers.quality.acquisition import OVER, OWN
 from reference_rig import RigTyre, SteeredWheel
 from symbolic import InvalidInputError
 from tests.observers.planning.conftest import LOAD, RIG, K
@@ -152,11 +152,13 @@ def test_an_estimate_that_moved_by_more_than_its_deviation_is_believed_half_as_m
 def test_what_the_stiffness_adds_no_steering_lowers(acquiring: Ekf) -> None:
     probe, sample = Probe(acquiring, 0.05, LIMITS), Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=0.01)
 
-    assert probe._floor(sample, acquiring.prior, tracked(excess=0.03)) == ""
+    assert probe._floor(sample, acquiring.prior, tracked(excess=0.03, phase=OVER)) == ""
     assert (
         "6.8% remains, most of it by a stiffness that is not the declared one, or not known better"
-        in probe._floor(sample, acquiring.prior, tracked(excess=0.06))
+        in probe._floor(sample, acquiring.prior, tracked(excess=0.06, phase=OVER))
     )
+    # While the search for the torque's scale goes on, it may still fall.
+    assert probe._floor(sample, acquiring.prior, tracked(excess=0.06)) == ""
 
 
 def test_it_waits_for_the_observer(acquiring: Ekf) -> None:
