@@ -23,6 +23,8 @@ MAX_RACK_FORCE = 6e4
 OPPOSED = -0.87
 """Correlation of torsion bar and motor by which one has the other sign [1]: an assistance follows the
 bar, above 0.9; a handwheel that a motor drags along stays above -0.8."""
+MOVING = 2e-3
+"""Speed of a rack from which on it moves [m/s]."""
 
 
 def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
@@ -55,6 +57,22 @@ def way_and_force(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array
     if s is None:
         s = rack_position(vehicle, columns["handwheel"], np.nan_to_num(bar))
     return s, rack_force(vehicle, bar, columns.get("T_motor", 0.0)) if force is None else force
+
+
+def at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, float]:
+    """Share of the samples in which the rack moves that show the largest or the least value, by column.
+
+    The greater share of the two [1], of each column of a force or torque; a force that a sensor or a
+    motor limits stays there to the last digit.
+    """
+    shares = {}
+    for column in ("F_rack", "T_bar", "T_motor"):
+        values = columns.get(column, np.empty(0))
+        known = values[np.isfinite(values) & (np.abs(speed) > MOVING)] if values.size else values
+        if known.size:
+            ends = (known.min(), known.max())
+            shares[column] = max(float(np.mean(known == end)) for end in ends)
+    return shares
 
 
 def _units(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
