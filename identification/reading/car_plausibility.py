@@ -62,17 +62,15 @@ def way_and_force(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array
 def at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, float]:
     """Share of the samples in which the rack moves that show the largest or the least value, by column.
 
-    The greater share of the two [1], of each column of a force or torque; a force that a sensor or a
-    motor limits stays there to the last digit.
+    The greater share of the two [1], of the column that makes most of the force on the rack; empty where
+    it never moves. A force that a sensor or a motor limits stays there to the last digit. So does a
+    torsion bar beside a motor, which needs few of the steps in which it is shown.
     """
-    shares = {}
-    for column in ("F_rack", "T_bar", "T_motor"):
-        values = columns.get(column, np.empty(0))
-        known = values[np.isfinite(values) & (np.abs(speed) > MOVING)] if values.size else values
-        if known.size:
-            ends = (known.min(), known.max())
-            shares[column] = max(float(np.mean(known == end)) for end in ends)
-    return shares
+    column = next(name for name in ("F_rack", "T_motor", "T_bar") if name in columns)
+    known = columns[column][np.isfinite(columns[column]) & (np.abs(speed) > MOVING)]
+    if not known.size:
+        return {}
+    return {column: max(float(np.mean(known == end)) for end in (known.min(), known.max()))}
 
 
 def _units(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
