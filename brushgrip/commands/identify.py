@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 USUAL_TOLERANCE = 0.05
 """Of the friction of a ground that is called known, as a share of it [1]."""
+DOUBTFUL = 2.0
+"""Standard deviations of a slide factor by what is declared, beyond which the command warns."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,11 +114,12 @@ class IdentifyRequest:
         """Write what recordings on plates, or on ground of known friction, tell of a car."""
         from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_text
         from brushgrip.outputs.atomic import is_same_file
-        from brushgrip.outputs.console import print_table, say, show
+        from brushgrip.outputs.console import print_table, say, show, warn
         from brushgrip.outputs.identified_files import identified_vehicle_text, with_identified
         from brushgrip.outputs.provenance import KEY
-        from brushgrip.wording.formatting import json_text, listed, quantity
+        from brushgrip.wording.formatting import json_text, listed, percent, quantity
         from identification import read_vehicle
+        from identification.steering.tyres import TyresResult
         from symbolic import InvalidInputError
 
         written = self.write_vehicle
@@ -133,17 +136,39 @@ class IdentifyRequest:
             if self.out:
                 write_text(stages[0], json_text(document))
             if written:
-                write_text(stages[-1], identified_vehicle_text(vehicle, with_identified(car, result)))
+                comments = {} if self.plates else {"slide_factor": self._held_for(car)}
+                changes = with_identified(car, result)
+                write_text(stages[-1], identified_vehicle_text(vehicle, changes, comments))
         rows = [(name, quantity(one)) for name, one in result.parameters.items()]
+        if isinstance(result, TyresResult):
+            rows.append(("unexplained, of full slide (rms)", percent(result.rest)))
         print_table(title, ("", "value ± standard deviation"), rows)
-        if not self.plates:
+        if isinstance(result, TyresResult):
             say(
                 f"slide_factor holds for a front axle load of {car.front_axle_load:g} N, these tyres and"
-                " this pressure; declare another load where passengers or cargo change it"
+                " this pressure; declare another load where passengers or cargo change it, and identify"
+                " anew where by more than a tenth"
             )
+            if abs(result.deviations) > DOUBTFUL:
+                warn(
+                    f"slide_factor {result.slide_factor.value:.2f} is"
+                    f" {abs(result.deviations):.1f} standard deviations from what the vehicle file"
+                    " declares: check --ground-friction, front_axle_load and half_length; if the ground"
+                    " is wrong by a share, all later friction is wrong by it"
+                )
         if finals:
             say(f"wrote {listed(list(map(str, finals)))}")
         show(document)
+
+    def _held_for(self, car: "Vehicle") -> str:
+        """What a slide factor was measured on, for a comment."""
+        known = f"± {self._tolerance():g}"
+        return f"on ground of mu {self.ground_friction:g} {known}, load {car.front_axle_load:g} N"
+
+    def _tolerance(self) -> float:
+        """Of the ground's friction, either way [1]."""
+        share = USUAL_TOLERANCE * (self.ground_friction or 0.0)
+        return share if self.friction_tolerance is None else self.friction_tolerance
 
     def _on_plates(self, car: "Vehicle", inputs: "Inputs") -> "PlatesResult":
         from identification.reading.car import read_rack
@@ -158,10 +183,7 @@ class IdentifyRequest:
 
         read, friction = inputs.recordings(), self.ground_friction or 0.0
         require_brakes_known(inputs.vehicle, read)
-        tolerance = self.friction_tolerance
-        if tolerance is None:
-            tolerance = USUAL_TOLERANCE * friction
-        return identify_tyres(read, car, friction=friction, tolerance=tolerance)
+        return identify_tyres(read, car, friction=friction, tolerance=self._tolerance())
 
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""

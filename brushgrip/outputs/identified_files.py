@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from scipy.optimize import brentq
@@ -63,14 +64,22 @@ def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
 
 
 def with_tyres(vehicle: Vehicle, result: TyresResult) -> Changes:
-    """Slide factor and stiffness; the tolerance of the load is what it may change by from now on."""
-    load = vehicle.front_axle_load
+    """Slide factor and stiffness; the tolerance of the load is what it may change by from now on.
+
+    The load is written beside them as that at which they hold, with the half-length under it.
+    """
+    load, share = vehicle.front_axle_load, vehicle.tolerances.half_length
     tyres = {
         name: (_rounded(one.value), _rounded((one.std or 0.0) / STD_PER_TOLERANCE))
         for name, one in result.parameters.items()
     }
-    change = _rounded(min(vehicle.tolerances.load, LOAD_CHANGE) * load)
-    return {"front_axle_load": (load, change)} | tyres
+    length = {"half_length": (_rounded(vehicle.a), _rounded(share * vehicle.a))}
+    return {
+        "front_axle_load": (load, _rounded(LOAD_CHANGE * load)),
+        **(length if vehicle.half_length and vehicle.load_change else {}),
+        **tyres,
+        "slide_load": load,
+    }
 
 
 def _rounded(value: float) -> float:
@@ -110,13 +119,20 @@ def _inclination(vehicle: Vehicle, factor: float) -> float:
     return float(brentq(excess, least, most))
 
 
-def identified_vehicle_text(file: Path, changes: Changes) -> str:
-    """The vehicle file with other values, its [signals] as they were; comments are lost."""
+def identified_vehicle_text(
+    file: Path, changes: Changes, comments: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """The vehicle file with other values, its [signals] as they were.
+
+    Comments of the file are lost; `comments` are written, each behind the value of its key.
+    """
     section = toml_of(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE]
     assert isinstance(section, dict)  # It was read as a vehicle file before.
     for name, new in changes.items():
         section[name] = {"value": new[0], "tolerance": new[1]} if isinstance(new, tuple) else new
-    lines = [f"[{VEHICLE}]", *(f"{name} = {_toml(value)}" for name, value in section.items()), ""]
+    behind = {name: f"  # {comment}" for name, comment in comments.items()}
+    values = (f"{name} = {_toml(one)}{behind.get(name, '')}" for name, one in section.items())
+    lines = [f"[{VEHICLE}]", *values, ""]
     return "\n".join(filter(None, ("\n".join(lines), signals_text(read_signals(file)))))
 
 

@@ -10,13 +10,13 @@
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.car_plausibility import require_plausible_car, way_and_force
+from identification.reading.car_plausibility import at_limits, require_plausible_car, way_and_force
 from identification.reading.channels import map_hint, missing_channels
 from identification.reading.files import read_bytes
 from identification.reading.guessed_car_channels import absent_of_steering
@@ -43,12 +43,15 @@ class Standstills:
         stretch: number of the standstill that a sample belongs to, -1 while the car rolls, shape (n,).
         brakes: of each standstill, whether the brakes held.
         brakes_recorded: whether a column says so, not the vehicle.
+        at_limit: share of the samples in which the rack moves that are at the largest or the least
+            value of a force or torque [1], by its column.
     """
 
     vehicle: Vehicle
     stretch: NDArray[np.int64]
     brakes: tuple[bool, ...]
     brakes_recorded: bool = False
+    at_limit: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -132,7 +135,8 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
         "M_z": np.where(stands, M_z, np.nan),
         "F_N": np.full(s.size, vehicle.wheel_load),
     }
-    return replace(table, columns=of_wheel), standstills
+    at_limit = at_limits(columns, np.where(stands, moved.speed, 0.0))
+    return replace(table, columns=of_wheel), replace(standstills, at_limit=at_limit)
 
 
 def of_mean_wheel(vehicle: Vehicle, moved: RackInstant, held: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -23,6 +23,8 @@ MAX_RACK_FORCE = 6e4
 OPPOSED = -0.87
 """Correlation of torsion bar and motor by which one has the other sign [1]: an assistance follows the
 bar, above 0.9; a handwheel that a motor drags along stays above -0.8."""
+MOVING = 2e-3
+"""Speed of a rack from which on it moves [m/s]."""
 
 
 def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
@@ -55,6 +57,20 @@ def way_and_force(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array
     if s is None:
         s = rack_position(vehicle, columns["handwheel"], np.nan_to_num(bar))
     return s, rack_force(vehicle, bar, columns.get("T_motor", 0.0)) if force is None else force
+
+
+def at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, float]:
+    """Share of the samples in which the rack moves that show the largest or the least value, by column.
+
+    The greater share of the two [1], of the column that makes most of the force on the rack; empty where
+    it never moves. A force that a sensor or a motor limits stays there to the last digit. So does a
+    torsion bar beside a motor, which needs few of the steps in which it is shown.
+    """
+    column = next(name for name in ("F_rack", "T_motor", "T_bar") if name in columns)
+    known = columns[column][np.isfinite(columns[column]) & (np.abs(speed) > MOVING)]
+    if not known.size:
+        return {}
+    return {column: max(float(np.mean(known == end)) for end in (known.min(), known.max()))}
 
 
 def _units(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:

@@ -67,7 +67,9 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     k = COMPLIANCE * vehicle.k * stiffness * softening(contact) / unit_moment(0.0, a, OFFSET * a)
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
     by_contact = hypot(*_spreads("stiffness", contact, tolerances).values(), 2 * tolerances.geometry)
-    k_share = tolerances.stiffness if calibrated else hypot(tolerances.stiffness, by_contact)
+    # Under another load than that at which it was measured, k may be as it was, or go with 1/load.
+    beside = vehicle.load_change if calibrated else by_contact
+    k_share = hypot(tolerances.stiffness, beside)
     torque = hypot(*friction_shares(vehicle, brakes=held).values())
     half_lever = vehicle.steering_arm / 2
     of_gear = ASYMMETRY * vehicle.gear_friction

@@ -37,6 +37,7 @@ RANGES: dict[str, tuple[float, float, str]] = {
     "contact_width": (0.05, 0.4, "m"),
     "stiffness": (1e5, 1e9, "N/m^2"),
     "slide_factor": (0.3, 3.0, "1"),
+    "slide_load": (500.0, 60e3, "N"),
     "trail": (-0.05, 0.1, "m"),
     "scrub_radius": (-0.1, 0.2, "m"),
     "inclination": (-0.1, 0.5, "rad"),
@@ -113,6 +114,8 @@ class Vehicle:
             stands for the errors of all of them at the load at which it was measured, the stiffness was
             measured with it, and the tolerance of the load is what the load may have changed by since.
             None where it was not measured.
+        slide_load: front axle load at which `slide_factor` was measured, and at which a declared
+            half-length holds, which is as long as the load makes it [N]; None for `front_axle_load`.
         trail: distance of the contact's middle behind the kingpin's point on the ground [m].
         scrub_radius: distance of the contact's middle outside of that point [m].
         inclination, caster: of the kingpin, its top inwards and its top backwards [rad].
@@ -153,6 +156,7 @@ class Vehicle:
     contact_width: float | None = None
     stiffness: float | None = None
     slide_factor: float | None = None
+    slide_load: float | None = None
     trail: float = 0.02
     scrub_radius: float = 0.01
     inclination: float = 12 * pi / 180
@@ -199,7 +203,14 @@ class Vehicle:
     def a(self) -> float:
         """Half-length of the contact [m]."""
         area = self.wheel_load * (1 - CARCASS) / self.pressure
-        return area / (2 * self.width) if self.half_length is None else self.half_length
+        if self.half_length is None:
+            return area / (2 * self.width)
+        return self.half_length * (1 + self.load_change)
+
+    @property
+    def load_change(self) -> float:
+        """Change of the load since `slide_factor` was measured, as a share [1]."""
+        return 0.0 if self.slide_load is None else self.front_axle_load / self.slide_load - 1
 
     @property
     def k(self) -> float:

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.outputs.identified_files import with_plates
+from brushgrip.outputs.identified_files import with_plates, with_tyres
 from identification import ParameterEstimate
 from identification.steering.plates import PlatesResult
+from identification.steering.tyres import TyresResult
 from symbolic import InvalidInputError, vehicle_from_tables
 from symbolic.vehicle.steering import jacking
-from tests.brushgrip.helpers import Run
+from tests.brushgrip.helpers import Run, table_of
 from tests.simulated_car import SimulatedCar, on_plates, steering, vehicle_text
 
 
@@ -96,6 +97,10 @@ def test_tyres_go_into_the_vehicle_file(run: Run, tmp_path: Path) -> None:
     assert new.slide_factor == pytest.approx(1, abs=0.05)
     assert 0.02 / 0.8 < new.tolerances.slide_factor < 0.05
     assert new.tolerances.load == pytest.approx(0.03)
+    assert new.slide_load == new.front_axle_load == 8000
+    assert "# on ground of mu 0.8 ± 0.02, load 8000 N\n" in (tmp_path / "new.toml").read_text()
+    assert "unexplained, of full slide (rms)" in outcome.out
+    assert outcome.err == "", "no warning"
     assert new.tolerances.stiffness < 0.15
     assert "slide_factor holds for a front axle load of 8000 N" in outcome.out
 
@@ -104,6 +109,57 @@ def test_tyres_go_into_the_vehicle_file(run: Run, tmp_path: Path) -> None:
 
     assert "measured torque of full slide 0.0" in told
     assert "half-length" not in told
+
+
+def test_a_doubtful_slide_factor_is_warned_of(run: Run, tmp_path: Path) -> None:
+    outcome = run("identify", *ground_log(tmp_path, brakes="true"), "--ground-friction", 0.6)
+
+    assert outcome.status == 0
+    assert outcome.err.count("\n") == 1
+    assert "standard deviations from what the vehicle file declares: check --ground" in outcome.err
+    assert "all later friction is wrong by it" in outcome.err
+
+
+def test_tyres_are_written_with_room_for_fuel_and_the_length_under_the_load() -> None:
+    weighed = {"front_axle_load": "{ value = 9600.0, tolerance = 96.0 }", "slide_load": 8000.0}
+    car = vehicle_from_tables(tomllib.loads(vehicle_text(slide_factor=1.1, **weighed)))
+    one = ParameterEstimate(value=1.1, std=0.05, unit="1")
+    found = TyresResult(slide_factor=one, stiffness=one, samples=9, rms=1.0, rest=0.02, deviations=0.5)
+    changes = with_tyres(car, found)
+
+    assert changes["front_axle_load"] == pytest.approx((9600, 0.03 * 9600))
+    assert changes["slide_load"] == 9600
+    assert changes["half_length"] == pytest.approx((0.066, 0.15 * 0.066))
+    assert "half_length" not in with_tyres(replace(car, half_length=None), found)
+    assert "half_length" not in with_tyres(replace(car, slide_load=None), found)
+
+
+def test_friction_stays_usable_under_the_load_that_is_declared_since(run: Run, tmp_path: Path) -> None:
+    log = ground_log(tmp_path, brakes="true")
+    run("identify", *log, "--ground-friction", 0.8, "--write-vehicle", tmp_path / "new.toml")
+    changed = (
+        (tmp_path / "new.toml").read_text().replace("{ value = 8000.0, tolerance = 240.0 }", "9600.0")
+    )
+    (tmp_path / "loaded.toml").write_text(changed)
+    t, rack = steering()
+    force = SimulatedCar(mu=(0.8, 0.8), load=4800.0, half_length=0.066).force(rack)
+    table = np.column_stack([t, rack, force])
+    np.savetxt(tmp_path / "l.csv", table, delimiter=",", header="t,rack,F_rack", comments="")
+    run(
+        "estimate",
+        "--vehicle",
+        tmp_path / "loaded.toml",
+        tmp_path / "l.csv",
+        "--out",
+        tmp_path / "mu.csv",
+    )
+    told = table_of(tmp_path / "mu.csv")
+    usable = told["usable"] > 0
+
+    assert "9600.0" in changed
+    assert usable[-1]
+    assert usable.mean() > 0.3
+    assert told["mu"][-1] == pytest.approx(0.8, rel=0.06)
 
 
 @pytest.mark.parametrize(
