@@ -66,7 +66,7 @@ class Instructions:
 FLOAT = Instructions(
     step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 20), limit=(45, 45),
     branch=(23, 25), creep=(46, 89), sample=354, sample_corner=62, sample_bristles=316, tracking=1_100,
-    acquiring=(7_950, 8_400), tunable=300, tunable_sample=220,
+    acquiring=(8_250, 8_700), tunable=300, tunable_sample=220,
 )  # fmt: skip
 DOUBLE = Instructions(
     step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),
