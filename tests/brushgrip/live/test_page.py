@@ -99,7 +99,7 @@ def test_a_browser_shows_what_estimate_says_of_the_recording(
         wait_for(out.exists)
         browser.close()
     process.send_signal(signal.SIGINT)
-    assert process.wait(20) == 0
+    assert process.wait(60) == 0
     said = estimated(out)
 
     assert shown == {"t": said.t[-1], "mu": said.mu_eff[-1], "std": said.mu_eff_std[-1]}
