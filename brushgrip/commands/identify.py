@@ -178,7 +178,7 @@ class IdentifyRequest:
         return identify_on_plates(racks, car)
 
     def _on_ground(self, car: "Vehicle", inputs: "Inputs") -> "TyresResult":
-        from brushgrip.outputs.identified_files import require_brakes_known
+        from brushgrip.inputs.command_inputs import require_brakes_known
         from identification.steering.tyres import identify_tyres
 
         read, friction = inputs.recordings(), self.ground_friction or 0.0

@@ -29,8 +29,11 @@ from identification import (
     read_vehicle,
 )
 from identification.reading.adjusting import trimmed, with_wheel_angle
+from identification.reading.files import read_bytes
 from identification.reading.readers import files_beside
 from symbolic import Effect, InvalidInputError
+from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
+from symbolic.tables.vehicle_tables import VEHICLE
 
 Content = TypeVar("Content")
 WHOLE = (None, None)
@@ -267,3 +270,19 @@ def write_text(path: Path, text: str) -> None:
 def table_path(out: Path, label: str, count: int) -> Path:
     """The file of one of several recordings: OUT_<label>, OUT itself for a single one."""
     return out if count == 1 else out.with_stem(f"{out.stem}_{label}")
+
+
+def require_brakes_known(file: Path | None, recordings: Sequence[Recording]) -> None:
+    """Refuse recordings of which nothing says whether the brakes held the wheels.
+
+    Raises:
+        InvalidInputError: there is such a recording, and the vehicle file does not say.
+    """
+    section = toml_of(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE] if file else {}
+    for one in recordings:
+        recorded = one.standstills is not None and one.standstills.brakes_recorded
+        if not (recorded or (isinstance(section, dict) and "brakes" in section)):
+            raise InvalidInputError(
+                f"{one.name}: whether the brakes held the wheels is not known: map brake, or declare"
+                f" brakes = true or false in {file}"
+            )

@@ -9,7 +9,7 @@ from typing import Any
 
 from scipy.optimize import brentq
 
-from identification import Decay, FreeDecay, Recording, SignalMap, read_rig, read_signals
+from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
 from identification.reading.files import read_bytes
 from identification.reading.rigfile import rig_text
 from identification.reading.signal_map import signals_text
@@ -84,22 +84,6 @@ def with_tyres(vehicle: Vehicle, result: TyresResult) -> Changes:
 
 def _rounded(value: float) -> float:
     return float(f"{value:.6g}")
-
-
-def require_brakes_known(file: Path | None, recordings: Sequence[Recording]) -> None:
-    """Refuse recordings of which nothing says whether the brakes held the wheels.
-
-    Raises:
-        InvalidInputError: there is such a recording, and the vehicle file does not say.
-    """
-    section = toml_of(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE] if file else {}
-    for one in recordings:
-        recorded = one.standstills is not None and one.standstills.brakes_recorded
-        if not (recorded or (isinstance(section, dict) and "brakes" in section)):
-            raise InvalidInputError(
-                f"{one.name}: whether the brakes held the wheels is not known: map brake, or declare"
-                f" brakes = true or false in {file}"
-            )
 
 
 def _inclination(vehicle: Vehicle, factor: float) -> float:

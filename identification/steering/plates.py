@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from identification.fits.values import ParameterEstimate
 from identification.reading.car import RackRecording
+from identification.reading.car_plausibility import MOVING
 from identification.reading.smoothing import smoothed_rate
 from symbolic import InvalidInputError
 from symbolic.parameters import EVEN
@@ -29,8 +30,8 @@ from symbolic.vehicle.vehicle import Vehicle
 Array = NDArray[np.float64]
 PLATE_FRICTION = 0.005
 """Friction of plates goes up to it [1]; its mean is taken off the gear's."""
-AT_REST, MIN_SPEED_SHARE, STEADY_SHARE = 2e-3, 0.5, 0.6
-"""Speed of a rack at rest [m/s]; share of the median speed below which a sample is left out, and share
+MIN_SPEED_SHARE, STEADY_SHARE = 0.5, 0.6
+"""Share of the median speed below which a sample is left out, and share
 of the samples with the least acceleration that stay [1]."""
 BLOCKS, MIN_SAMPLES = 20, 200
 REACH = 0.6
@@ -135,7 +136,7 @@ def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
     rate = smoothed_rate(t, s)
     acceleration = smoothed_rate(t, rate)
     side: Array = np.sign(rate)
-    moving = np.abs(rate) > AT_REST
+    moving = np.abs(rate) > MOVING
     moving &= np.abs(rate) > MIN_SPEED_SHARE * np.median(np.abs(rate[moving]))
     size = np.abs(acceleration)
     even = moving & (size < np.quantile(size[moving], STEADY_SHARE))

@@ -26,7 +26,7 @@ from observers.quality.hypotheses import (
 )
 from observers.quality.plausibility import MAX_TYRE_FRICTION
 from observers.quality.screening import has_flag
-from observers.quality.verdict import ALLOWED, VERDICT, build_verdict, excess_of_scale
+from observers.quality.verdict import ALLOWED, VERDICT, build_excess, build_verdict
 from symbolic.functions import named_function, output_if
 
 DECIDED = 0.15
@@ -171,7 +171,7 @@ def build_conclusion(
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
-    excess = excess_of_scale(verdict, limits["stiffness_std"], found=patch.misfit > 0)
+    excess = build_excess(found=patch.misfit > 0, gain_share=gain_share)
     doubt = update_doubt(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"])
     failed = decided * (own["again"] == FAILED)
     after = own | {
@@ -179,7 +179,7 @@ def build_conclusion(
         # Without a torque there is nothing to give a verdict on.
         "phase": ca.if_else(own["phase"] == 1, 0, inputs["counted"]),
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
-        "excess": gain_share * excess,
+        "excess": excess(inputs["verdict"], inputs["limits"]),
         **dict.fromkeys(("squares", "weight", "streak", "confirmed", "lasting"), 0),
         "doubt": ca.fmax(doubt, HOPELESS * failed),
         "lost": doubt > HOPELESS,

@@ -245,19 +245,17 @@ def variance_of_scale(verdict: Parts, stiffness_std: Expression) -> Expression:
 
 @cache
 def build_excess(*, found: bool, gain_share: float) -> ca.Function:
-    """What the scale adds to the relative deviation of mu [1]: (verdict, limits) -> excess."""
-    inputs = symbols(ca.SX, verdict=len(VERDICT), limits=len(SETTINGS))
-    stiffness_std = named(SETTINGS, inputs["limits"])["stiffness_std"]
-    excess = gain_share * excess_of_scale(named(VERDICT, inputs["verdict"]), stiffness_std, found=found)
-    return named_function("scale_excess", inputs, {"excess": excess})
+    """What the scale adds to the relative deviation of mu [1]: (verdict, limits) -> excess.
 
-
-def excess_of_scale(verdict: Parts, stiffness_std: Expression, *, found: bool) -> Expression:
-    """What s may be off by beyond `GAIN_FREE` [1], from its value and its deviation.
-
-    The deviation may hide what adds to the value: the two are correlated by half. Of a model that was
-    found, the declared patch that stands for it makes part of the value: there they are independent.
+    It is the torque's share of what s may be off by beyond `GAIN_FREE`, from its value and its
+    deviation. The deviation may hide what adds to the value: the two are correlated by half. Of a model
+    that was found, the declared patch that stands for it makes part of the value: there they are
+    independent.
     """
+    inputs = symbols(ca.SX, verdict=len(VERDICT), limits=len(SETTINGS))
+    verdict = named(VERDICT, inputs["verdict"])
+    stiffness_std = named(SETTINGS, inputs["limits"])["stiffness_std"]
     value, variance = ca.fabs(verdict["log_gain"]), variance_of_scale(verdict, stiffness_std)
     off = ca.sqrt(value**2 + variance + (0 if found else value * ca.sqrt(variance)))
-    return ca.fmax(0, ca.exp(off) - 1 - GAIN_FREE * stiffness_std)
+    excess = gain_share * ca.fmax(0, ca.exp(off) - 1 - GAIN_FREE * stiffness_std)
+    return named_function("scale_excess", inputs, {"excess": excess})
