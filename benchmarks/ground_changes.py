@@ -1,9 +1,30 @@
-"""Turn until a new ground is known, and alarms where the ground stays, on the independent rig."""
+"""Turn until a new ground is known, and alarms where the ground stays, on the independent rig.
+
+    python benchmarks/ground_changes.py
+
+prints how long an estimate stays usable and wrong after a change while a hand turns the wheel, and when
+it is usable and right again: default tuning and tolerances, k of the truth drawn within its own.
+"""
+
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
-from observers import PROFILES, Ekf, Status, run
-from reference_rig import constant_friction, make_ground_recording
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from benchmarks.ice import OFF, RIG, K
+from observers import PROFILES, Ekf, Estimates, Status, run
+from reference_rig import (
+    GroundRecording,
+    RigTyre,
+    constant_friction,
+    friction_step,
+    make_ground_recording,
+)
+from symbolic import Model
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of
 from tests.observers.monte_carlo import drawn
@@ -13,6 +34,10 @@ RATES = (0.1, 0.2, 0.4, 0.8)
 """Yaw rates [rad/s]."""
 RUN = 10.0
 """Length of a recording on ground that stays [s]."""
+BY_HAND = ((1.0, 0.05), (0.3, 0.05), (0.8, 0.3), (0.8, 0.5), (0.05, 1.0), (0.3, 0.8))
+"""Friction before and after a change under a wheel that a hand turns [1]."""
+HAND_RUNS, HAND_LENGTH, FIRST_SEED = 200, 20.0, 680_000
+"""Recordings of each, their length [s] and the first seed; smaller ones were used to choose."""
 
 
 def changes(tuning: str) -> None:
@@ -30,6 +55,48 @@ def changes(tuning: str) -> None:
             )
 
 
+def by_hand(before: float, after: float) -> None:
+    """A line for a change, at a time that is drawn, while a hand turns the wheel.
+
+    Only runs count that are usable just before the change.
+    """
+    seeds = range(FIRST_SEED, FIRST_SEED + HAND_RUNS)
+    with ProcessPoolExecutor() as pool:
+        found = list(pool.map(partial(_run_by_hand, before, after), seeds, chunksize=4))
+    rows = [row for row in found if row is not None]
+    wrong, turned, again = np.array(rows).T
+    print(
+        f"{before} -> {after}: usable and more than 3 deviations off for {np.median(wrong):.2f} s, 9 of"
+        f" 10 {np.quantile(wrong, 0.9):.2f}, at most {wrong.max():.2f} s and {turned.max():.3f} rad;"
+        f" usable and within 20 % after {np.median(again):.1f} s, 9 of 10"
+        f" {np.quantile(again, 0.9, method='higher'):.1f} s, never {np.count_nonzero(again == np.inf)} of"
+        f" {len(rows)}",
+        flush=True,
+    )
+
+
+def _run_by_hand(before: float, after: float, seed: int) -> tuple[float, float, float] | None:
+    """`_after_change` of one run; None where it is not usable just before the change."""
+    rng = np.random.default_rng(seed)
+    when, k = float(rng.uniform(4.0, 8.0)), K * (1 + float(rng.uniform(-OFF["k"], OFF["k"])))
+    friction = friction_step(when, before, after)
+    tyre = RigTyre(a=RIG.a, e=RIG.e, k=k, mu=before)
+    made = make_ground_recording(seed, friction, tyre=tyre, duration=HAND_LENGTH)
+    found = run(Ekf(model=Model(), values={"k": K}, rig=RIG), **columns_of(made))
+    late = int(np.searchsorted(made.t, when))
+    return _after_change(made, found, late) if found.usable[late - 1] else None
+
+
+def _after_change(made: GroundRecording, found: Estimates, late: int) -> tuple[float, float, float]:
+    """Time [s] and turn [rad] usable and wrong, and time until usable and right [s], inf for never."""
+    off = np.abs(found.mu - made.mu_true)[late:]
+    wrong = found.usable[late:] & (off > 3 * found.mu_std[late:])
+    steps = np.abs(np.diff(made.psi_true, prepend=made.psi_true[0]))[late:]
+    right = np.flatnonzero(found.usable[late:] & (off < 0.2 * made.mu_true[late:]))
+    again = float(made.t[late + right[0]] - made.t[late]) if right.size else np.inf
+    return float(np.count_nonzero(wrong) * np.mean(np.diff(made.t))), float(steps[wrong].sum()), again
+
+
 def false_alarms(tuning: str, seconds: int) -> None:
     """Alarms and flags on ground that stays, friction drawn from the prior."""
     observer = make(Ekf, **{name: getattr(PROFILES[tuning], name) for name in _fields()})
@@ -44,3 +111,8 @@ def false_alarms(tuning: str, seconds: int) -> None:
 
 def _fields() -> tuple[str, ...]:
     return tuple(vars(PROFILES["real_tyre"]))
+
+
+if __name__ == "__main__":
+    for pair in BY_HAND:
+        by_hand(*pair)

@@ -121,7 +121,7 @@ class Tuning:
     psi_dot_std: float = 0.1
     gate: float = 12.0
     reset_after: int = 5
-    alarm: float = 7.0
+    alarm: float = 5.0
     explained: float = 1.0
     psi_limit: float = 6.3
     psi_rate_limit: float = 8.0

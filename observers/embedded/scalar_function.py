@@ -54,6 +54,7 @@ ABOUT = {
     "observe_torque": "Aligning torque without a model of it.",
     "added_torque": "What effects add to the torque of the patch.",
     "follow_turns": "The branch of the path, and the points at which the wheel turned back.",
+    "new_ground": "The branches on a ground that has changed.",
     "hypothesis": "One hypothesis after a torque.",
     "verdict_of": "What all hypotheses say together.",
     "scale_excess": "What the scale of the torque adds to the deviation of friction.",

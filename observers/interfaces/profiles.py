@@ -4,7 +4,7 @@
 |---|---|
 | `real_tyre` | a real tyre on ground that stays for a while; the default |
 | `clean` | a torque that the model explains to its sensor's noise, as in simulation |
-| `changing_ground` | a real tyre on ground that changes often: sooner known, more easily alarmed |
+| `changing_ground` | a real tyre on ground that also changes little by little |
 """
 
 from collections.abc import Mapping
@@ -28,6 +28,8 @@ so far, a diagnosis the rate of the whole recording, and half-length and caster 
 EXPLAINED = 2.5
 """Consistency beyond which a spread that was measured is exceeded [1]: chi-square with 40 degrees of
 freedom over 40, which it exceeds about once in two million independent windows."""
+WALKING_ALARM = 7.0
+"""`Tuning.alarm` where friction walks from stroke to stroke [1]: a little more is no change."""
 PROFILES: Mapping[str, Tuning] = MappingProxyType(
     {
         "real_tyre": Tuning(),
@@ -35,7 +37,7 @@ PROFILES: Mapping[str, Tuning] = MappingProxyType(
             mu_walk=0.001, mu_floor=0.0, noise=0.02, error=0.02, error_travel=0.0, alarm=20.0,
             explained=EXPLAINED,
         ),
-        "changing_ground": Tuning(mu_walk=0.02, alarm=5.0),
+        "changing_ground": Tuning(mu_walk=0.02),
     }
 )  # fmt: skip
 """The tuning of each profile."""
@@ -75,7 +77,7 @@ def tuning_for(
     if found is not None and found.error is not None:
         tuning = with_model_error(tuning, found.error)
         if by_direction and found.error.friction_walk:
-            tuning = replace(tuning, mu_walk=found.error.friction_walk)
+            tuning = replace(tuning, mu_walk=found.error.friction_walk, alarm=WALKING_ALARM)
     return replace(tuning, **dict(by_hand or {}))  # type: ignore[arg-type]
 
 

@@ -15,6 +15,7 @@ from observers.measurement.torque_error import is_known, retained
 from observers.protocol import OUTPUT, Status
 from observers.quality.acquired_to_estimator import handover_vector
 from observers.quality.branches import START, TRACK, build_sensitivity, build_track
+from observers.quality.handover_decision import is_decided
 from observers.quality.hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
@@ -26,14 +27,9 @@ from observers.quality.hypotheses import (
 )
 from observers.quality.plausibility import MAX_TYRE_FRICTION
 from observers.quality.screening import has_flag
-from observers.quality.verdict import ALLOWED, VERDICT, build_excess, build_verdict
+from observers.quality.verdict import VERDICT, build_excess, build_verdict
 from symbolic.functions import named_function, output_if
 
-DECIDED = 0.15
-"""Standard deviation of ln mu at which the filter takes over [1]."""
-SLIPPERY = (0.015, 0.3)
-"""Standard deviations of mu and of ln mu at which friction of a car is known too, whatever s may be [1]:
-on ice the contacts slide at once, and nothing tells how stiff they are."""
 HANDED = 3.0
 """Factor on the model error in the deviation of ln mu at handover [1]: it does not average out."""
 MAX_MODEL_VARIANCE = 1.0
@@ -143,8 +139,9 @@ def build_conclusion(
 ) -> ca.Function:
     """A sample while friction is acquired.
 
-    (own, verdict, output, widest, counted, share, tyre, limits) -> (own, handover, output), the second
-    in the order of `handover_names`; counted is 1 where a torque was weighed, share what it is worth.
+    (own, verdict, output, widest, counted, share, M_z, added, tyre, limits) -> (own, handover, output),
+    the second in the order of `handover_names`; counted is 1 where a torque was weighed, share what it
+    is worth; M_z and added are as for `build_search`.
 
     Args:
         patch: the declared patch that stands for the model.
@@ -154,7 +151,7 @@ def build_conclusion(
     """
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
-        tyre=3, limits=len(SETTINGS),
+        M_z=1, added=1, tyre=3, limits=len(SETTINGS),
     )  # fmt: skip
     own, limits = named(OWN, inputs["own"]), named(SETTINGS, inputs["limits"])
     verdict, output = named(VERDICT, inputs["verdict"]), named(OUTPUT, inputs["output"])
@@ -162,12 +159,8 @@ def build_conclusion(
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
     given = (inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
     by_error = error / build_sensitivity()(*given) ** 2
-    decided = _is_known(verdict, verdict["variance"] + by_error, limits, "gear" in states)
-    # The estimator begins with a patch free of torque.
-    decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
-    if patch.slides:
-        torque = ca.fabs(output["M_z_predicted"] - is_scaled * verdict["zero"])
-        decided = ca.logic_and(decided, torque > patch.slides * output["M_slide"])
+    told = (own, verdict, output, verdict["variance"] + by_error, is_scaled * verdict["zero"])
+    decided = is_decided(inputs, *told, slides=patch.slides, gear="gear" in states)
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
@@ -212,16 +205,6 @@ def _covariances_of_gear(
         "M_0_gear": verdict["zero_gear"] / scale**2,
         "gear_gear": verdict["var_gear"] / scale**2,
     }
-
-
-def _is_known(verdict: Parts, unsure: Expression, limits: Parts, gear: bool) -> Expression:
-    """Whether friction is known with this variance of ln mu [1]."""
-    known = ca.logic_and(unsure < DECIDED**2, verdict["verified"])
-    if not gear:
-        return known
-    most = ca.fmin(SLIPPERY[1], SLIPPERY[0] * ca.exp(-verdict["log_mu"]))
-    possible = ca.fabs(verdict["log_gain"]) < ALLOWED * limits["stiffness_std"]
-    return ca.logic_or(known, ca.logic_and(unsure < most**2, possible))
 
 
 def update_doubt(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
@@ -288,5 +271,5 @@ def build_acquiring(
     )  # fmt: skip
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
     conclude = build_conclusion(patch, is_scaled=is_scaled, states=states, gain_share=gain_share)
-    results = conclude(own, verdict, output, widest, counted, share, tyre, limits)
+    results = conclude(own, verdict, output, widest, counted, share, M_z, added, tyre, limits)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

@@ -150,6 +150,40 @@ def build_track() -> ca.Function:
     return named_function("track", inputs, outputs, cse=True)
 
 
+@cache
+def build_new_ground() -> ca.Function:
+    """The branches on a ground that has changed: (track, M_z, slide, tyre) -> (track, points).
+
+    M_z is the torque [N m], 0 where it is not known; slide that of full slide on the old ground [N m];
+    tyre is k, a and e. Friction that has fallen acts as if it had been so since the last turn back:
+    there the patch was anything between free of torque and sliding to the other side, as the wheel may
+    have turned too little, or the ground was another. Friction that has risen holds what slid: the patch
+    begins anew where the torque left that of the old ground, anything between free of torque and sliding
+    to this side.
+    """
+    inputs = symbols(ca.SX, track=len(TRACK), M_z=1, slide=1, tyre=3)
+    track, M_z, slide, tyre = inputs.values()
+    was, (k, a, e) = named(TRACK, track), ca.vertsplit(tyre)
+    direction, travel = was["direction"], was["extreme"] - was["origin"]
+    # The torque of the ground points against the turn.
+    since = (-direction * M_z - slide) / (k * unit_moment(0, a, e))
+    rises = since > 0
+    origin = was["extreme"] - direction * ca.fmin(since, ca.fabs(travel))
+    origin = ca.if_else(rises, origin, was["origin"])
+    slid = origin + ca.if_else(rises, -1, 1) * direction * SLID
+    count = ca.if_else(ca.logic_or(rises, direction == 0), 1, 2)
+    progress = ca.if_else(rises, 0, was["progress"])
+    after = was | {"origin": origin, "progress": progress, "count": 1, "count_slid": count}
+    after |= {"explained": 0, "widest": 0}
+    outputs = {
+        "track_next": vector_of(TRACK, after),
+        "points_next": ca.horzcat(
+            ca.repmat(origin, POINTS), ca.vertcat(slid, ca.repmat(origin, POINTS - 1))
+        ),
+    }
+    return named_function("new_ground", inputs, outputs, cse=True)
+
+
 def _path(
     points: Expression, count: Expression, psi: Expression, direction: Expression, back: Expression,
     farthest: Expression,

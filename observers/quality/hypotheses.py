@@ -29,7 +29,14 @@ from observers.layout import (
     vector_of,
 )
 from observers.measurement.torque_error import SENSOR, is_stated, retained
-from observers.quality.branches import FORGETTING_SAMPLES, PATHS, POINTS, SLID, TRACK, build_branch
+from observers.quality.branches import (
+    FORGETTING_SAMPLES,
+    PATHS,
+    POINTS,
+    TRACK,
+    build_branch,
+    build_new_ground,
+)
 from observers.udu import update_covariance
 from symbolic import full_slide_torque
 from symbolic.functions import named_function
@@ -144,28 +151,22 @@ def _spread(gear: bool) -> dict[str, int]:
 
 @cache
 def build_restart(gear: bool = False) -> ca.Function:
-    """The search anew: (search, gain, gain_std, zero, zero_std) -> search.
+    """The search anew: (search, M_z, slide, tyre, gain, gain_std, zero, zero_std) -> search.
 
-    What the patch was at its last turn back is anything between free of torque and sliding to the other
-    side: the wheel may have turned too little, or the ground was another. The hypotheses begin anew
-    about s and the torque's zero [N m], which are known.
+    M_z, slide and tyre are as for `build_new_ground`. The hypotheses begin anew about s and the torque's
+    zero [N m], which are known.
     """
     layout = search_layout(gear)
-    inputs = symbols(ca.MX, search=layout.size, gain=1, gain_std=1, zero=1, zero_std=1, **_spread(gear))
-    search, gain, gain_std, zero, zero_std, *spread = inputs.values()
-    track = named(TRACK, layout.split(search)["track"])
-    origin, direction = track["origin"], track["direction"]
-    fresh = layout.split(build_start(gear)(origin, gain, gain_std, zero, zero_std, *spread))
-    count = ca.if_else(direction == 0, 1, 2)
-    track |= {"count": 1, "count_slid": count, "explained": 0, "widest": 0}
-    slid = ca.vertcat(origin + direction * SLID, ca.repmat(origin, POINTS - 1))
+    inputs = symbols(
+        ca.MX, search=layout.size, M_z=1, slide=1, tyre=3, gain=1, gain_std=1, zero=1, zero_std=1,
+        **_spread(gear),
+    )  # fmt: skip
+    search, M_z, slide, tyre, gain, *known = inputs.values()
+    track, points = build_new_ground()(layout.split(search)["track"], M_z, slide, tyre)
+    fresh = layout.split(build_start(gear)(0, gain, *known))
     hypotheses = ca.MX(fresh["hypotheses"])
     hypotheses[per_hypothesis(gear).index("twist"), :] = gain / 2
-    parts = {
-        "track": vector_of(TRACK, track),
-        "points": ca.horzcat(ca.repmat(origin, POINTS), slid),
-        "hypotheses": hypotheses,
-    }
+    parts = {"track": track, "points": points, "hypotheses": hypotheses}
     return named_function("restart", inputs, {"search_next": layout.join(parts)})
 
 

@@ -32,6 +32,7 @@ from observers.quality.acquired_to_estimator import (
 )
 from observers.quality.acquisition import (
     FAILED,
+    MAX_DOUBT,
     OVER,
     OWN,
     EquivalentPatch,
@@ -157,8 +158,8 @@ def build_supervised_step(
     theta, rig, tuning = split_constants(model, inputs["constants"])
     fields = named(TUNING_FIELDS, tuning)
     tyre = ca.vertcat(theta[model.coordinates.index("k")] * patch.stiffness, rig[0], rig[1])
-    scaled = measurement_model.scaled
-    given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
+    scales = {measurement_model.scaled: own["scale"]}
+    given = ca.vertcat(*(now[name] / scales.get(name, 1) for name in SAMPLE))
     after, output = step(state[: parts.size], given, inputs["constants"])
     (own["F_N"], lifted), names = _load(now["F_N"], own), measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
@@ -168,18 +169,18 @@ def build_supervised_step(
     at_torque, at_sample = added_torques(model, measurement_model, parts, after, theta, psi)
     M_z, output[PREDICTED] = M_z - at_torque, output[PREDICTED] - at_sample
     M_z = ca.if_else(lifted, float("nan"), M_z)
-    changed = ca.logic_or(has_flag(named(OUTPUT, output)["status"], Status.RESET), own["lost"])
-    tracked = own["acquiring"] == 0
-    restarts = ca.logic_and(changed, tracked)
-    own["again"] = ca.if_else(restarts, ca.if_else(own["confirmed"], 1, FAILED), own["again"])
+    reset = has_flag(named(OUTPUT, output)["status"], Status.RESET)
+    changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
+    restarts, anew = (ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked))
+    own["again"] = ca.if_else(restarts, _again(own), own["again"])
     limits = settings_of(fields, patch.misfit, own["again"] > 0)
-    std = fields["zero_std"] * full_slide_torque(own["F_N"], rig[0])
-    zero = _zero_within(own["scale"] * newest_state(parts, measurement_model, after, "M_0"), std)
     gear, searched = has_gear(measurement_model), search_layout(has_gear(measurement_model))
-    anew = ca.logic_or(restarts, own["lost"])
-    begun = (own["scale"], ca.if_else(tracked, RESTART_STD, VAGUE), zero, std)
-    search = _search_of(anew, searched.join(before), begun, measurement_model)
-    own["phase"] = ca.if_else(anew, 0, own["phase"])
+    was = named(OUTPUT, parts.split(state[: parts.size])["output"])
+    ground = (ca.if_else(ca.logic_and(reset, is_known(M_z)), M_z, 0), was["M_slide"], tyre)
+    zero = own["scale"] * newest_state(parts, measurement_model, after, "M_0")
+    known = (*_scale_known(own, before["verdict"], tracked), *_zero_known(zero, own, fields, rig[0]))
+    search = _search_of(anew, searched.join(before), (*ground, *known), measurement_model)
+    own["phase"] *= ca.logic_not(anew)
     own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
     search, verdict, own_next, handover, output = _either(measurement_model, patch)(
@@ -194,8 +195,8 @@ def build_supervised_step(
         "own": own_next, "verdict": verdict, **searched.split(search),
         "block": vector_of(names, block) if names else ca.MX(0),
     }  # fmt: skip
-    whole = ca.vertcat(after, added_parts.join(state_next))
-    return named_function(step.name(), inputs, {"state_next": whole, "output": output})
+    outputs = {"state_next": ca.vertcat(after, added_parts.join(state_next)), "output": output}
+    return named_function(step.name(), inputs, outputs)
 
 
 def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
@@ -211,9 +212,20 @@ def _search_of(
     anew: Expression, search: Expression, begun: tuple[Expression, ...],
     measurement_model: MeasurementModel,
 ) -> Any:  # fmt: skip
-    """The search; where it begins anew, with these moments of s and of the zero."""
+    """The search; where it begins anew, on this ground, with these moments of s and of the zero."""
     known = (search, *begun, *_spread(measurement_model))
     return output_if(anew, build_restart(has_gear(measurement_model)), known, search)
+
+
+def _again(own: Parts) -> Expression:
+    """`again` of a new ground: a model that has failed for long is wrong, whatever the ground."""
+    return ca.if_else(ca.logic_and(own["confirmed"], own["doubt"] < MAX_DOUBT), 1, FAILED)
+
+
+def _scale_known(own: Parts, verdict: Expression, tracked: Expression) -> tuple[Expression, Expression]:
+    """Mean and standard deviation of s with which a search begins anew [1]."""
+    found = ca.exp(named(VERDICT, verdict)["log_gain"])
+    return ca.if_else(tracked, found, own["scale"]), ca.if_else(tracked, RESTART_STD, VAGUE)
 
 
 def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:
@@ -223,6 +235,7 @@ def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:
     return ca.if_else(loaded, F_N, own["F_N"]), lifted
 
 
-def _zero_within(zero: Expression, std: Expression) -> Expression:
-    """The torque's zero [N m] in its range before the first sample; garbage may have moved it far."""
-    return ca.fmax(-MAX_ZERO_DEVIATIONS * std, ca.fmin(MAX_ZERO_DEVIATIONS * std, zero))
+def _zero_known(zero: Expression, own: Parts, fields: Parts, a: Expression) -> tuple[Expression, Any]:
+    """The torque's zero and its deviation [N m], the former in range: garbage may have moved it far."""
+    std = fields["zero_std"] * full_slide_torque(own["F_N"], a)
+    return ca.fmax(-MAX_ZERO_DEVIATIONS * std, ca.fmin(MAX_ZERO_DEVIATIONS * std, zero)), std

@@ -37,6 +37,7 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
     functions = [
         without_outputs(branches.build_track(), {"turns"}).expand("follow_turns", {"cse": True}),
         branches.build_turn(),
+        branches.build_new_ground(),
         branches.build_sliding(),
         _edge(observer, constants.tunable == "all"),
         hypotheses.build_hypothesis_update(gear),
@@ -177,11 +178,11 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
         "beside": supervision.BESIDE, "confirms": repr(supervision.CONFIRMS),
         "afterwards": repr(supervision.AFTERWARDS), "failed": repr(float(acquisition.FAILED)),
-        "over": repr(float(acquisition.OVER)),
+        "over": repr(float(acquisition.OVER)), "max_doubt": repr(acquisition.MAX_DOUBT),
         "most_zero": repr(supervision.MAX_ZERO_DEVIATIONS),
         "verdict": verdict.VERDICT,
         "block": len(torque_state), "handover": len(handover_names(handed_states(states))),
-        "vague": repr(hypotheses.VAGUE), "slid": repr(branches.SLID), "least_load": repr(MIN_LOAD_SHARE),
+        "vague": repr(hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
         "restart_std": repr(hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
         # Deviation of the torque's zero before the first sample [N m].

@@ -286,10 +286,12 @@ def test_a_patch_may_be_twisted_before_the_first_sample(turn: float, mu: float, 
     assert np.mean(estimates.usable & (normal > 3)) < 0.01
 
 
-@pytest.mark.parametrize(("before", "after"), [(0.05, 0.8), (0.8, 0.3)])
-def test_the_ground_may_change_while_friction_is_acquired(before: float, after: float) -> None:
+@pytest.mark.parametrize(("before", "after", "when"), [(0.05, 0.8, 0.35), (0.8, 0.3, 0.3)])
+def test_the_ground_may_change_while_friction_is_acquired(
+    before: float, after: float, when: float
+) -> None:
     t = np.arange(0, 15, 0.01)
-    psi, mu = 0.25 * np.sin(1.2 * t), np.where(t < 0.35, before, after)
+    psi, mu = 0.25 * np.sin(1.2 * t), np.where(t < when, before, after)
     count = 400
     xi = (np.arange(count) + 0.5) / count * 2 - 1
     x, bristle, torques = 0.045 * xi, np.zeros(count), []

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Loop, Sample, run
-from observers.protocol import OUTPUT
+from observers.protocol import OUTPUT, Status
 from observers.quality.acquisition import (
     DECLARED_PATCH,
     OVER,
@@ -15,7 +15,7 @@ from observers.quality.acquisition import (
     EquivalentPatch,
     build_conclusion,
 )
-from observers.quality.branches import TRACK
+from observers.quality.branches import TRACK, build_new_ground
 from observers.quality.hypotheses import (
     SETTINGS,
     build_restart,
@@ -26,9 +26,11 @@ from observers.quality.hypotheses import (
 from observers.quality.torque_innovation import lasting_innovation
 from observers.quality.verdict import VERDICT
 from observers.tuning import Tuning
-from reference_rig import RigTyre, make_recording
+from reference_rig import RigTyre, friction_step, make_ground_recording, make_recording
 from symbolic import SIGNALS, Model, Rig, simulate
+from symbolic.masing import virgin_torque
 from tests.observers.conftest import RIG, K
+from tests.observers.factories import columns_of
 
 
 @pytest.mark.parametrize("direction", [-1.0, 0.0, 1.0])
@@ -38,7 +40,8 @@ def test_a_later_acquisition_leaves_open_what_the_patch_was(direction: float) ->
     search = np.asarray(build_start()(0.2, 1, 10.0, 0, 0.2)).ravel()
     at = layout.places["track"][0].start
     search[at + TRACK.index("direction")] = direction
-    after = layout.split(ca.MX(ca.DM(build_restart()(search, 1.1, 0.1, 0.3, 0.2))))
+    tyre = [K, RIG.a, RIG.e]
+    after = layout.split(ca.MX(ca.DM(build_restart()(search, 0, 5, tyre, 1.1, 0.1, 0.3, 0.2))))
     track, points, hypotheses = (
         np.asarray(ca.evalf(after[name])) for name in ("track", "points", "hypotheses")
     )
@@ -54,6 +57,85 @@ def test_a_later_acquisition_leaves_open_what_the_patch_was(direction: float) ->
     assert (hypotheses[names.index("D_twist")] > 0).all()
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("since", [0.01, 0.3])
+def test_friction_that_rises_begins_where_it_rose(side: float, since: float) -> None:
+    """There the patch was free of torque, slid to this side, or between; never before the turn back."""
+    track = dict.fromkeys(TRACK, 0.0) | {"direction": side, "extreme": 0.1 * side, "origin": -0.1 * side}
+    stuck = float(virgin_torque(since, 400.0, 100.0, K, RIG.a, RIG.e))
+    M_z, tyre = side * (stuck - 2.0), [K, RIG.a, RIG.e]
+    after, points = build_new_ground()([*track.values()], M_z, 2.0, tyre)
+    origin = side * (0.1 - min(since, 0.2))
+
+    assert np.asarray(after)[TRACK.index("origin"), 0] == pytest.approx(origin, rel=1e-3)
+    np.testing.assert_allclose(np.asarray(points)[:, 0], origin, rtol=1e-3)
+    np.testing.assert_allclose(np.asarray(points)[:, 1], [origin - side, *[origin] * 3], rtol=1e-3)
+    assert np.asarray(after)[TRACK.index("count_slid"), 0] == 1
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "seed"),
+    [(0.05, 1.0, 630_000), (0.05, 1.0, 630_001), (0.3, 0.8, 630_000), (0.8, 0.5, 630_018)],
+)
+def test_another_ground_is_known_soon(before: float, after: float, seed: int) -> None:
+    """Each of these changes of friction once left the model doubted for the ten seconds that follow."""
+    change = friction_step(5.0, before, after)
+    tyre = RigTyre(a=RIG.a, e=RIG.e, k=K, mu=before)
+    made = make_ground_recording(seed, change, tyre=tyre, duration=12.0)
+    found = run(Ekf(model=Model(), values={"k": K}, rig=RIG), **columns_of(made))
+    late = made.t > 11.0
+
+    assert found.usable[(made.t > 4.5) & (made.t < 5.0)].all()
+    assert found.usable[late].all()
+    assert (np.abs(found.mu - after)[late] < 2 * found.mu_std[late]).all()
+
+
+@pytest.mark.parametrize("seed", [660_004, 660_005])
+def test_a_model_that_has_failed_for_long_explains_no_other_ground(seed: int) -> None:
+    """A zero that drifts by 0.1 N m/s is `INCONSISTENT` for seven seconds, then seems a new ground."""
+    made = make_recording(seed, mu=0.3, k=K, load=400.0, bristles=500, duration=14.0)
+    torque = made.M_z + 0.1 * made.t
+    found = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, torque)
+    new = np.flatnonzero(found.status & Status.RESET)
+
+    assert new.size > 0
+    assert made.t[new[0]] > 10
+    assert not found.usable[new[0] :].any()
+
+
+def test_another_ground_begins_with_the_scale_that_was_found() -> None:
+    """A k of 0.8 of the declared one, found before the ground changes, is known at the next handover."""
+    made = make_ground_recording(
+        680_001, friction_step(6.0, 0.8, 0.3), tyre=RigTyre(a=RIG.a, e=RIG.e, k=0.8 * K, mu=0.8),
+        duration=10.0,
+    )  # fmt: skip
+    rows = columns_of(made)
+    loop, scales = Loop(Ekf(model=Model(), values={"k": K}, rig=RIG)), []
+    for psi, F_N, M_z in zip(rows["psi"], rows["F_N"], rows["M_z"], strict=True):
+        loop(Sample(psi=psi, F_N=F_N, M_z=M_z, psi_dot=np.nan, dt=0.01))
+        own = np.asarray(loop.state["own"]).ravel()
+        scales.append(own[OWN.index("scale")] if not own[OWN.index("acquiring")] else np.nan)
+    before, after = scales[590], scales[-1]
+
+    assert before < 0.97
+    assert after < 0.97
+
+
+@pytest.mark.parametrize(("again", "handed"), [(0, True), (1, False), (2, True)])
+def test_another_friction_is_handed_over_where_the_torque_is_predicted(again: int, handed: bool) -> None:
+    """The estimator remembers the old ground until its patch slides; a doubted model does not wait."""
+    verdict = dict.fromkeys(VERDICT, 0.0) | {"variance": 1e-3, "verified": 1, "wiped": 1}
+    own = dict.fromkeys(OWN, 0.0) | {"acquiring": 1, "phase": 1, "scale": 1, "F_N": 400.0}
+    own["again"] = again
+    output = dict.fromkeys(OUTPUT, 1.0) | {"status": 0, "M_z_predicted": 3.0, "M_slide": 6.75}
+    conclude = build_conclusion(DECLARED_PATCH, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
+    limits = [getattr(Tuning(), name) for name in SETTINGS]
+    for M_z, expected in ((5.0, handed), (3.2, True), (np.nan, True)):
+        given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1, M_z, 0]
+        after, *_ = conclude(*given, [K, RIG.a, RIG.e], limits)
+        assert bool(np.asarray(after).ravel()[OWN.index("acquiring")]) is not expected
+
+
 @pytest.mark.parametrize("patch", [DECLARED_PATCH, EquivalentPatch(misfit=0.01)])
 @pytest.mark.parametrize(("off", "variance"), [(0.2, 0.0), (0.0, 0.04), (-0.15, 0.01)])
 def test_what_the_scale_may_be_off_by_widens_the_band(
@@ -66,7 +148,7 @@ def test_what_the_scale_may_be_off_by_widens_the_band(
     own = dict.fromkeys(OWN, 0.0) | {"acquiring": 1, "phase": 1, "scale": 1, "F_N": 400.0}
     output = dict.fromkeys(OUTPUT, 1.0) | {"status": 0}
     conclude = build_conclusion(patch, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
-    given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1]
+    given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1, 1, 0]
     given += [[K, 0.045, 0.009], [getattr(tuning, name) for name in SETTINGS]]
     after, *_ = conclude(*given)
 

@@ -72,20 +72,23 @@ static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
     begin_search(state, 1.0, ${vague}, 0.0, ${zero_std}, 0.0);
 }
 
-/* The search anew: at its last turn back the patch was anything between free of torque and sliding to the other side. */
-static void restart_search(${name}_state_t *state, ${real} gain_std, ${real} zero_std) {
-    const ${real} scale = state->own[OWN_SCALE], reach = state->track[TRACK_REACH];
+static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) {
+    int32_t i;
+    for (i = 0; i < count; ++i) {
+        numbers[i] = values[i];
+    }
+}
+
+/* The search anew on a ground that has changed; M_z is the torque [N m]. */
+static void restart_search(${name}_state_t *state, ${real} M_z, const ${real} *tyre, bool tracked, ${real} zero_std) {
+    const ${real} scale = state->own[OWN_SCALE];
     /* Garbage may have moved the zero of the estimator anywhere. */
     const ${real} zero = scale * ${zero_state}, most = ${most_zero} * zero_std;
-    int32_t i;
-    begin_search(state, scale, gain_std, (zero > most) ? most : ((zero < -most) ? -most : zero), zero_std, 0.5 * scale);
-    state->track[TRACK_REACH] = reach;
-    state->track[TRACK_COUNT] = 1.0;
-    state->track[TRACK_COUNT_SLID] = state->track[TRACK_DIRECTION] == 0.0 ? 1.0 : 2.0;
-    for (i = 0; i < POINTS * PATHS; ++i) {
-        state->points[i] = state->track[TRACK_ORIGIN];
-    }
-    state->points[POINTS] += ${slid} * state->track[TRACK_DIRECTION];
+    const ${real} gain = tracked ? any_exp(state->verdict[VERDICT_LOG_GAIN]) : scale, gain_std = tracked ? ${restart_std} : ${vague};
+    ${real} track[TRACKS];
+    new_ground(state->track, M_z, state->result[OUT_M_SLIDE], tyre, track, state->points);
+    begin_search(state, gain, gain_std, (zero > most) ? most : ((zero < -most) ? -most : zero), zero_std, 0.5 * gain);
+    set_numbers(state->track, track, TRACKS);
     state->own[OWN_PHASE] = 0.0;
     if (state->own[OWN_DOUBT] > ${afterwards}) {
         state->own[OWN_DOUBT] = ${afterwards};
@@ -154,13 +157,6 @@ static void weigh_torque(${name}_state_t *state, int32_t beside, ${real} psi, co
 
 %% include "estimators/take_acquired.c"
 
-static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) {
-    int32_t i;
-    for (i = 0; i < count; ++i) {
-        numbers[i] = values[i];
-    }
-}
-
 /* A torque: it is weighed, or the verdict is given, in turn. Returns 1 where it was weighed; what it is worth. */
 static ${real} search(${name}_state_t *state, int32_t beside, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits, ${real} *worth) {
     const bool known = is_known(psi) && is_known(M_z);
@@ -198,7 +194,7 @@ static ${real} search(${name}_state_t *state, int32_t beside, ${real} psi, ${rea
 static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
     ${real} own[OWNS], handed[${handover}], share;
     const ${real} counts = search(state, HYPOTHESES, psi, M_z, added, tyre, limits, &share);
-    conclude(state->own, state->verdict, state->output, state->track[TRACK_WIDEST], counts, share, tyre, limits, own, handed, state->result);
+    conclude(state->own, state->verdict, state->output, state->track[TRACK_WIDEST], counts, share, M_z, added, tyre, limits, own, handed, state->result);
     set_numbers(state->own, own, OWNS);
     take_acquired(state, handed);
 }
@@ -242,7 +238,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
         state->own[OWN_F_N] = sample[2];
     }
     if (changed && tracked) {
-        state->own[OWN_AGAIN] = state->own[OWN_CONFIRMED] > 0.0 ? 1.0 : ${failed};
+        state->own[OWN_AGAIN] = ((state->own[OWN_CONFIRMED] > 0.0) && (state->own[OWN_DOUBT] < ${max_doubt})) ? 1.0 : ${failed};
     }
     state->own[OWN_LOST] = 0.0;
     set_numbers(sensed, sample, 6);
@@ -267,7 +263,8 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
 %% endif
     if (changed) {
         if (tracked || lost) {
-            restart_search(state, tracked ? ${restart_std} : ${vague}, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a});
+            const bool told = ((status & ${NAME}_RESET) != 0) && is_known(M_z);
+            restart_search(state, told ? M_z : 0.0, tyre, tracked, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a});
         }
         state->own[OWN_ACQUIRING] = 1.0;
     }
