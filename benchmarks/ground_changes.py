@@ -69,7 +69,7 @@ def by_hand(before: float, after: float) -> None:
         f"{before} -> {after}: usable and more than 3 deviations off for {np.median(wrong):.2f} s, 9 of"
         f" 10 {np.quantile(wrong, 0.9):.2f}, at most {wrong.max():.2f} s and {turned.max():.3f} rad;"
         f" usable and within 20 % after {np.median(again):.1f} s, 9 of 10"
-        f" {np.quantile(again, 0.9, method='higher'):.1f} s, never {np.count_nonzero(again == np.inf)} of"
+        f" {np.quantile(again, 0.9, method='higher'):.1f} s, never {sum(again == np.inf)} of"
         f" {len(rows)}",
         flush=True,
     )

@@ -31,7 +31,7 @@ from identification import (
     read_rig,
     recording_from_raw,
 )
-from identification.loops import literal
+from identification.loop_plot import matplotlib_text
 from observers import Ekf, ZoneHistory, ZoneRootSolver, run, zone_history
 from symbolic import Model, Rig, Tyre, simulate
 
@@ -163,7 +163,7 @@ def draw_zones(path: Path, recording: Recording, history: ZoneHistory) -> None:
         lines += zones.step(t, history.true_zones, where="post", color=MEASURED, lw=0.9, label=label)
         label = "zones by the state machine of [Györök 2022]"
         lines += zones.step(t, history.zones, where="post", color=BEFORE, lw=2.2, label=label)
-        angle.set_title(literal(recording.name))
+        angle.set_title(matplotlib_text(recording.name))
         angle.set_ylabel("yaw angle [rad]")
         angle.margins(x=0)
         zones.set_ylabel("number of zones [1]")

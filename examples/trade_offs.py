@@ -29,7 +29,7 @@ from identification import LIMIT, Recording, fit, initial_guess
 from identification.fits.covariance import parameter_correlation, standard_deviations
 from identification.fits.profile import Profile, profile
 from identification.fits.profile_axis import HALF_LENGTH, ModelParameter
-from identification.loops import literal
+from identification.loop_plot import matplotlib_text
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 from symbolic import Model, effects_named
@@ -94,7 +94,7 @@ def draw_profile(path: Path, profiles: Mapping[str, tuple[Profile, str]]) -> Non
         artists: list[Artist] = []
         for (above, below), (title, (profile, partner)) in zip(panels.T, profiles.items(), strict=True):
             artists = _deviance(above, profile)
-            above.set_title(f"{literal(title)}\n{_interval_text(profile)}")
+            above.set_title(f"{matplotlib_text(title)}\n{_interval_text(profile)}")
             artists += below.plot(
                 profile.grid,
                 profile.paths[partner],
@@ -144,7 +144,7 @@ def _interval_text(profile: Profile) -> str:
 
 
 def _with_unit(name: str, unit: str) -> str:
-    return f"{literal(name)} [{unit}]"
+    return f"{matplotlib_text(name)} [{unit}]"
 
 
 def main() -> None:

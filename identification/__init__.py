@@ -39,9 +39,9 @@ from identification.reading.rigfile import read_rig
 from identification.reading.signal_map import SignalMap, SignalSource, parse_signals, read_signals
 from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import Table
+from identification.residuals.residual_tests import Unexplained
 from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Signature, Signatures, signatures
-from identification.residuals.unexplained import Unexplained
 from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search

@@ -42,7 +42,7 @@ from symbolic.parameters import (
     Tyre,
     with_usual_tolerances,
 )
-from symbolic.patch import Expression
+from symbolic.patch_interface import Expression
 from symbolic.tables.found_model import FoundModel, ModelBasis, units_of
 from symbolic.tables.found_model_tables import model_from_tables
 from symbolic.tables.model_error import ModelError

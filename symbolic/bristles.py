@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from symbolic.deformation import full_slide_arm
 from symbolic.errors import InvalidInputError
-from symbolic.patch import Expression, PatchInputs
+from symbolic.patch_interface import Expression, PatchInputs
 from symbolic.quadrature import gauss_legendre
 from symbolic.slip import SlipSearch, clipped, creep_factor, slip
 

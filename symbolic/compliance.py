@@ -10,7 +10,7 @@ import casadi as ca
 
 from symbolic.effects.base import Composition
 from symbolic.functions import named_function
-from symbolic.patch import Expression, Patch
+from symbolic.patch_interface import Expression, Patch
 
 SEARCH_STEPS = 5
 """Number of bracketed Newton steps that are not differentiated; one differentiated step follows [1]."""

@@ -18,7 +18,7 @@ import casadi as ca
 from symbolic.deformation import full_slide_arm
 from symbolic.effects.base import Composition, Effect, Values
 from symbolic.functions import named_function
-from symbolic.patch import Expression, Signals, patch_inputs
+from symbolic.patch_interface import Expression, Signals, patch_inputs
 
 
 @cache

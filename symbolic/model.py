@@ -17,7 +17,7 @@ from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
 from symbolic.functions import named_function
 from symbolic.parameters import FRICTION, STIFFNESS
-from symbolic.patch import Expression, Patch, Signals, patch_inputs
+from symbolic.patch_interface import Expression, Patch, Signals, patch_inputs
 from symbolic.zones import ZonePatch
 
 SIGNALS = ("psi", "psi_dot", "F_N", "dt")

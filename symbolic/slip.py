@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 from symbolic.functions import named_function
-from symbolic.patch import Expression
+from symbolic.patch_interface import Expression
 
 REFERENCE_SPEED = 1e-3
 """Sliding speed at which the factor on the limit is one [m/s]."""

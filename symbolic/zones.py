@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from symbolic.deformation import Expression, full_slide_level, unit_moment
 from symbolic.errors import InvalidInputError
 from symbolic.functions import named_function
-from symbolic.patch import PatchInputs
+from symbolic.patch_interface import PatchInputs
 
 NEAR = 1e-7
 """Segments narrower than this share of their distance carry no torque [1]."""

@@ -91,7 +91,7 @@ class CodegenRequest:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
         from brushgrip.inputs.command_inputs import locate_inputs
         from brushgrip.inputs.tunings import chosen_tuning
-        from brushgrip.outputs import generation
+        from brushgrip.outputs import observer_export
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, show
         from brushgrip.outputs.provenance import comment, rig_warning
@@ -99,13 +99,13 @@ class CodegenRequest:
         from observers.embedded.cost import estimated_cost
         from symbolic import InvalidInputError
 
-        window = generation.window_setting(self.observer, self.window)
+        window = observer_export.window_setting(self.observer, self.window)
         tuning = chosen_tuning(self.tuning, self.tune)
         inputs = locate_inputs(
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
-        described = generation.described_by(self.rig, self.vehicle)
-        observer = generation.chosen_observer(
+        described = observer_export.described_by(self.rig, self.vehicle)
+        observer = observer_export.chosen_observer(
             self.observer,
             self.torque,
             rig=self.rig,
@@ -120,22 +120,22 @@ class CodegenRequest:
         found = inputs.found()
         if self.ground is not None and not (found and found.grounds):
             raise InvalidInputError(f"--ground {self.ground}: this model knows no grounds; leave it out")
-        real, tunable = generation.TYPES[self.real], generation.TUNABLE[self.tunable or ""]
+        real, tunable = observer_export.TYPES[self.real], observer_export.TUNABLE[self.tunable or ""]
         cost = estimated_cost(observer, real, tunable)
         with staged_directory(self.out) as stage:
-            write = generation.WRITERS[self.target]
+            write = observer_export.WRITERS[self.target]
             files = write(observer, stage, real, name=self.name, tunable=tunable)
             if self.vehicle is not None and self.target == "c":
-                files += generation.vehicle_header(self.vehicle, stage, real, self.name)
+                files += observer_export.vehicle_header(self.vehicle, stage, real, self.name)
             finals = [self.out.resolve() / path.name for path in files]
-            size = generation.state_bytes(files, self.name)
-            generation.append_origin(files, comment(described, self.model))
+            size = observer_export.state_bytes(files, self.name)
+            observer_export.append_origin(files, comment(described, self.model))
             inputs.keep(finals)
             require_replaceable(finals)
         # After the files are there: whoever reads the first line alone has them all the same.
         say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
-        say(generation.prior_in_words(observer.tuning, self.rig))
-        generation.remove_stale(self.out / f"{self.name}.a2l", finals)
+        say(observer_export.prior_in_words(observer.tuning, self.rig))
+        observer_export.remove_stale(self.out / f"{self.name}.a2l", finals)
         if found is not None:
             for line in (found.ground_taken(self.ground), rig_warning(observer.rig, self.model)):
                 if line:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from brushgrip.commands.options import Force, folder_option, usable_folder
+from brushgrip.commands.options import Force, folder_option, valid_folder_name
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,7 +14,8 @@ class DemoRequest:
     """Show the main job on embedded recordings: diagnosis, report and friction over time."""
 
     out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Folder to write to.", callback=usable_folder)
+        Path,
+        typer.Option("--out", metavar="DIR", help="Folder to write to.", callback=valid_folder_name),
     ] = Path("demo_output")
     examples: Annotated[
         Path | None,

@@ -72,7 +72,7 @@ class DiagnoseRequest(RecordingRequest):
             write_diagnosis,
         )
         from brushgrip.running.cluster import executor_at
-        from brushgrip.running.unfinished import kept_trials
+        from brushgrip.running.unfinished import trial_journal
         from identification.reading.long_recordings import bounded
         from identification.selection.trial_runner import submit_of
         from symbolic import CANDIDATES
@@ -92,7 +92,7 @@ class DiagnoseRequest(RecordingRequest):
         library = CAR_EFFECTS if self.vehicle else CANDIDATES
         loss = least_squares if self.robust is None else huber(threshold=self.robust)
         with (
-            kept_trials(self.out) as journal,
+            trial_journal(self.out) as journal,
             staged_directory(self.out) as folder,
             executor_at(self.scheduler, self.jobs) as executor,
         ):

@@ -115,8 +115,8 @@ class IdentifyRequest:
         from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_text
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import print_table, say, show, warn
-        from brushgrip.outputs.identified_files import identified_vehicle_text, with_identified
         from brushgrip.outputs.provenance import KEY
+        from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text, with_identified
         from brushgrip.wording.formatting import json_text, listed, percent, quantity
         from identification import read_vehicle
         from identification.steering.tyres import TyresResult
@@ -191,8 +191,8 @@ class IdentifyRequest:
         from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_text
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import say, show
-        from brushgrip.outputs.identified_files import declared_rig, identified_rig_text
         from brushgrip.outputs.provenance import KEY
+        from brushgrip.outputs.rig_and_vehicle_files import declared_rig, identified_rig_text
         from brushgrip.pictures import draw_free_decay
         from brushgrip.report.printed import print_free_decay
         from brushgrip.wording.formatting import free_decay_document, json_text, listed

@@ -33,7 +33,7 @@ def usable_file(path: Path | None) -> Path | None:
     return path
 
 
-def usable_folder(path: Path | None) -> Path | None:
+def valid_folder_name(path: Path | None) -> Path | None:
     """The name of a folder to write to, as it was given; None for none.
 
     Raises:
@@ -75,7 +75,7 @@ def file_option(flag: str, metavar: str, help: str = "File to write.") -> Any:
 
 def folder_option(flag: str = "--out", help: str = "Folder to write to.") -> Any:
     """The name of a folder to write to."""
-    return option(flag, metavar="DIR", help=help, callback=usable_folder)
+    return option(flag, metavar="DIR", help=help, callback=valid_folder_name)
 
 
 RecordingNames = Annotated[

@@ -88,7 +88,7 @@ class PlanRequest:
         from brushgrip.inputs.command_inputs import locate_inputs, staged_tables, write_text
         from brushgrip.inputs.steering_limits import chosen_limits, frictions_of, load_of, share_of
         from brushgrip.inputs.tunings import chosen_tuning
-        from brushgrip.outputs.generation import chosen_observer
+        from brushgrip.outputs.observer_export import chosen_observer
         from brushgrip.outputs.planned import path_table
         from brushgrip.pictures.planned import draw_plan_and_forecast
         from observers import AligningTorque, plan
@@ -136,12 +136,14 @@ class PlanRequest:
             BrushgripError: the target is missed on one.
         """
         from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.outputs.planned import plan_document, plan_rows, turning
+        from brushgrip.outputs.planned import plan_document, rows_by_ground, turning
         from symbolic import BrushgripError
 
         say(turning(planned, self.vehicle, angle))
         headings = ("mu", "travel [rad]", "time [s]", "angle [rad]", "sigma/mu")
-        print_table(f"until sigma/mu is {planned.target:.1%}", headings, plan_rows(planned), right=True)
+        print_table(
+            f"until sigma/mu is {planned.target:.1%}", headings, rows_by_ground(planned), right=True
+        )
         for reason in planned.reasons:
             say(reason)
         if finals:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from brushgrip.estimation.estimates import (
     OBSERVERS,
     ObserverFactory,
+    angle_without_imputed,
     comparable_friction,
-    measured_angle,
     model_observer,
     root_solver,
     run_observer,
@@ -96,7 +96,7 @@ class CompiledEkf:
         ekf = model_observer(Ekf, recording, self.found)
         code = _compiled_ekf(ekf.model, tuple(ekf.values.items()), ekf.rig)
         psi_dot = recording.psi_dot if recording.psi_dot_recorded else None
-        psi = measured_angle(recording)
+        psi = angle_without_imputed(recording)
         channels = (recording.t, psi, recording.F_N, recording.M_z, psi_dot)
         return comparable_friction(code.run(*channels))
 

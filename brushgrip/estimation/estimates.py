@@ -203,7 +203,9 @@ def _over_standstills(
     of_brakes = {b: factory(held_wheel(recording, standstills, b), found) for b in standstills.brakes}
     observers = [of_brakes[brakes] for brakes in standstills.brakes]
     channels = {name: getattr(recording, name) for name in ("t", "F_N", "M_z")}
-    return run_standstills(observers, standstills.stretch, psi=measured_angle(recording), **channels)
+    return run_standstills(
+        observers, standstills.stretch, psi=angle_without_imputed(recording), **channels
+    )
 
 
 def held_wheel(recording: Recording, standstills: Standstills, brakes: bool) -> Recording:
@@ -223,7 +225,7 @@ def channels_of(recording: Recording) -> dict[str, Any]:
     M_z, M = (recording.M_z, None) if has_aligning_torque(recording) else (None, recording.M)
     return {
         "t": recording.t,
-        "psi": measured_angle(recording),
+        "psi": angle_without_imputed(recording),
         "F_N": recording.F_N,
         "M_z": M_z,
         "psi_dot": recording.psi_dot if recording.psi_dot_recorded else None,
@@ -236,7 +238,7 @@ def comparable_friction(estimates: Estimates) -> Array:
     return np.where(np.isfinite(estimates.mu_eff), estimates.mu_eff, estimates.mu)
 
 
-def measured_angle(recording: Recording) -> Array:
+def angle_without_imputed(recording: Recording) -> Array:
     """The yaw angle as measured, NaN where it was imputed [rad]."""
     measured = True if recording.psi_recorded is None else recording.psi_recorded
     return np.where(measured, recording.psi, np.nan)
@@ -248,7 +250,7 @@ def samples_of(recording: Recording) -> Iterator[Sample]:
     torque = recording.M_z if channel == "M_z" else recording.M
     rate = recording.psi_dot if recording.psi_dot_recorded else np.full(recording.t.size, np.nan)
     columns = zip(
-        measured_angle(recording).tolist(), rate.tolist(), recording.F_N.tolist(),
+        angle_without_imputed(recording).tolist(), rate.tolist(), recording.F_N.tolist(),
         np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1]).tolist(),
         np.asarray(torque).tolist(), strict=True,
     )  # fmt: skip

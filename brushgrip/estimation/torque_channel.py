@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.estimates import has_aligning_torque, measured_angle
+from brushgrip.estimation.estimates import angle_without_imputed, has_aligning_torque
 from identification import Recording
-from identification.residuals.unexplained import white_noise
+from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Mhe, Observer
 from observers.tuning import REFERENCE_STEP
 
@@ -43,12 +43,14 @@ def excess_noise(observer: Observer, recording: Recording) -> str:
     )
 
 
-def own_rate(recording: Recording) -> str:
+def differing_rates(recording: Recording) -> str:
     """The rates of torque and angle where both are regular and differ; empty where they do not."""
     torque = recording.M_z if has_aligning_torque(recording) else recording.M
     if torque is None:
         return ""
-    rates = [_rate(recording.t[np.isfinite(values)]) for values in (torque, measured_angle(recording))]
+    rates = [
+        _rate(recording.t[np.isfinite(values)]) for values in (torque, angle_without_imputed(recording))
+    ]
     if min(rates) <= 0 or max(rates) < OTHER_RATE * min(rates):
         return ""
     return f"torque at {rates[0]:.4g} Hz, angle at {rates[1]:.4g} Hz: normal"

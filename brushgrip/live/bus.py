@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.live.columns import Columns, Row
+from brushgrip.live.mapped_columns import Columns, Row
 from brushgrip.live.sources import MAX_MESSAGES_AT_ONCE, WAIT
 from identification.reading.formats.can import is_extended, read_database, within_range
 from identification.reading.formats.opening import library

@@ -11,8 +11,8 @@ from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.recordings import locate
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.bus import CanSource
-from brushgrip.live.columns import Columns
-from brushgrip.live.row_estimation import CarRowEstimator, RowEstimator, WheelRowEstimator
+from brushgrip.live.mapped_columns import Columns
+from brushgrip.live.row_estimation import CarStandstillEstimator, RowEstimator, WheelRowEstimator
 from brushgrip.live.session_state import address_of
 from brushgrip.live.sources import FileSource, LineSource, Source, UdpSource
 from identification import READERS, Recording, Standstills, read_rig, read_vehicle
@@ -61,7 +61,7 @@ def follow(
     if inputs.vehicle is not None:
         vehicle = read_vehicle(inputs.vehicle)
         observers = {brakes: _follow_car(factory, found, vehicle, brakes) for brakes in (True, False)}
-        return open_source, CarRowEstimator(vehicle, observers, where, adviser)
+        return open_source, CarStandstillEstimator(vehicle, observers, where, adviser)
     nominal = None if inputs.rig is None else read_rig(inputs.rig)
     if table is not None:
         nominal, ground = rig_of_table(table, nominal), ground or table.ground

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgrip.live.adviser import Adviser
-from brushgrip.live.columns import OF_CAR, OF_WHEEL, Row
+from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car import of_mean_wheel, require_steering
 from identification.reading.car_plausibility import require_plausible_car, way_and_force
 from identification.reading.rack_motion import RackInstant, RackMotion
@@ -147,7 +147,7 @@ class WheelRowEstimator:
         self._stretch = _Stretch(observer, self._adviser)
 
 
-class CarRowEstimator:
+class CarStandstillEstimator:
     """The mean front wheel of a car, each standstill by an observer of its own."""
 
     def __init__(

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.live.adviser import Adviser
-from brushgrip.live.columns import Row, out_of_range
+from brushgrip.live.mapped_columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator

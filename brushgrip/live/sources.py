@@ -10,8 +10,8 @@ from typing import Protocol
 
 import numpy as np
 
-from brushgrip.live.columns import Columns, Row
 from brushgrip.live.line_parser import MAX_LINE_LENGTH, LineParser
+from brushgrip.live.mapped_columns import Columns, Row
 from identification.reading.table import Table
 
 WAIT = 0.02

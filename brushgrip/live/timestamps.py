@@ -3,7 +3,7 @@
 from math import isfinite
 from typing import NamedTuple
 
-from brushgrip.live.columns import Row
+from brushgrip.live.mapped_columns import Row
 from identification.reading.table import MIN_TIME_STEP
 
 GAP = 2.0

@@ -17,7 +17,7 @@ from rich.progress import (
 from rich.progress import Progress as ProgressBar
 from rich.table import Column, Table
 
-from brushgrip.outputs.speech import RESULT, SPEECH, Speech
+from brushgrip.outputs.verbosity import RESULT, SPEECH, Speech
 from brushgrip.wording.formatting import json_text
 from symbolic.errors import printable
 

@@ -53,7 +53,7 @@ def turning(plan: Plan, vehicle: Path | None, angle: SignalSource) -> str:
     return f"turn {channel} to {places} {unit}; that turns the wheel, as below, to {turned}"
 
 
-def plan_rows(plan: Plan) -> list[list[str]]:
+def rows_by_ground(plan: Plan) -> list[list[str]]:
     """Friction, travel, time, greatest angle and (least) deviation of each ground; a dash for never."""
     table = []
     for row in plan_document(plan)["grounds"]:

@@ -11,7 +11,7 @@ from math import isclose
 from pathlib import Path
 from typing import Any
 
-from brushgrip.outputs.speech import COMMAND_LINE
+from brushgrip.outputs.verbosity import COMMAND_LINE
 from identification.reading.files import require_readable
 from symbolic import InvalidInputError, Rig, rig_from_tables
 from symbolic.errors import printable

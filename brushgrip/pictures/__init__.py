@@ -12,9 +12,9 @@ from brushgrip.pictures.diagnosis import (
     draw_residuals,
     draw_signatures,
 )
+from brushgrip.pictures.free_decay_parameters import draw_free_decay
 from brushgrip.pictures.friction import draw_friction, draw_overview
 from brushgrip.pictures.mechanisms import draw_mechanisms, has_curves
-from brushgrip.pictures.parameters import draw_free_decay
 from brushgrip.pictures.thesis_figures import draw_boxes
 
 __all__ = [

@@ -22,7 +22,7 @@ from brushgrip.pictures.style import (
 )
 from brushgrip.wording.formatting import candidate_outcome, percent, plain, signed
 from identification import Candidate, Diagnosis, Proposal, Series, Signatures
-from identification.loops import literal
+from identification.loop_plot import matplotlib_text
 
 Stage = tuple[Signatures, str, str]
 """Signatures of one stage of the model, their colour and their label."""
@@ -68,7 +68,9 @@ def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) 
         artists += axes.plot(series.psi, torque, color=colour, lw=width * share, label=label)
     before, after = diagnosis.before.nrmse[series.name], diagnosis.after.nrmse[series.name]
     if width < 1:
-        axes.set_title(f"{literal(series.name)}\n{percent(before)} → {percent(after)}", fontsize=8)
+        axes.set_title(
+            f"{matplotlib_text(series.name)}\n{percent(before)} → {percent(after)}", fontsize=8
+        )
     else:
         set_title(axes, series, f", error {percent(before)} → {percent(after)} of range")
     return artists

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, picture
-from identification.loops import literal
+from identification.loop_plot import matplotlib_text
 from observers.estimates import BAND_STDS
 
 CHANGE = (0, (1, 1.5))
@@ -62,7 +62,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
             own = [track for track in tracks if track.name == name]
             for track in own:
                 _track(axes, track, line_styles[track.label])
-            axes.set_title(literal(name))
+            axes.set_title(matplotlib_text(name))
             axes.set_ylabel("effective friction μ_eff [1]")
             axes.set_ylim(*limits)
             axes.margins(x=0.01)
@@ -104,7 +104,7 @@ def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTr
                 _overview_line(axes, track, RECORDINGS[number % len(RECORDINGS)])
             if ground or not named:
                 count = "" if named else f", {len(tracks)} recordings"
-                axes.set_title(literal(ground or "all grounds") + count)
+                axes.set_title(matplotlib_text(ground or "all grounds") + count)
             axes.set_ylabel("friction μ_eff [1]")
             axes.set_ylim(*_limits(tracks))
             axes.margins(x=0.01)
@@ -122,7 +122,7 @@ def _overview_line(axes: Axes, track: FrictionTrack, colour: str) -> None:
     shown = np.where(np.logical_or.accumulate(track.usable), track.mu, np.nan)
     axes.plot(t, shown if track.usable.any() else track.mu, color=colour, lw=0.7, alpha=0.4)
     usable = np.where(track.usable, track.mu, np.nan)
-    axes.plot(t, usable, color=colour, lw=2.0, label=literal(track.name))
+    axes.plot(t, usable, color=colour, lw=2.0, label=matplotlib_text(track.name))
 
 
 def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:

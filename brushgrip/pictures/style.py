@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from identification import Diagnosis, Series
-from identification.loops import literal
+from identification.loop_plot import matplotlib_text
 
 MEASURED, BEFORE, AFTER, QUIET = "#3c3c3c", "#e07b00", "#0063a8", "#b9bec4"
 """Dark grey, orange, blue and light grey; people with colour blindness tell them apart."""
@@ -110,4 +110,4 @@ def ordered(diagnosis: Diagnosis) -> list[Series]:
 def set_title(axes: Axes, series: Series, text: str = "") -> None:
     """Put the name of a recording and its use (held out, training) over the axes."""
     role = "validation" if series.held_out else "training"
-    axes.set_title(f"{literal(series.name)} ({role}){text}")
+    axes.set_title(f"{matplotlib_text(series.name)} ({role}){text}")

@@ -16,7 +16,7 @@ from brushgrip.pictures.style import (
     legend_above,
     picture,
 )
-from identification.loops import literal
+from identification.loop_plot import matplotlib_text
 
 _COLOURS = (*TRACKS, MEASURED, "#c9a500", "#79b4e0")
 _BOXES_WIDTH = 0.8
@@ -56,7 +56,7 @@ def _estimates(axes: Axes, compared: Sequence[CaseScores], colours: dict[str, st
             at = place - _BOXES_WIDTH / 2 + width * (list(colours).index(score.method) + 0.5)
             _box(axes, score.mu, at, width, colours[score.method])
         axes.plot([place - 0.45, place + 0.45], [one.case.declared] * 2, color=MEASURED, ls="--")
-    axes.set_xticks(range(len(compared)), [literal(one.case.recording.name) for one in compared])
+    axes.set_xticks(range(len(compared)), [matplotlib_text(one.case.recording.name) for one in compared])
     axes.set_ylabel("friction coefficient μ [1]")
     axes.set_xlim(-0.5, len(compared) - 0.5)
     axes.grid(visible=False, axis="x")

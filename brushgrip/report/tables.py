@@ -82,7 +82,7 @@ def friction_meaning(friction: FrictionOutcome) -> ReportTable:
     )
 
 
-def friction_by_recording(friction: FrictionOutcome) -> ReportTable:
+def final_friction(friction: FrictionOutcome) -> ReportTable:
     """How each recording's estimate came to its end."""
 
     def pair(name: str, figure: str) -> str:

@@ -19,7 +19,7 @@ from brushgrip.estimation.estimates import (
     observer_factory,
 )
 from brushgrip.estimation.suspected import require_plausible, suspected_cause
-from brushgrip.estimation.torque_channel import excess_noise, own_rate
+from brushgrip.estimation.torque_channel import differing_rates, excess_noise
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs, staged_files, write_text
 from brushgrip.inputs.tunings import ChosenTuning
@@ -198,7 +198,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     ground = found.ground_taken(recording.ground) if found else ""
     noise = excess_noise(factory(recording, found), recording)
     of_car = recording.standstills is not None
-    told = [ground, estimates_summary(estimates, noise, own_rate(recording), of_car=of_car)]
+    told = [ground, estimates_summary(estimates, noise, differing_rates(recording), of_car=of_car)]
     at, budget = last_usable(estimates), {}
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)

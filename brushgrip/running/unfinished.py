@@ -12,7 +12,7 @@ from symbolic.compilation.library_cache import cache_directory
 
 
 @contextmanager
-def kept_trials(out: Path) -> Iterator[Journal | None]:
+def trial_journal(out: Path) -> Iterator[Journal | None]:
     """A journal, beside the folder of results where that can be; None where it cannot be anywhere.
 
     It goes when all is done, and stays after anything else.

@@ -6,18 +6,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.diagnosis.errors import error_on_unseen_of, errors_of
 from identification.diagnosis.family_curves import found_families
 from identification.diagnosis.findings import Candidate, Errors, Series
 from identification.diagnosis.found_effects import found_effects, notes_on
 from identification.diagnosis.result import Diagnosis
+from identification.diagnosis.torque_errors import error_on_unseen_of, errors_of
 from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
 from identification.fits.values import ParameterEstimate, Values
 from identification.reading.recordings import Recording
+from identification.residuals.residual_tests import unexplained
 from identification.residuals.signatures import Signatures
-from identification.residuals.unexplained import unexplained
 from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.diagnosis.build import build_diagnosis
-from identification.diagnosis.errors import declared_errors, left_out_residuals
 from identification.diagnosis.found_effects import assumed_tolerances
 from identification.diagnosis.result import Diagnosis
+from identification.diagnosis.torque_errors import declared_errors, left_out_residuals
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.linear_algebra import one_thread

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from identification.experiments.proposals import Proposal
 from identification.fits.values import ParameterEstimate
-from identification.loops import draw_loops
+from identification.loop_plot import draw_loops
 from symbolic import Scope
 
 if TYPE_CHECKING:

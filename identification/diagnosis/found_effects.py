@@ -12,7 +12,7 @@ from identification.fits.ended_at_bound import AT_BOUND, effects_at_bounds
 from identification.fits.fitting import Fit
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
-from identification.residuals.unexplained import Unexplained
+from identification.residuals.residual_tests import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic, fall_by_chance
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects

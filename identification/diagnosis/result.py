@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from identification.diagnosis.findings import Candidate, Errors, FoundEffect, FoundFamily, Series
 from identification.fits.values import ParameterEstimate, Values
-from identification.loops import literal
+from identification.loop_plot import matplotlib_text
+from identification.residuals.residual_tests import Unexplained
 from identification.residuals.signatures import Signatures
-from identification.residuals.unexplained import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import Model, ModelBasis, ModelError
 from symbolic.tables.notebook_html import html_table
@@ -123,7 +123,7 @@ class Diagnosis:
         old, new = self.before.nrmse[shown.name], self.after.nrmse[shown.name]
         role = "held out" if shown.held_out else "training"
         error = f"error {100 * old:.2f} % → {100 * new:.2f} % of range"
-        axes.set_title(f"{literal(shown.name)} ({role}), {error}")
+        axes.set_title(f"{matplotlib_text(shown.name)} ({role}), {error}")
         return axes
 
     def to_dict(self) -> dict[str, Any]:

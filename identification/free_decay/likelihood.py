@@ -172,7 +172,7 @@ def integration_grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]
     return np.interp(np.arange(samples[-1] + 1), samples, vibration.t), samples
 
 
-class Misfit(NamedTuple):
+class AngleMisfit(NamedTuple):
     """-log P of readings, and its first and second derivatives by the angle, shape (n,)."""
 
     cost: Array
@@ -180,7 +180,7 @@ class Misfit(NamedTuple):
     curvature: Array
 
 
-def misfit(read: Array, angle: Array, step: float, scale: float) -> Misfit:
+def misfit(read: Array, angle: Array, step: float, scale: float) -> AngleMisfit:
     """The misfit -log P between readings and an angle.
 
     Args:
@@ -195,4 +195,4 @@ def misfit(read: Array, angle: Array, step: float, scale: float) -> Misfit:
     cost = np.logaddexp(0, -upper) + np.logaddexp(0, lower) - width
     above, below = expit(-upper), expit(lower)
     curvature = above * (1 - above) + below * (1 - below)
-    return Misfit(cost, (above - below) / scale, curvature / scale**2)
+    return AngleMisfit(cost, (above - below) / scale, curvature / scale**2)

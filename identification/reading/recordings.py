@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from identification.loops import ALIGNING, draw_loops
+from identification.loop_plot import ALIGNING, draw_loops
 from identification.reading.car import Standstills, wheel_table
 from identification.reading.channels import ChannelFile, Samples
 from identification.reading.clock import tabulate

@@ -36,7 +36,7 @@ def without(effects: Effects, removed: Effect) -> Effects:
     return tuple(effect for effect in effects if effect != removed)
 
 
-def in_order_of_confirmation(
+def rank_for_confirmation(
     justified: Sequence[Trial], training: Sequence[Recording], criteria: SelectionCriteria
 ) -> list[RankedCandidate]:
     """Candidates in the order in which they should be confirmed.

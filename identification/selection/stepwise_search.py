@@ -15,8 +15,8 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.candidates import (
     RankedCandidate,
-    in_order_of_confirmation,
     is_second,
+    rank_for_confirmation,
     with_effect,
     without,
 )
@@ -160,7 +160,7 @@ class Search:
         trials = [*earlier, *self._rank(present, sets, label)]
         ranked = sorted(trials, key=lambda trial: trial.nrmse)
         justified = [t for t in ranked if self._improves(t, present, step_justified)]
-        best = in_order_of_confirmation(justified, self.runner.thinned_training, self.criteria)
+        best = rank_for_confirmation(justified, self.runner.thinned_training, self.criteria)
         indistinguishable, after = self._first_confirmed(best, present, step_justified)
         replaced = after is not None and len(after.effects) <= len(present.fine.effects)
         return SearchStep(

@@ -10,7 +10,7 @@ from typing import Any
 from observers.embedded.constants import Constants, Tunable
 from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.filter import compact_filter
-from observers.embedded.estimators.sample_functions import follows_correction, sample_functions
+from observers.embedded.estimators.sample_functions import advances_at_corrected_state, sample_functions
 from observers.embedded.estimators.supervision import (
     acquisition_and_scale_functions,
     rolled_verdict,
@@ -81,7 +81,8 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
     values = {
         **terms, **patch.terms, "clean": len(CLEAN), "counts": len(COUNTS),
         "monitor": len(monitor_fields(model)), "states": len(model.states),
-        "follows_correction": follows_correction(model), "follows_mu": patch.follows_mu,
+        "advances_at_corrected_state": advances_at_corrected_state(model),
+        "follows_mu": patch.follows_mu,
         "slides": patch.torque_model.slides, **estimator.terms,
     }  # fmt: skip
     functions = [*sample_functions(observer), *estimator.functions]

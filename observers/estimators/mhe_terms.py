@@ -9,7 +9,7 @@ from functools import cache
 import casadi as ca
 
 from observers.estimators.step_terms import clip_to_bounds
-from observers.estimators.window_least_squares import build_back_substitution, build_window_update
+from observers.estimators.window_least_squares import build_backward_pass, build_window_update
 from observers.layout import Expression, named, symbols, symbols_like
 from observers.measurement.linearisation import build_measurement, build_motion, directions, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
@@ -70,7 +70,7 @@ def build_backward(measurement_model: MeasurementModel) -> ca.Function:
         ca.MX, costate=n, filtered=n, P=(n, n), K=n, score=1, H=n, A=(n, n), tuning=len(TUNING_FIELDS)
     )
     costate, filtered, P, K, score, H, A, tuning = inputs.values()
-    before, smoothed = build_back_substitution(n)(costate, filtered, P, H, K, score, A)
+    before, smoothed = build_backward_pass(n)(costate, filtered, P, H, K, score, A)
     x = clip_to_bounds(measurement_model, smoothed, tuning)
     outputs = {"costate_before": before, "x": x}
     return named_function("backward", inputs, outputs).expand("backward", {"cse": True})

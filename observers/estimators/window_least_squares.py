@@ -48,7 +48,7 @@ def build_window_update(states: int) -> ca.Function:
 
 
 @cache
-def build_back_substitution(states: int) -> ca.Function:
+def build_backward_pass(states: int) -> ca.Function:
     """(costate, x, P, H, K, score, A) -> (costate_before, smoothed).
 
     costate (n,) is that of the next sample, 0 at the newest; x to A as of `build_window_update` at this

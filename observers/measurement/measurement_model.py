@@ -163,14 +163,14 @@ def random_walk(
 def random_walk_prior(tuning: Parts, states: tuple[str, ...], slide: Expression) -> dict[str, Moments]:
     """Mean and variance of the states that are random walks."""
     prior = {
-        "log_mu": (ca.log(tuning["mu"]), log_mu_variance(tuning)),
+        "log_mu": (ca.log(tuning["mu"]), log_mu_prior_variance(tuning)),
         "M_0": (0, (tuning["zero_std"] * slide) ** 2),
         "stiffness": (1, tuning["stiffness_std"] ** 2),
     }
     return {name: prior[name] for name in states if name in prior}
 
 
-def log_mu_variance(tuning: Parts) -> Expression:
+def log_mu_prior_variance(tuning: Parts) -> Expression:
     """Variance of ln mu on an unknown ground [1]."""
     return (tuning["mu_std"] / tuning["mu"]) ** 2
 

@@ -27,8 +27,8 @@ def independent_share(travel: Expression, error_travel: Expression) -> Expressio
     return ca.fmin(1, (travel + MIN_TRAVEL) / (error_travel + MIN_TRAVEL))
 
 
-def retained(share: Expression, memory: float) -> Expression:
-    """Share that is retained of older samples after a share of an independent one [1]."""
+def forgetting_factor(share: Expression, memory: float) -> Expression:
+    """Share that is forgetting_factor of older samples after a share of an independent one [1]."""
     return 1 - share / memory
 
 

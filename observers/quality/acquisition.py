@@ -11,7 +11,7 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
-from observers.measurement.torque_error import is_known, retained
+from observers.measurement.torque_error import forgetting_factor, is_known
 from observers.protocol import OUTPUT, Status
 from observers.quality.acquired_to_estimator import handover_vector
 from observers.quality.branches import START, TRACK, build_sensitivity, build_track
@@ -210,7 +210,7 @@ def _covariances_of_gear(
 def update_doubt(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
     """Update the count of unexplained independent samples; explained ones reduce it."""
     more = ca.fmin(MAX_DOUBT, doubt + share)
-    return ca.if_else(wrong, more, doubt * retained(share, FORGIVING))
+    return ca.if_else(wrong, more, doubt * forgetting_factor(share, FORGIVING))
 
 
 def _acquired_output(

@@ -18,7 +18,7 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
-from observers.measurement.torque_error import retained
+from observers.measurement.torque_error import forgetting_factor
 from symbolic.deformation import full_slide_level, moment_of_corner, unit_moment
 from symbolic.functions import named_function
 from symbolic.masing import virgin_torque
@@ -135,7 +135,7 @@ def build_track() -> ca.Function:
     )
     counted, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts, START * slack)
     after = dict(counted)
-    older = retained(share, FORGETTING_SAMPLES)
+    older = forgetting_factor(share, FORGETTING_SAMPLES)
     after |= {
         "reach": ca.fmax(ca.if_else(counts, older, 1) * was["reach"], size),
         "widest": _widest(after),

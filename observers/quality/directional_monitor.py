@@ -19,7 +19,7 @@ import casadi as ca
 from observers.layout import Expression, Parts, named
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
-from observers.measurement.torque_error import SENSIBLE, retained
+from observers.measurement.torque_error import SENSIBLE, forgetting_factor
 from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MONITOR
 from observers.tuning import TUNING_FIELDS
 
@@ -62,7 +62,7 @@ def add_sample(reference: Parts, difference: Expression, slope: Expression, weig
     slope is that of the measurement by ln mu, weight its inverse variance, 0 where it is not accepted,
     share that of an independent sample.
     """
-    older = retained(share, FORGETTING_SAMPLES)
+    older = forgetting_factor(share, FORGETTING_SAMPLES)
     score = older * reference["score"] + weight * slope * difference
     return {
         **reference, "score": score, "information": older * reference["information"] + weight * slope**2,

@@ -28,7 +28,7 @@ from observers.layout import (
     symbols,
     vector_of,
 )
-from observers.measurement.torque_error import SENSOR, is_stated, retained
+from observers.measurement.torque_error import SENSOR, forgetting_factor, is_stated
 from observers.quality.branches import (
     FORGETTING_SAMPLES,
     PATHS,
@@ -200,7 +200,7 @@ def build_hypothesis_update(gear: bool = False) -> ca.Function:
     names = per_hypothesis(gear)
     inputs = symbols(ca.SX, part=len(names), free=1, slid=1, measured=1, variance=1, share=1)
     part, free, slid, measured, variance, share = inputs.values()
-    older, was, order = retained(share, FORGETTING_SAMPLES), named(names, part), unknowns(gear)
+    older, was, order = forgetting_factor(share, FORGETTING_SAMPLES), named(names, part), unknowns(gear)
     # The measured torque by each unknown.
     by: dict[str, Expression] = {"gain": free, "zero": 1, "twist": slid - free}
     if gear:

@@ -19,8 +19,8 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, Parts, named, symbols
-from observers.measurement.measurement_model import log_mu_variance
-from observers.measurement.torque_error import SENSIBLE, retained
+from observers.measurement.measurement_model import log_mu_prior_variance
+from observers.measurement.torque_error import SENSIBLE, forgetting_factor
 from observers.tuning import TUNING_FIELDS
 from symbolic.functions import named_function
 
@@ -62,7 +62,7 @@ def build_monitor() -> ca.Function:
     watched = ca.logic_and(limits["gate"] < SENSIBLE, limits["alarm"] < SENSIBLE)
     alarm = ca.logic_and(watched, ca.fmax(*sums) > limits["alarm"])
     square = ca.fmin(MAX_NORMALISED_SQUARE, innovation**2 / variance)
-    older = retained(share, FORGETTING_SAMPLES)
+    older = forgetting_factor(share, FORGETTING_SAMPLES)
     squares = older * past["squares"] + share * square
     samples = older * past["samples"] + share
     inconsistent = ca.logic_and(samples >= MIN_SAMPLES, squares > limits["explained"] * samples)
@@ -77,4 +77,4 @@ def build_monitor() -> ca.Function:
 
 def variance_between_grounds(tuning: Parts) -> Expression:
     """Variance of the difference of ln mu between two unknown grounds [1]."""
-    return 2 * log_mu_variance(tuning)
+    return 2 * log_mu_prior_variance(tuning)

@@ -10,7 +10,7 @@
   results are multiplied by it: the torque of the patch is homogeneous in (mu, k).
 - What s is off by is k's error or the torque's, which nothing tells apart: it widens the band. The
   search goes on, to know s better, until friction is confirmed or the model is doubted.
-- The consistency of the innovations is judged by `observers.quality.tracking`.
+- The consistency of the innovations is judged by `observers.quality.branch_consistency`.
 """
 
 from functools import cache
@@ -40,6 +40,7 @@ from observers.quality.acquisition import (
     build_search,
     supervision_symbols,
 )
+from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.branches import TRACK, build_turn, sliding_turn
 from observers.quality.equivalent_patch import added_torques
 from observers.quality.hypotheses import (
@@ -52,7 +53,6 @@ from observers.quality.hypotheses import (
     settings_of,
 )
 from observers.quality.screening import has_flag
-from observers.quality.tracking import build_tracking
 from observers.quality.verdict import VERDICT, build_excess
 from observers.tuning import TUNING_FIELDS
 from symbolic import Model, full_slide_torque
@@ -128,7 +128,7 @@ def build_following(
     excess = build_excess(found=patch.misfit > 0, gain_share=gain_share)
     judged = ca.logic_and(numbers["phase"] == 1, ca.logic_not(named(VERDICT, verdict)["unexplained"]))
     numbers["excess"] = output_if(judged, excess, (verdict, limits), numbers["excess"])
-    own, result = build_tracking(patch, is_computed=is_computed, gear=gear)(
+    own, result = build_branch_consistency(patch, is_computed=is_computed, gear=gear)(
         vector_of(OWN, numbers), verdict, output, share, turn, dt, M_z, added, counted, tyre,
         limits,
     )  # fmt: skip

@@ -13,7 +13,7 @@ from symbolic.bristles import BristlePatch
 from symbolic.compliance import balance
 from symbolic.functions import named_function
 from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch
-from symbolic.patch import Expression, Signals, patch_inputs
+from symbolic.patch_interface import Expression, Signals, patch_inputs
 from symbolic.slip import SlipSearch, slip_search
 
 Functions = dict[str, ca.Function]

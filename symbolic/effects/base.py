@@ -11,9 +11,9 @@ from symbolic.bristles import BristleTraits
 from symbolic.errors import InvalidInputError
 
 # Re-exported: a file with an effect imports all its types from here.
-from symbolic.patch import Expression as Expression
-from symbolic.patch import Patch
-from symbolic.patch import Signals as Signals
+from symbolic.patch_interface import Expression as Expression
+from symbolic.patch_interface import Patch
+from symbolic.patch_interface import Signals as Signals
 
 Scope = Literal["tyre", "ground", "recording"]
 _QUOTES = frozenset("\"'<>&\\")

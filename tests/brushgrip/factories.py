@@ -9,9 +9,9 @@ from identification.diagnosis.result import Diagnosis
 from identification.experiments.proposals import Proposal
 from identification.experiments.turns_and_rests import Manoeuvre
 from identification.fits.values import ParameterEstimate, Values
+from identification.residuals.residual_tests import Unexplained
 from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
-from identification.residuals.unexplained import Unexplained
 from observers import FrictionQuality, Status
 from symbolic import EFFECTS, Model, effects_named
 

@@ -11,8 +11,8 @@ import pytest
 
 from brushgrip.outputs import console
 from brushgrip.outputs.console import progress, say
-from brushgrip.outputs.speech import flags_first
 from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
+from brushgrip.outputs.verbosity import flags_first
 from tests.brushgrip.helpers import Run
 
 pytestmark = pytest.mark.usefixtures("interpreted")

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from brushgrip.estimation.estimates import (
+    angle_without_imputed,
     friction_track,
     has_aligning_torque,
     has_steering_torque,
-    measured_angle,
     model_observer,
     observe,
     run_observer,
 )
-from brushgrip.estimation.torque_channel import excess_noise, own_rate
+from brushgrip.estimation.torque_channel import differing_rates, excess_noise
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import Ekf, Estimate, Estimates, Sample, Status
@@ -72,8 +72,8 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
         seen = f"torque noise seen {std:g} N m, none declared: declare [sensor] noise = {std:g} "
         assert told.startswith(seen)
     assert excess_noise(model_observer(Ekf, declared), declared) == ""
-    assert own_rate(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"
-    assert own_rate(noisy) == ""
+    assert differing_rates(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"
+    assert differing_rates(noisy) == ""
 
 
 def test_an_observer_of_the_users_own_estimates(recording: Recording) -> None:
@@ -106,9 +106,9 @@ def test_an_imputed_angle_reaches_the_observer_as_missing(recording: Recording) 
     measured[20:23] = False
     gaps = replace(recording, psi_recorded=measured)
 
-    np.testing.assert_array_equal(np.isnan(measured_angle(gaps)), ~measured)
+    np.testing.assert_array_equal(np.isnan(angle_without_imputed(gaps)), ~measured)
     np.testing.assert_array_equal([np.isnan(s.psi) for s in samples_of(gaps)], ~measured)
-    np.testing.assert_array_equal(measured_angle(recording), recording.psi)
+    np.testing.assert_array_equal(angle_without_imputed(recording), recording.psi)
 
 
 def test_an_aligning_torque_with_gaps_is_still_preferred(recording: Recording) -> None:

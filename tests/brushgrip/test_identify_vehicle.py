@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.outputs.identified_files import with_plates, with_tyres
+from brushgrip.outputs.rig_and_vehicle_files import with_plates, with_tyres
 from identification import ParameterEstimate
 from identification.steering.plates import PlatesResult
 from identification.steering.tyres import TyresResult

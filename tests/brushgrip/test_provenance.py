@@ -19,7 +19,7 @@ from brushgrip.outputs.provenance import (
     remove_earlier,
     require_own_folder,
 )
-from brushgrip.outputs.speech import COMMAND_LINE
+from brushgrip.outputs.verbosity import COMMAND_LINE
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Run, Write
 

@@ -8,7 +8,7 @@ import pytest
 
 from symbolic import BristleTraits, InvalidInputError, Model, Relaxation
 from symbolic.bristles import SPAN, BristlePatch
-from symbolic.patch import PatchInputs
+from symbolic.patch_interface import PatchInputs
 from tests.symbolic.oracles import (
     LOAD,
     TYRE,

@@ -10,8 +10,8 @@ from observers.embedded.constants import Constants
 from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
+    advances_at_corrected_state,
     effective_friction,
-    follows_correction,
     function_of_symbols,
     retentions,
     stiffness_of,
@@ -45,7 +45,7 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
     if patch.follows_mu:
         factor = ca.MX.sym("factor", *parts.places["factor"][1])
         functions.append(retentions(observer, constants, factor, covariance(factor), predicted=True))
-    if follows_correction(model) and patch.torque_model.slides:
+    if advances_at_corrected_state(model) and patch.torque_model.slides:
         functions.append(effective_friction(patch))
     before = stiffness_of(model, "before->x")
     other = state_index(model, OTHER) if OTHER in model.states else 0

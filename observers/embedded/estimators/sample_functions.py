@@ -106,7 +106,7 @@ def memory_with(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
     return {name: known.get(name, ca.MX(0)) for name, _, _ in patch.torque_model.layout.fields}
 
 
-def follows_correction(model: MeasurementModel) -> bool:
+def advances_at_corrected_state(model: MeasurementModel) -> bool:
     """True where the patch is advanced at the corrected states, not at the sample."""
     return angle_is_state(model)
 
@@ -118,7 +118,7 @@ def torque_moves_states(model: MeasurementModel) -> bool:
 
 
 @cache
-def rows_used(model: MeasurementModel) -> tuple[str, ...]:
+def stored_rows(model: MeasurementModel) -> tuple[str, ...]:
     """Those of `ROWS` that the terms of a window depend on: what C stores of a sample."""
     forward = build_forward(model)
     used = {ROWS.index(name) for name in ("F_N", "dt", "accepted", "jump")}

@@ -18,7 +18,14 @@ from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
 from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG
 from observers.protocol import OUTPUT, SAMPLE
-from observers.quality import acquisition, branches, hypotheses, supervision, tracking, verdict
+from observers.quality import (
+    acquisition,
+    branch_consistency,
+    branches,
+    hypotheses,
+    supervision,
+    verdict,
+)
 from observers.quality.acquired_to_estimator import handed_states, handover_names, pairs_of
 from observers.quality.equivalent_patch import build_added_torque, equivalent_patch
 from observers.tuning import TUNING_FIELDS
@@ -42,7 +49,7 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
         _edge(observer, constants.tunable == "all"),
         hypotheses.build_hypothesis_update(gear),
         hypotheses.build_error(),
-        tracking.build_tracking(patch, is_computed=not scaled, gear=gear),
+        branch_consistency.build_branch_consistency(patch, is_computed=not scaled, gear=gear),
         verdict.build_excess(found=patch.misfit > 0, gain_share=share),
         acquisition.build_conclusion(
             patch, is_scaled=scaled, states=handed_states(observer.states), gain_share=share

@@ -15,8 +15,8 @@ from observers.embedded.estimators.sample_functions import (
     function_of_symbols,
     memory_with,
     retentions,
-    rows_used,
     stiffness_of,
+    stored_rows,
     torque_moves_states,
 )
 from observers.embedded.patches.patch_code import PatchCode, window_of
@@ -63,7 +63,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
     if patch.follows_mu:
         P = ca.MX.sym("P", len(model.states), len(model.states))
         functions.append(retentions(observer, constants, P, P, predicted=False))
-    row, n, eliminated = rows_used(model), len(model.states), elimination_parts(model).size
+    row, n, eliminated = stored_rows(model), len(model.states), elimination_parts(model).size
     numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(monitor_fields(model))
     a_sample = (n + len(row) + eliminated) * size + patch.kept_bytes
     states = {name: i for i, name in enumerate(model.states)}
@@ -129,7 +129,7 @@ class WindowFunctions:
 
     def symbols(self, *names: str) -> list[ca.MX]:
         """Symbols of these names, in their shapes."""
-        n, row = len(self.model.states), len(rows_used(self.model))
+        n, row = len(self.model.states), len(stored_rows(self.model))
         shapes = {
             "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
             "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUES), 1),
@@ -144,7 +144,7 @@ class WindowFunctions:
 
     def full_row(self, row: ca.MX) -> ca.MX:
         """The stored numbers at their places in `ROWS`; the others are 0, as nothing here uses them."""
-        stored = named(rows_used(self.model), row)
+        stored = named(stored_rows(self.model), row)
         full: ca.MX = ca.vertcat(*(stored.get(name, 0) for name in ROWS))
         return full
 
@@ -192,7 +192,7 @@ class WindowFunctions:
     def accept(self) -> ca.Function:
         """(row, age, test) -> accepted, jump."""
         row, age, test, tuning = inputs = self.symbols("row", "age", "test", "tuning")
-        stored, three = named(rows_used(self.model), row), test[: TEST.index("run") + 1]
+        stored, three = named(stored_rows(self.model), row), test[: TEST.index("run") + 1]
         unknown = variance_between_grounds(named(TUNING_FIELDS, tuning))
         accepted, jump = build_acceptance()(stored["accepted"], stored["jump"], age, three, unknown)
         return function_of_symbols("accept", inputs, accepted=accepted, jump=jump)

@@ -20,7 +20,7 @@ from symbolic.compliance import deflection_of
 from symbolic.effects.base import Signals
 from symbolic.full_slide import build_full_slide
 from symbolic.model import sample_at_the_patch
-from symbolic.patch import PatchInputs
+from symbolic.patch_interface import PatchInputs
 
 TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "torque", "torque_by_psi",
          "slide", "beside")  # fmt: skip

@@ -9,8 +9,8 @@ import numpy as np
 from brushgrip.estimation.estimates import observe, observer_factory
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs, locate_inputs
-from brushgrip.live.columns import Row
 from brushgrip.live.following import follow
+from brushgrip.live.mapped_columns import Row
 from brushgrip.live.session import Session
 from observers import ESTIMATE, Estimates
 from tests.processes import wait_for

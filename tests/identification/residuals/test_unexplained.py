@@ -6,8 +6,8 @@ import pytest
 from identification import Recording
 from identification.fits.loss import Huber
 from identification.fits.problem import torque_range
+from identification.residuals.residual_tests import Unexplained, unexplained, white_noise
 from identification.residuals.signatures import signatures
-from identification.residuals.unexplained import Unexplained, unexplained, white_noise
 from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read, with_torque
 

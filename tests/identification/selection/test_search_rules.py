@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identification.fits.values import Values
-from identification.selection.candidates import in_order_of_confirmation
+from identification.selection.candidates import rank_for_confirmation
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Effects, Search, silent
@@ -150,7 +150,7 @@ def test_of_equals_a_second_law_of_a_family_comes_last(pair: Pair) -> None:
     second, other = (with_effects(t, n) for t, n in zip(trials(pair, 0, 1.5), ("sf", "st"), strict=True))
     first = with_effects(second, "f")
     for flexible, leader in ((first, "f"), (second, "st")):
-        best, *_ = in_order_of_confirmation([flexible, other], pair[1][:1], DEFAULT_CRITERIA)
+        best, *_ = rank_for_confirmation([flexible, other], pair[1][:1], DEFAULT_CRITERIA)
         assert "".join(best.trial.names) == leader
 
 
@@ -286,7 +286,7 @@ def test_large_errors_are_ranked_with_few_bristles(
 
 def test_the_best_goes_on_where_it_is_distinguishable(pair: Pair) -> None:
     best, other = (with_effects(t, n) for t, n in zip(trials(pair, 0.0, 2.5), "ab", strict=True))
-    ranked = in_order_of_confirmation([best, other], pair[1][:1], DEFAULT_CRITERIA)
+    ranked = rank_for_confirmation([best, other], pair[1][:1], DEFAULT_CRITERIA)
 
     assert [candidate.trial for candidate in ranked] == [best, other]
     assert [candidate.indistinguishable for candidate in ranked] == [(), ()]
@@ -294,7 +294,7 @@ def test_the_best_goes_on_where_it_is_distinguishable(pair: Pair) -> None:
 
 def test_of_equals_the_one_with_the_fewest_parameters_goes_on(pair: Pair) -> None:
     dearer, other = (with_effects(t, n) for t, n in zip(trials(pair, 0.0, 1.5), "ab", strict=True))
-    ranked = in_order_of_confirmation([dearer, other], pair[1][:1], DEFAULT_CRITERIA)
+    ranked = rank_for_confirmation([dearer, other], pair[1][:1], DEFAULT_CRITERIA)
 
     assert [candidate.trial for candidate in ranked] == [other, dearer]
     assert [candidate.indistinguishable for candidate in ranked] == [(effect_of("a"),), ()]
@@ -307,13 +307,13 @@ def test_one_that_is_fitted_to_the_judging_recordings_does_not_go_on(pair: Pair)
         best, other = (with_effects(t, n) for t, n in zip(trials(pair, bic, 9.0), "ab", strict=True))
         labels = (*other.fitted.labels, (training[0].name, "more"))
         best = replace(best, fitted=replace(best.fitted, labels=labels))
-        (first, *_) = in_order_of_confirmation([best, other], training, DEFAULT_CRITERIA)
+        (first, *_) = rank_for_confirmation([best, other], training, DEFAULT_CRITERIA)
         assert "".join(first.trial.names) == expected
         # The same parameter, of the tyre: nothing is fitted to the recordings that judge.
         shared = replace(
             best, fitted=replace(best.fitted, labels=(*other.fitted.labels, (None, "more")))
         )
-        (first, *_) = in_order_of_confirmation([shared, other], training, DEFAULT_CRITERIA)
+        (first, *_) = rank_for_confirmation([shared, other], training, DEFAULT_CRITERIA)
         assert "".join(first.trial.names) == "a"
 
 
@@ -324,7 +324,7 @@ def test_a_difference_of_no_worth_does_not_distinguish(pair: Pair) -> None:
     for factor, alike in ((1.01, True), (1.03, False)):
         one = replace(best, judgement=judgement(sizes))
         two = replace(other, judgement=judgement(factor * sizes))
-        (first, *_) = in_order_of_confirmation([one, two], pair[1][:1], DEFAULT_CRITERIA)
+        (first, *_) = rank_for_confirmation([one, two], pair[1][:1], DEFAULT_CRITERIA)
         assert bool(first.indistinguishable) == alike
 
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import covariance_of
-from observers.estimators.window_least_squares import build_back_substitution, build_window_update
+from observers.estimators.window_least_squares import build_backward_pass, build_window_update
 from tests.observers.chains import Chain, dense, factor_of, textbook
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ def solved(chain: Chain) -> tuple[Array, Array]:
 def build_smoother(n: int, N: int) -> Callable[..., tuple[Array, Array]]:
     """Forward elimination and back substitution along a chain: x (n, N) and P of its newest state."""
     forward = build_window_update(n).mapaccum("forward", N, 2, {})
-    backward = build_back_substitution(n).mapaccum("backward", N, 1, {})
+    backward = build_backward_pass(n).mapaccum("backward", N, 1, {})
 
     def smoother(mean: Array, factor: Array, *terms: Array) -> tuple[Array, Array]:
         _, _, *filtered = (np.asarray(part) for part in forward(mean, factor, *terms))

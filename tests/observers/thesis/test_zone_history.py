@@ -11,7 +11,7 @@ from identification import read_recording
 from identification.thesis.published_friction import aligned, published_file, read_published_friction
 from observers import zone_history
 from symbolic import InvalidInputError
-from symbolic.patch import PatchInputs
+from symbolic.patch_interface import PatchInputs
 from symbolic.zones import ZonePatch
 
 

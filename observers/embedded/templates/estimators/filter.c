@@ -27,7 +27,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% if follows_mu
     retentions(before->factor, now${constants_at}, retention);
 %% endif
-%% if not follows_correction
+%% if not advances_at_corrected_state
     /* The patch at the angle of the sample; the states that its torque depends on only walk until then. */
     patch_signals(before->x, now, signals);
     advance_patch(&state->patch, signals, ${mu_now}, ${stiffness_before}, retention[0], torque, slide);
@@ -36,7 +36,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         const ${real} memory[${memory|length}] = {${memory|join(", ")}};
         filter(${before|join(", ")}, memory, sample, mu${constants_at}, ${after|join(", ")}, output);
     }
-%% if follows_correction
+%% if advances_at_corrected_state
     if (is_known(output[OUT_MU])) {
         /* The patch follows the corrected angle; its torque is for the next sample. */
         patch_signals(after->x, now, signals);

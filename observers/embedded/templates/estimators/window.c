@@ -148,7 +148,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% if follows_mu
     retentions(state->P_newest, now${constants_at}, retention);
 %% endif
-%% if not follows_correction
+%% if not advances_at_corrected_state
     /* The patch at the angle of the sample. */
     patch_signals(newest, now, signals);
     follow_sample(state, at, signals, any_exp(newest[${log_mu}]), ${stiffness_newest}, retention[0], slide);
@@ -163,7 +163,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     state->row[at][ROW_JUMP] = 0.0;
     state->newest = at;
     /* Test of the innovation; where the patch follows the correction, it does not depend on the torque of the sample. */
-%% if not follows_correction
+%% if not advances_at_corrected_state
     torque_at(state, at, newest, torque);
 %% endif
     test_innovation(newest, torque, now, P, state->counts, state->monitor${constants_at}, test, counts, monitor);
@@ -174,7 +174,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     accept_samples(state, test);
     /* Correction of all samples. */
     smooth(state);
-%% if follows_correction
+%% if advances_at_corrected_state
     /* The patch follows the corrected angle. */
     patch_signals(state->x[at], now, signals);
     follow_sample(state, at, signals, any_exp(state->x[at][${log_mu}]), ${stiffness_corrected}, retention[0], slide);

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from identification import FittedVibration, FreeDecay
-from identification.loops import literal
+from identification.loop_plot import matplotlib_text
 from identification.thesis import DecrementEstimate
 
 MAX_VIBRATIONS = 3
@@ -47,7 +47,7 @@ def _vibration(angle: Axes, residual: Axes, vibration: FittedVibration, step: fl
     artists: list[Artist] = []
     artists += angle.plot(vibration.t, readings, color=MEASURED, lw=2.0, label="encoder")
     artists += angle.plot(vibration.t, fitted, color=AFTER, lw=1.0, label="fit, with sliding ends")
-    angle.set_title(f"{literal(vibration.name)}, a = {1000 * vibration.a:g} mm")
+    angle.set_title(f"{matplotlib_text(vibration.name)}, a = {1000 * vibration.a:g} mm")
     angle.set_ylabel("ψ from its centre\n[mrad]")
     residual_steps = (vibration.psi - vibration.fitted) / step
     residual.plot(vibration.t, residual_steps, color=AFTER, lw=0.6)

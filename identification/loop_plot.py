@@ -34,14 +34,14 @@ def draw_loops(
         axes = pyplot.subplots(layout="constrained")[1]
     for label, torque in torques.items():
         if torque is not None:
-            axes.plot(psi, torque, lw=1.0, label=literal(label))
+            axes.plot(psi, torque, lw=1.0, label=matplotlib_text(label))
     axes.set_xlabel("yaw angle ψ [rad]")
     axes.set_ylabel(torque_label)
     axes.legend()
     return axes
 
 
-def literal(text: str) -> str:
+def matplotlib_text(text: str) -> str:
     """Text for matplotlib: without formulas, and in a legend even where it begins with an underscore."""
     visible = printable(text).replace("$", r"\$")
     return "\u200b" * visible.startswith("_") + visible

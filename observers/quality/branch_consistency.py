@@ -10,7 +10,7 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
-from observers.measurement.torque_error import SENSIBLE, retained
+from observers.measurement.torque_error import SENSIBLE, forgetting_factor
 from observers.protocol import OUTPUT, Status
 from observers.quality.acquisition import (
     DOUBT_LIMIT,
@@ -45,7 +45,7 @@ SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 
 
 @cache
-def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
+def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
     """A sample while the estimator tracks.
 
     (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits) -> (own, output): the
@@ -65,7 +65,7 @@ def build_tracking(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> 
     limits = named(SETTINGS, inputs["limits"])
     known = output["nis"] < SENSIBLE
     share = ca.if_else(known, inputs["share"], 0)
-    older = retained(share, FORGETTING_SAMPLES)
+    older = forgetting_factor(share, FORGETTING_SAMPLES)
     nis, by_k, lasts, clear = output["nis"], ca.SX(0), ca.SX(0), ca.SX(1)
     if not is_computed and (patch.misfit > 0 or not gear):
         by_k = variance_by_k(inputs, own, output, patch)
