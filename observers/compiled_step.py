@@ -54,7 +54,7 @@ def compiled_step(step: ca.Function) -> ca.Function:
 @cache
 def compiled_stretch(step: ca.Function, length: int = SAMPLES_PER_CALL) -> ca.Function:
     """So many samples of a step in machine code, one column each."""
-    return compiled(step.mapaccum(f"{step.name()}_stretch", length, 1, {}))
+    return compiled(step.mapaccum(f"{step.name()}_stretch", length, 1, {"base": -1}))
 
 
 def run_stretches(

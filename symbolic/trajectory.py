@@ -165,7 +165,7 @@ def _stretch(model: Model, d: int, *, rig: bool) -> ca.Function:
     Memory and its sensitivity are those before the first sample, then those after the last one.
     """
     step = sensitivity_step(model, d, rig=rig)
-    accumulated = step.mapaccum(f"{step.name()}_{SAMPLES_PER_CALL}", SAMPLES_PER_CALL, 2, {})
+    accumulated = step.mapaccum(f"{step.name()}_{SAMPLES_PER_CALL}", SAMPLES_PER_CALL, 2, {"base": -1})
     given = step.mx_in()
     given[2] = ca.MX.sym("signals", len(SIGNALS), SAMPLES_PER_CALL)
     constant = [ca.repmat(part, 1, SAMPLES_PER_CALL) for part in given[3:]]
