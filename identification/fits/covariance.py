@@ -13,7 +13,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from identification.fits.autocorrelation import autoregression, fill_gaps, independent_samples
 from identification.fits.fitting import Fit
@@ -102,6 +101,9 @@ def scores_variance(jacobian: Array, influenced: Array, decided: float) -> Array
         decided: sum of the recording's leverages, the number of parameters that it determines; fitting
             takes as many independent samples out of the residuals.
     """
+    # Here, not above: it takes half a second to load, which few processes need.
+    from scipy.signal import lfilter
+
     weights = autoregression(influenced)
     filled = fill_gaps(influenced, weights)
     innovations = lfilter(weights, 1.0, filled)

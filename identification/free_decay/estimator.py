@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as students_t
+from scipy.special import stdtrit
 
 from identification.fits.values import ParameterEstimate
 from identification.free_decay.identifiability import (
@@ -64,7 +64,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
     _check_plausible(likelihood, solution)
     scales = likelihood.scales[: likelihood.shared]
     covariance = uncertainty.covariance * np.outer(scales, scales)
-    quantile = float(students_t.ppf((1 + _CONFIDENCE) / 2, uncertainty.degrees_of_freedom))
+    quantile = float(stdtrit(uncertainty.degrees_of_freedom, (1 + _CONFIDENCE) / 2))
     k, b_t = (
         _parameter(float(solution.x[i] * scales[i]), float(covariance[i, i]), quantile, UNITS[i])
         for i in range(COMMON)

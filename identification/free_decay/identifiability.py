@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.stats import f as fishers_f
+from scipy.special import fdtrc
 
 from identification.free_decay.likelihood import Contact, Likelihood, contact_of
 from identification.free_decay.onset import MIN_DEFLECTION_STEPS, FreeVibration, without_spikes
@@ -56,7 +56,7 @@ def stiffnesses_agree(stiffnesses: Collection[StiffnessOfOneContact]) -> bool | 
     scatter = float((((k - mean) / std) ** 2).sum()) / (k.size - 1)
     # The variances are estimates themselves; the least certain one bounds the freedom of all.
     degrees_of_freedom = min(one.degrees_of_freedom for one in stiffnesses)
-    return bool(fishers_f.sf(scatter, k.size - 1, degrees_of_freedom) > _SIGNIFICANCE)
+    return bool(fdtrc(k.size - 1, degrees_of_freedom, scatter) > _SIGNIFICANCE)
 
 
 def _stiffness_of(likelihood: Likelihood, contact: Contact) -> StiffnessOfOneContact | None:

@@ -15,7 +15,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, resample_poly, sosfiltfilt
 
 from identification.reading.recordings import Recording
 from identification.reading.smoothing import smoothed_rate
@@ -150,6 +149,9 @@ class LowPass:
             raise InvalidInputError(
                 f"cutoff must be less than half the rate, {channel.rate / 2:g} Hz, got {self.cutoff} Hz"
             )
+        # Here, not above, as in `Resampled`: it takes half a second to load.
+        from scipy.signal import butter, sosfiltfilt
+
         sections = butter(self.order, self.cutoff, fs=channel.rate, output="sos")
         # Three periods of the edge settle at the ends, as far as the channel is long enough.
         padding = min(round(3 * channel.rate / self.cutoff), channel.values.size - 1)
@@ -179,6 +181,8 @@ class Resampled:
                 f"{self.rate} Hz from {channel.rate} Hz is no ratio of whole numbers up to"
                 f" {_FINEST_RATIO}"
             )
+        from scipy.signal import resample_poly
+
         # The ends are held level by a straight line from end to end, so that they do not ring.
         values = resample_poly(channel.values, ratio.numerator, ratio.denominator, padtype="line")
         return Channel(values=values, rate=self.rate)

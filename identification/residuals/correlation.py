@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import fftconvolve
-from scipy.stats import f
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.special import fdtri
 
 from identification.fits.autocorrelation import lagged_products
 from identification.fits.fitting import Fit
@@ -149,8 +149,10 @@ class Noise:
             n = place.stop - place.start
             half = np.interp(step * np.arange(n), self.lags, self.correlation, right=0.0)
             kernel = np.concatenate([half[:0:-1], half])[:, None]
+            size = next_fast_len(3 * n - 2, real=True)
+            spectrum = rfft(columns[place], size, axis=0) * rfft(kernel, size, axis=0)
             level = self.energies[i] / self.counts[i]
-            product[place] = level * fftconvolve(columns[place], kernel, axes=0)[n - 1 : 2 * n - 1]
+            product[place] = level * irfft(spectrum, size, axis=0)[n - 1 : 2 * n - 1]
         return np.where(self.rows.present[:, None], product, 0.0)
 
 
@@ -211,7 +213,7 @@ def correlation(
     by_chance = directions.T @ noise.covariance_times(directions)
     mean, spread = float(np.trace(by_chance)), float(np.sum(by_chance * by_chance.T))
     # mean is above 0: the residual is not zero, and its covariance is that of a moving average.
-    quantile = f.ppf(CONFIDENCE, mean**2 / spread, degrees_of_freedom)
+    quantile = fdtri(mean**2 / spread, degrees_of_freedom, CONFIDENCE)
     band = float(np.sqrt(mean * quantile)) / length
     slopes = axes.T @ projection
     sign = np.sign(slopes[0]) if slopes.size == 1 else 1.0

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from identification.fits.fitting import Fit
 from identification.reading.recordings import Recording
@@ -278,7 +278,7 @@ def _autocorrelation(noise: Noise) -> Autocorrelation:
     values = noise.correlation[lags_used]
     # Each recording's autocorrelation has the variance 1/n and counts by its energy.
     weights = noise.energies / max(float(noise.energies.sum()), 1e-300)
-    band = float(norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(np.sum(weights**2 / noise.counts)))
+    band = float(ndtri((1 + CONFIDENCE) / 2) * np.sqrt(np.sum(weights**2 / noise.counts)))
     within = np.flatnonzero(np.abs(values) < band)
     end = int(within[0]) if within.size else values.size - 1
     lags = noise.lags[lags_used]

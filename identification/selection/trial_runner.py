@@ -92,12 +92,12 @@ class TrialRunner:
         """Coarse trials of these sets of effects, each from its own values; in the order given."""
         report(0)
         tasks = [self._coarse_task(effects, start, precision) for effects, start in starts]
-        trials = [self._recall(task) for task in tasks]
-        futures = {
-            self.submit(run_trial, task): i
-            for i, (task, trial) in enumerate(zip(tasks, trials, strict=True))
-            if trial is None
-        }
+        trials, futures = [], {}
+        for i, task in enumerate(tasks):
+            # To recall takes time, so the processes begin with the first that is missing.
+            trials.append(self._recall(task))
+            if trials[i] is None:
+                futures[self.submit(run_trial, task)] = i
         done = len(tasks) - len(futures)
         report(done)
         for future in completed(futures):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from identification.fits.values import ParameterEstimate
 from symbolic import InvalidInputError
@@ -124,4 +124,4 @@ def _fit(columns: Array, values: Array) -> list[tuple[float, float]]:
 def _quantile(probability: float, degrees_of_freedom: int) -> float:
     if not 0 < probability < 1:
         raise InvalidInputError(f"probability must lie between 0 and 1, got {probability:g}")
-    return float(student.ppf(0.5 + 0.5 * probability, degrees_of_freedom))
+    return float(stdtrit(degrees_of_freedom, 0.5 + 0.5 * probability))
