@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from observers.protocol import Sample
 from symbolic import compiled
+from symbolic.compilation.buffered import BufferedCall
 from symbolic.trajectory import SAMPLES_PER_CALL
 
 Array = NDArray[np.float64]
@@ -71,10 +72,13 @@ def run_stretches(
     """
     length, count = stretch.size2_in(1), samples.shape[1]
     padded = np.pad(samples, ((0, 0), (0, -count % length)), mode="edge")
-    tiled = ca.DM(np.tile(constants.reshape(-1, 1), length))
-    present, parts = ca.DM(state), []
+    # CasADi's matrices would be new ones in every call, and the states are large.
+    buffered, parts = BufferedCall(stretch), []
+    buffered.inputs[0][:] = state
+    buffered.inputs[2][:] = np.tile(constants, length)
     for at in range(0, count, length):
-        results = stretch.call([present, ca.DM(padded[:, at : at + length]), tiled])
-        present = results[0][:, -1]
-        parts.append(results[result].full())
+        buffered.inputs[1][:] = padded[:, at : at + length].ravel("F")
+        buffered.call()
+        buffered.inputs[0][:] = buffered.outputs[0][-state.size :]
+        parts.append(buffered.outputs[result].reshape(length, -1).T.copy())
     return np.hstack(parts)[:, :count]
