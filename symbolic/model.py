@@ -6,7 +6,7 @@ an effect decide where it enters, and nothing here names any of them.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 
 import casadi as ca
 
@@ -57,14 +57,14 @@ class Model:
     discretised: bool = False
     search_steps: int = SEARCH_STEPS
 
-    @property
+    @cached_property
     def coordinates(self) -> tuple[str, ...]:
         """Names of the parameter vector theta: mu, k, then effect.parameter."""
         return tuple(
             f"{effect.name}.{p.coordinate}" if effect else p.coordinate for effect, p in self.parameters
         )
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[tuple[Effect | None, Parameter], ...]:
         """Every parameter with its effect, None for the declared model's own, in the order of theta."""
         declared = [(None, parameter) for parameter in DECLARED]

@@ -69,16 +69,19 @@ def simulate(
     _require_reciprocals(model, theta)
     count, d = signals.shape[1], seeds.shape[1]
     rig = seeds.shape[0] > parameters
-    start = _start_with_sensitivities(model, d, rig=rig)
-    initial = [part.full() for part in start(signals[:, 0], theta, seeds, geometry)]
+    start = BufferedCall(_start_with_sensitivities(model, d, rig=rig))
+    for buffer, given in zip(start.inputs, (signals[:, 0], theta, seeds, geometry), strict=True):
+        buffer[:] = given.ravel(order="F")
+    start.call()
+    initial = start.outputs
     if (kernel := bristle_kernel(model)) is not None:
         all_seeds = np.vstack([seeds, np.zeros((0 if rig else len(RIG_DIRECTIONS), d))])
         M_z, sensitivities = kernel.run(signals, theta, geometry, all_seeds, *initial)
         return TorqueTrajectory(M_z=M_z, sensitivities=sensitivities)
     stretch = BufferedCall(_compiled_stretch(model, d, rig=rig))
     padded = np.pad(signals, ((0, 0), (0, -count % SAMPLES_PER_CALL)), mode="edge")
-    given = [*initial, padded[:, :SAMPLES_PER_CALL], theta, seeds, geometry]
-    for buffer, part in zip(stretch.inputs, given, strict=True):
+    parts = [*initial, padded[:, :SAMPLES_PER_CALL], theta, seeds, geometry]
+    for buffer, part in zip(stretch.inputs, parts, strict=True):
         buffer[:] = part.ravel(order="F")
     torques, derivatives = [], []
     for first in range(0, count, SAMPLES_PER_CALL):
