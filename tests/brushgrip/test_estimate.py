@@ -157,7 +157,7 @@ def test_says_that_the_ground_has_changed(
     summary, _ = estimate(write_csv("ground.csv", columns), observer=observer).out.splitlines()
 
     # What was usable before is the friction of another ground.
-    assert summary.startswith("ground: friction is not known since a new ground was noticed at 9.1")
+    assert summary.startswith("ground: friction is not known since a new ground was noticed at 7.")
     assert "1 change of the ground" in summary
     assert table_of(tmp_path / "mu.csv")["mu"][-1] == pytest.approx(0.4, abs=0.1)
 
