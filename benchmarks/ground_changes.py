@@ -34,7 +34,9 @@ RATES = (0.1, 0.2, 0.4, 0.8)
 """Yaw rates [rad/s]."""
 RUN = 10.0
 """Length of a recording on ground that stays [s]."""
-BY_HAND = ((1.0, 0.05), (0.3, 0.05), (0.8, 0.3), (0.8, 0.5), (0.05, 1.0), (0.3, 0.8))
+BY_HAND = (
+    (1.0, 0.05), (0.3, 0.05), (0.8, 0.3), (0.8, 0.5), (1.0, 0.8), (0.08, 0.05), (0.05, 1.0), (0.3, 0.8),
+)  # fmt: skip
 """Friction before and after a change under a wheel that a hand turns [1]."""
 HAND_RUNS, HAND_LENGTH, FIRST_SEED = 200, 20.0, 680_000
 """Recordings of each, their length [s] and the first seed; smaller ones were used to choose."""

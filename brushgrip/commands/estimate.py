@@ -150,7 +150,7 @@ class EstimateRequest(GroundRequest):
             InvalidInputError: a recording could not be.
         """
         from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.running.batch import friction_of_grounds, printed_rows
+        from brushgrip.running.batch import friction_known, friction_of_grounds, printed_rows
         from symbolic import InvalidInputError
 
         rows = [outcome.row for outcome in outcomes]
@@ -166,7 +166,8 @@ class EstimateRequest(GroundRequest):
                 print_table(title, *printed_rows(rows), overflow="fold")
             for line in friction_of_grounds(rows):
                 say(line)
-            say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings")
+            done = f"estimated {len(rows) - len(faults)} of {len(rows)} recordings"
+            say(f"{done}; {friction_known(rows)}")
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
         show(rows)

@@ -112,13 +112,13 @@ TorqueMeasured = Annotated[
     TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
 ]
 ChannelMap = Annotated[
-    str | None,
+    list[str] | None,
     option(
         "--map",
         metavar="psi=NAME:deg,...",
         help="Channels of the columns with their units and factors, such as"
         " psi=SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN; goes before [signals] of the rig"
-        " file.",
+        " file. May be repeated, with other columns.",
     ),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace what another run wrote into the folder.")]
@@ -153,8 +153,8 @@ EffectModules = Annotated[
     option(
         "--effects",
         metavar="MODULE",
-        help="Module with effects of your own, EFFECTS = [MyEffect(), ...]; it is imported. May be"
-        " repeated; several may be separated by commas.",
+        help="Module, or its file, with effects of your own, EFFECTS = [MyEffect(), ...]; it is"
+        " imported. May be repeated; several may be separated by commas.",
     ),
 ]
 OutFile = Annotated[Path, file_option("--out", "OUT.csv")]

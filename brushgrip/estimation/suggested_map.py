@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from brushgrip.wording.friction import LACKING
 from identification import Recording
 from identification.reading.signal_map import (
     FOR_RATIO,
@@ -48,6 +49,10 @@ FOR_K = (
     "; weigh the torque first: a k taken from this torque makes mu wrong by the same factor. A k"
     " measured by itself is declared with its tolerance, k = { value = ..., tolerance = ... } in [tyre]"
 )
+BESIDE = (
+    "; where all of these are right, something takes torque beside the patch, as a spring does:"
+    f" {LACKING}"
+)
 
 
 def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str:
@@ -85,6 +90,8 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
                 other = "N m" if source.unit else "kN m"
                 entry = replace(source, unit=other.replace(" ", "")).as_map(torque)
                 ratio += f"; if the torque is in {other}: {as_option([entry])}"
+        if scale:
+            ratio += BESIDE
     why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))
     if recording.standstills is not None and not set(changed) <= {"t"}:
         return why

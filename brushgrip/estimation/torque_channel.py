@@ -9,7 +9,7 @@ from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Mhe, Observer
 from observers.tuning import REFERENCE_STEP
 
-BEYOND = 1.2
+BEYOND = 1.5
 """Noise seen over noise stated from which on it is told [1]."""
 OTHER_RATE, REGULAR = 1.5, 0.9
 """Ratio of two rates that differ [1]; share of the periods that are alike in a rate [1]."""

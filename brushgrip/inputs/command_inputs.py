@@ -163,7 +163,7 @@ def locate_inputs(
     names: Sequence[str] = (),
     *,
     rig: Path | None = None,
-    channel_map: str | None = None,
+    channel_map: Sequence[str] | None = None,
     steering_ratio: float | None = None,
     span: tuple[float | None, float | None] = WHOLE,
     model: Path | None = None,
@@ -197,7 +197,7 @@ def locate_inputs(
             raise _twice(one, other)
     signals = SignalMap() if (described := rig or vehicle) is None else read_signals(described)
     if channel_map is not None:
-        signals = signals.updated(parse_signals(channel_map))
+        signals = signals.updated(parse_signals(",".join(channel_map)))
     if steering_ratio is not None and abs(signals.of("psi").factor) != 1:
         raise InvalidInputError(
             f"--steering-ratio {steering_ratio:g}: the map of channels has a factor for psi already,"

@@ -19,11 +19,11 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
     """The effects that modules declare as `EFFECTS`, in order; none for None.
 
     The modules are imported, which runs their code; a model file alone never has anything imported.
-    The current directory is put last on `sys.path` and stays there: the processes of a search find the
-    same modules, and no file that lies in it takes the place of an installed one.
+    The current directory, or that of a file, is put last on `sys.path` and stays there: the processes of
+    a search find the same modules, and no file that lies in it takes the place of an installed one.
 
     Args:
-        modules: importable names; one entry may hold several, separated by commas.
+        modules: importable names, or files; one entry may hold several, separated by commas.
 
     Raises:
         InvalidInputError: a module cannot be imported or declares no effects, or two effects have the
@@ -56,18 +56,19 @@ def effect_files(modules: Sequence[str] | None, effects: Sequence[Effect]) -> li
 
 def _names(modules: Sequence[str] | None) -> list[str]:
     names = (name.strip() for entry in modules or () for name in entry.split(","))
-    return list(dict.fromkeys(name for name in names if name))
+    return list(dict.fromkeys(_importable(name) for name in names if name))
+
+
+def _importable(name: str) -> str:
+    """The name of a module, of which Python now knows the folder; that of a file, if one is given."""
+    file = Path(name) if name.endswith(".py") else None
+    folder = str(Path.cwd() if file is None else file.parent.resolve())
+    if folder not in sys.path:
+        sys.path.append(folder)
+    return name if file is None else file.stem
 
 
 def _effects_of(name: str) -> tuple[Effect, ...]:
-    if name.endswith(".py"):
-        raise InvalidInputError(
-            f"--effects {name}: give the name of a module, {Path(name).stem}, in the folder where it"
-            " lies"
-        )
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.append(here)
     with _own_code(
         f"--effects {name}: cannot be imported",
         "give the name of a module that Python finds here or on its path, such as mypackage.effects",

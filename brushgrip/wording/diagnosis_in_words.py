@@ -122,6 +122,11 @@ def _why_weak(effect: FoundEffect) -> str:
     if off is not None:
         parts.append(f"its parameter is {off:.1f} σ from no effect at all{', of 3' * near}")
     why = "; ".join(parts) or "The gain is small"
+    if few and off is not None and not near:
+        return (
+            f"{why}: the recordings that were fitted demand it, those that judge do not confirm it. Fit"
+            " one of each ground, or leave --holdout out."
+        )
     return f"{why[:1].upper()}{why[1:]}: it may be chance."
 
 

@@ -152,6 +152,10 @@ def narrowed_by(cause: str, *, with_model: bool) -> str:
     return known.get(cause, f"measure the {cause}, and declare the tolerance")
 
 
+LACKING = "find what the model lacks (brushgrip diagnose), then --model"
+"""Remedy where declarations are right."""
+
+
 def meaning(status: Status) -> str:
     """Why a sample is not usable, without the remedy; without a flag the deviation is why."""
     if reason := next((text for flag, text in REASONS.items() if flag in status), ""):
@@ -196,7 +200,8 @@ def estimates_summary(
         and counts[Status.INCONSISTENT] + counts[Status.REJECTED] > MIN_REPORTED_SHARE * estimates.t.size
     ):
         return (
-            f"{line}; {number} {_plural(number, 'sample')} not usable: {meaning(most_frequent)}; {noise}"
+            f"{line}; {number} {_plural(number, 'sample')} not usable: {meaning(most_frequent)};"
+            f" {noise}; where that does not help, {LACKING}"
         )
     if number:
         share = np.median(

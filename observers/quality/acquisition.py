@@ -40,6 +40,8 @@ DOUBT_LIMIT, MAX_DOUBT = 2.0, 10.0
 """Unexplained independent samples from which on the status is INCONSISTENT, and the most that count."""
 HOPELESS = 8.0
 """Independent samples not explained after which friction is acquired anew."""
+FAILED_FOR_LONG = 9.0
+"""Independent samples not explained from which on a model is taken to be wrong on any ground."""
 FAILED = 2
 """`again` where the model had explained no torque before: it is doubted at the next handover."""
 OVER = 2
@@ -159,8 +161,11 @@ def build_conclusion(
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
     given = (inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
     by_error = error / build_sensitivity()(*given) ** 2
-    told = (own, verdict, output, verdict["variance"] + by_error, is_scaled * verdict["zero"])
-    decided = is_decided(inputs, *told, slides=patch.slides, gear="gear" in states)
+    sample = {name: inputs[name] for name in ("M_z", "added", "tyre")}
+    unsure, zero = verdict["variance"] + by_error, is_scaled * verdict["zero"]
+    decided = is_decided(
+        own, verdict, output, limits, sample, unsure, zero, slides=patch.slides, gear="gear" in states
+    )
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)

@@ -30,6 +30,9 @@ PATHS = 2
 """Paths to the first sample: of a patch free of torque, and of one that slid."""
 SLID = 1.0
 """Turn after which the patch slides as a whole [rad]."""
+RISEN = 3.0
+"""Torque over that of the old ground's full slide from which on friction has risen [1]: with less, the
+torque's zero may do it, and what the old ground left in the patch is no small part."""
 FRACTION = 0.25
 """Growth of a branch's travel, in its logarithm, that is worth one independent sample of the model's
 error [1]."""
@@ -157,17 +160,17 @@ def build_new_ground() -> ca.Function:
     M_z is the torque [N m], 0 where it is not known; slide that of full slide on the old ground [N m];
     tyre is k, a and e. Friction that has fallen acts as if it had been so since the last turn back:
     there the patch was anything between free of torque and sliding to the other side, as the wheel may
-    have turned too little, or the ground was another. Friction that has risen holds what slid: the patch
-    begins anew where the torque left that of the old ground, anything between free of torque and sliding
-    to this side.
+    have turned too little, or the ground was another. Where the torque is `RISEN` times the old slide,
+    friction has risen, and holds what slid: the patch begins anew where the torque left that of the old
+    ground, anything between free of torque and sliding to this side.
     """
     inputs = symbols(ca.SX, track=len(TRACK), M_z=1, slide=1, tyre=3)
     track, M_z, slide, tyre = inputs.values()
     was, (k, a, e) = named(TRACK, track), ca.vertsplit(tyre)
     direction, travel = was["direction"], was["extreme"] - was["origin"]
     # The torque of the ground points against the turn.
+    rises = -direction * M_z > RISEN * slide
     since = (-direction * M_z - slide) / (k * unit_moment(0, a, e))
-    rises = since > 0
     origin = was["extreme"] - direction * ca.fmin(since, ca.fabs(travel))
     origin = ca.if_else(rises, origin, was["origin"])
     slid = origin + ca.if_else(rises, -1, 1) * direction * SLID

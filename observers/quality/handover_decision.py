@@ -2,9 +2,9 @@
 
 import casadi as ca
 
-from observers.layout import Expression, Parts, named
+from observers.layout import Expression, Parts
 from observers.measurement.torque_error import is_known
-from observers.quality.hypotheses import SETTINGS, build_error
+from observers.quality.hypotheses import build_error
 from observers.quality.verdict import ALLOWED
 
 DECIDED = 0.15
@@ -18,22 +18,22 @@ another ground's friction [1]."""
 
 
 def is_decided(
-    inputs: Parts, own: Parts, verdict: Parts, output: Parts, unsure: Expression, zero: Expression, *,
-    slides: float, gear: bool,
+    own: Parts, verdict: Parts, output: Parts, limits: Parts, sample: Parts, unsure: Expression,
+    zero: Expression, *, slides: float, gear: bool,
 ) -> Expression:  # fmt: skip
     """Whether friction is handed over: it is known, and the estimator's patch is as the wheel's.
 
     Args:
-        inputs: of `build_conclusion`.
-        own: of them, by name, as the next two.
+        own: of the supervision.
         verdict: of the hypotheses.
         output: of the estimator.
+        limits: of the tuning.
+        sample: M_z [N m], the variance of the way to it `added` [N^2 m^2], and `tyre`: k, a, e.
         unsure: variance of ln mu [1].
         zero: of the torque [N m].
         slides: share of the full slide beyond which memory keeps nothing of an earlier mu [1].
         gear: there is a steering gear.
     """
-    limits = named(SETTINGS, inputs["limits"])
     decided = _is_friction_known(verdict, unsure, limits, gear)
     # The estimator begins with a patch free of torque.
     decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
@@ -41,7 +41,7 @@ def is_decided(
         torque = ca.fabs(output["M_z_predicted"] - zero)
         decided = ca.logic_and(decided, torque > slides * output["M_slide"])
     # After a change of the ground the estimator's patch remembers the old one until it slides.
-    return ca.logic_and(decided, ca.logic_or(own["again"] != 1, _agrees(inputs, own, output, limits)))
+    return ca.logic_and(decided, ca.logic_or(own["again"] != 1, _agrees(own, output, limits, sample)))
 
 
 def _is_friction_known(verdict: Parts, unsure: Expression, limits: Parts, gear: bool) -> Expression:
@@ -53,11 +53,11 @@ def _is_friction_known(verdict: Parts, unsure: Expression, limits: Parts, gear: 
     return ca.logic_or(known, ca.logic_and(unsure < most**2, possible))
 
 
-def _agrees(inputs: Parts, own: Parts, output: Parts, limits: Parts) -> Expression:
+def _agrees(own: Parts, output: Parts, limits: Parts, sample: Parts) -> Expression:
     """Whether the estimator predicts the torque, if one is known."""
     slide, predicted = (output[name] * own["scale"] for name in ("M_slide", "M_z_predicted"))
     _, variance, _ = build_error()(
-        0, own["F_N"], inputs["tyre"][1], inputs["added"], slide, 1, limits["error"]
+        0, own["F_N"], sample["tyre"][1], sample["added"], slide, 1, limits["error"]
     )
-    off = ca.if_else(is_known(inputs["M_z"]), inputs["M_z"] - predicted, 0)
+    off = ca.if_else(is_known(sample["M_z"]), sample["M_z"] - predicted, 0)
     return off**2 <= AGREES**2 * variance

@@ -32,7 +32,7 @@ from observers.quality.acquired_to_estimator import (
 )
 from observers.quality.acquisition import (
     FAILED,
-    MAX_DOUBT,
+    FAILED_FOR_LONG,
     OVER,
     OWN,
     EquivalentPatch,
@@ -158,8 +158,8 @@ def build_supervised_step(
     theta, rig, tuning = split_constants(model, inputs["constants"])
     fields = named(TUNING_FIELDS, tuning)
     tyre = ca.vertcat(theta[model.coordinates.index("k")] * patch.stiffness, rig[0], rig[1])
-    scales = {measurement_model.scaled: own["scale"]}
-    given = ca.vertcat(*(now[name] / scales.get(name, 1) for name in SAMPLE))
+    scaled = measurement_model.scaled
+    given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
     after, output = step(state[: parts.size], given, inputs["constants"])
     (own["F_N"], lifted), names = _load(now["F_N"], own), measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
@@ -171,16 +171,21 @@ def build_supervised_step(
     M_z = ca.if_else(lifted, float("nan"), M_z)
     reset = has_flag(named(OUTPUT, output)["status"], Status.RESET)
     changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
-    restarts, anew = (ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked))
+    restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)
     own["again"] = ca.if_else(restarts, _again(own), own["again"])
     limits = settings_of(fields, patch.misfit, own["again"] > 0)
     gear, searched = has_gear(measurement_model), search_layout(has_gear(measurement_model))
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
-    ground = (ca.if_else(ca.logic_and(reset, is_known(M_z)), M_z, 0), was["M_slide"], tyre)
+    # Beside the friction of a steering gear, a torque does not tell a rise.
+    tells = ca.logic_and(reset, is_known(M_z)) * (not gear)
+    ground = (ca.if_else(tells, M_z, 0), was["M_slide"], tyre)
     zero = own["scale"] * newest_state(parts, measurement_model, after, "M_0")
-    known = (*_scale_known(own, before["verdict"], tracked), *_zero_known(zero, own, fields, rig[0]))
+    known = (
+        *_scale_and_deviation(own, before["verdict"], tracked),
+        *_zero_and_deviation(zero, own, fields, rig[0]),
+    )
     search = _search_of(anew, searched.join(before), (*ground, *known), measurement_model)
-    own["phase"] *= ca.logic_not(anew)
+    own["phase"] = ca.if_else(anew, 0, own["phase"])
     own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
     search, verdict, own_next, handover, output = _either(measurement_model, patch)(
@@ -219,10 +224,12 @@ def _search_of(
 
 def _again(own: Parts) -> Expression:
     """`again` of a new ground: a model that has failed for long is wrong, whatever the ground."""
-    return ca.if_else(ca.logic_and(own["confirmed"], own["doubt"] < MAX_DOUBT), 1, FAILED)
+    return ca.if_else(ca.logic_and(own["confirmed"], own["doubt"] < FAILED_FOR_LONG), 1, FAILED)
 
 
-def _scale_known(own: Parts, verdict: Expression, tracked: Expression) -> tuple[Expression, Expression]:
+def _scale_and_deviation(
+    own: Parts, verdict: Expression, tracked: Expression
+) -> tuple[Expression, Expression]:
     """Mean and standard deviation of s with which a search begins anew [1]."""
     found = ca.exp(named(VERDICT, verdict)["log_gain"])
     return ca.if_else(tracked, found, own["scale"]), ca.if_else(tracked, RESTART_STD, VAGUE)
@@ -235,7 +242,9 @@ def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:
     return ca.if_else(loaded, F_N, own["F_N"]), lifted
 
 
-def _zero_known(zero: Expression, own: Parts, fields: Parts, a: Expression) -> tuple[Expression, Any]:
+def _zero_and_deviation(
+    zero: Expression, own: Parts, fields: Parts, a: Expression
+) -> tuple[Expression, Any]:
     """The torque's zero and its deviation [N m], the former in range: garbage may have moved it far."""
     std = fields["zero_std"] * full_slide_torque(own["F_N"], a)
     return ca.fmax(-MAX_ZERO_DEVIATIONS * std, ca.fmin(MAX_ZERO_DEVIATIONS * std, zero)), std

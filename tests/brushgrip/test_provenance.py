@@ -150,7 +150,7 @@ def test_what_is_read_along_has_its_digest_too(tmp_path: Path) -> None:
     elsewhere = tmp_path / "bag" / "metadata.yaml"
 
     assert locate_inputs([str(log)]).files == (log, database)
-    assert locate_inputs([str(log)], channel_map=f"dbc={elsewhere}").files == (log, elsewhere)
+    assert locate_inputs([str(log)], channel_map=[f"dbc={elsewhere}"]).files == (log, elsewhere)
     assert locate_inputs([str(table)]).files == (table,)
     assert locate_inputs([str(bag)]).files == (bag, metadata, rest)
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.inputs.user_effects import user_effects
+from brushgrip.inputs.user_effects import effect_files, user_effects
 from symbolic import CANDIDATES, InvalidInputError
 from tests.brushgrip.helpers import Run, Write
 from tests.refusal import refused
@@ -188,6 +188,11 @@ def test_an_effect_that_cannot_work_is_told(here: Path, change: tuple[str, str],
     assert message.isprintable()
 
 
-def test_a_path_is_no_module() -> None:
-    with pytest.raises(InvalidInputError, match="give the name of a module, own_stop"):
-        names("./own_stop.py")
+def test_a_file_is_the_module_of_its_name(here: Path) -> None:
+    folder = here / "somewhere"
+    folder.mkdir()
+    (folder / "own_in_folder.py").write_text(MODULE.format(kind="Stop", name="stop_in_folder"))
+    effects = user_effects(["somewhere/own_in_folder.py"])
+
+    assert [effect.name for effect in effects] == ["stop_in_folder"]
+    assert folder / "own_in_folder.py" in effect_files(["somewhere/own_in_folder.py"], effects)

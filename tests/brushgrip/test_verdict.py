@@ -120,7 +120,7 @@ def test_a_weak_effect_says_what_it_lacks() -> None:
     assert clear.startswith(
         "The error falls by 2.1 standard errors of the 3 asked for; its parameter is"
     )
-    assert "359.0 σ from no effect at all: it may be chance" in clear
+    assert "359.0 σ from no effect at all: the recordings that were fitted demand it" in clear
     assert "1.2 σ from no effect at all, of 3: it may be chance" in near
 
 

@@ -185,7 +185,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
         "beside": supervision.BESIDE, "confirms": repr(supervision.CONFIRMS),
         "afterwards": repr(supervision.AFTERWARDS), "failed": repr(float(acquisition.FAILED)),
-        "over": repr(float(acquisition.OVER)), "max_doubt": repr(acquisition.MAX_DOUBT),
+        "over": repr(float(acquisition.OVER)), "failed_for_long": repr(acquisition.FAILED_FOR_LONG),
         "most_zero": repr(supervision.MAX_ZERO_DEVIATIONS),
         "verdict": verdict.VERDICT,
         "block": len(torque_state), "handover": len(handover_names(handed_states(states))),

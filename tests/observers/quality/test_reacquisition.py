@@ -63,8 +63,8 @@ def test_friction_that_rises_begins_where_it_rose(side: float, since: float) -> 
     """There the patch was free of torque, slid to this side, or between; never before the turn back."""
     track = dict.fromkeys(TRACK, 0.0) | {"direction": side, "extreme": 0.1 * side, "origin": -0.1 * side}
     stuck = float(virgin_torque(since, 400.0, 100.0, K, RIG.a, RIG.e))
-    M_z, tyre = side * (stuck - 2.0), [K, RIG.a, RIG.e]
-    after, points = build_new_ground()([*track.values()], M_z, 2.0, tyre)
+    M_z, tyre = side * (stuck - 0.2), [K, RIG.a, RIG.e]
+    after, points = build_new_ground()([*track.values()], M_z, 0.2, tyre)
     origin = side * (0.1 - min(since, 0.2))
 
     assert np.asarray(after)[TRACK.index("origin"), 0] == pytest.approx(origin, rel=1e-3)

@@ -238,7 +238,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
         state->own[OWN_F_N] = sample[2];
     }
     if (changed && tracked) {
-        state->own[OWN_AGAIN] = ((state->own[OWN_CONFIRMED] > 0.0) && (state->own[OWN_DOUBT] < ${max_doubt})) ? 1.0 : ${failed};
+        state->own[OWN_AGAIN] = ((state->own[OWN_CONFIRMED] > 0.0) && (state->own[OWN_DOUBT] < ${failed_for_long})) ? 1.0 : ${failed};
     }
     state->own[OWN_LOST] = 0.0;
     set_numbers(sensed, sample, 6);
@@ -263,8 +263,8 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
 %% endif
     if (changed) {
         if (tracked || lost) {
-            const bool told = ((status & ${NAME}_RESET) != 0) && is_known(M_z);
-            restart_search(state, told ? M_z : 0.0, tyre, tracked, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a});
+            const bool tells = ((status & ${NAME}_RESET) != 0) && is_known(M_z)${" && false" if gear};
+            restart_search(state, tells ? M_z : 0.0, tyre, tracked, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a});
         }
         state->own[OWN_ACQUIRING] = 1.0;
     }
