@@ -150,7 +150,8 @@ class EstimateRequest(GroundRequest):
             InvalidInputError: a recording could not be.
         """
         from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.running.batch import friction_known, friction_of_grounds, printed_rows
+        from brushgrip.running.batch import friction_of_grounds, printed_rows
+        from brushgrip.wording.formatting import range_of
         from symbolic import InvalidInputError
 
         rows = [outcome.row for outcome in outcomes]
@@ -166,8 +167,7 @@ class EstimateRequest(GroundRequest):
                 print_table(title, *printed_rows(rows), overflow="fold")
             for line in friction_of_grounds(rows):
                 say(line)
-            done = f"estimated {len(rows) - len(faults)} of {len(rows)} recordings"
-            say(f"{done}; {friction_known(rows)}")
+            say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {range_of(rows)}")
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
         show(rows)

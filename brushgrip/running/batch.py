@@ -264,14 +264,6 @@ def friction_of_grounds(rows: Sequence[Row]) -> list[str]:
     return lines
 
 
-def friction_known(rows: Sequence[Row]) -> str:
-    """Of how many recordings friction is known, and from which to which, in words."""
-    known = [mu for row in rows if isinstance(mu := row["mu_eff"], float) and isfinite(mu)]
-    return f"friction is known of {len(known)}" + (
-        f", mu_eff {min(known):.2f} to {max(known):.2f}" if known else ""
-    )
-
-
 def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ...]]]:
     """Headings and rows of the table on the screen."""
     cells: list[tuple[str, ...]] = []

@@ -236,3 +236,10 @@ def free_decay_document(result: FreeDecay, decrement: DecrementEstimate) -> dict
 def band_decimals(half: float) -> int:
     """Decimals of a friction's band with this half-width [1], and of what it is made of."""
     return 2 if half >= TWO_DECIMALS_FROM else 3
+
+
+def range_of(rows: Sequence[Mapping[str, object]]) -> str:
+    """Of how many rows of a summary friction is known, and from which to which."""
+    known = [mu for row in rows if isinstance(mu := row["mu_eff"], float) and math.isfinite(mu)]
+    values = f", mu_eff {min(known):.2f} to {max(known):.2f}" if known else ""
+    return f"friction is known of {len(known)}{values}"

@@ -153,7 +153,6 @@ def narrowed_by(cause: str, *, with_model: bool) -> str:
 
 
 LACKING = "find what the model lacks (brushgrip diagnose), then --model"
-"""Remedy where declarations are right."""
 
 
 def meaning(status: Status) -> str:
@@ -199,10 +198,8 @@ def estimates_summary(
         noise
         and counts[Status.INCONSISTENT] + counts[Status.REJECTED] > MIN_REPORTED_SHARE * estimates.t.size
     ):
-        return (
-            f"{line}; {number} {_plural(number, 'sample')} not usable: {meaning(most_frequent)};"
-            f" {noise}; where that does not help, {LACKING}"
-        )
+        line = f"{line}; {number} {_plural(number, 'sample')} not usable: {meaning(most_frequent)}"
+        return f"{line}; {noise}; where that does not help, {LACKING}"
     if number:
         share = np.median(
             (estimates.mu_std / estimates.mu)[estimates.wide if estimates.wide.any() else -1]

@@ -161,11 +161,10 @@ def build_conclusion(
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
     given = (inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
     by_error = error / build_sensitivity()(*given) ** 2
-    sample = {name: inputs[name] for name in ("M_z", "added", "tyre")}
-    unsure, zero = verdict["variance"] + by_error, is_scaled * verdict["zero"]
-    decided = is_decided(
-        own, verdict, output, limits, sample, unsure, zero, slides=patch.slides, gear="gear" in states
-    )
+    sample = {"M_z": inputs["M_z"], "added": inputs["added"], "error": error}
+    told = (own, verdict, output, limits, sample, verdict["variance"] + by_error)
+    zero, gear = is_scaled * verdict["zero"], "gear" in states
+    decided = is_decided(*told, zero, slides=patch.slides, gear=gear)
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
@@ -187,7 +186,7 @@ def build_conclusion(
     means = {"log_mu": log_mu, "stiffness": 1}
     means |= {name: verdict[of] / after["scale"] for name, of in (("M_0", "zero"), ("gear", "gear"))}
     covariances = {"log_mu_log_mu": variance, "M_0_M_0": verdict["var_zero"]}
-    if "gear" in states:
+    if gear:
         covariances |= _covariances_of_gear(verdict, after["scale"], spread, doubtful)
     results = _acquired_output(after, own, verdict, output, log_mu, variance, limits)
     outputs = {

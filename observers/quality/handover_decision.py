@@ -4,7 +4,6 @@ import casadi as ca
 
 from observers.layout import Expression, Parts
 from observers.measurement.torque_error import is_known
-from observers.quality.hypotheses import build_error
 from observers.quality.verdict import ALLOWED
 
 DECIDED = 0.15
@@ -28,7 +27,7 @@ def is_decided(
         verdict: of the hypotheses.
         output: of the estimator.
         limits: of the tuning.
-        sample: M_z [N m], the variance of the way to it `added` [N^2 m^2], and `tyre`: k, a, e.
+        sample: M_z [N m], variance of its noise `added` [N^2 m^2], that of the model's `error` [1].
         unsure: variance of ln mu [1].
         zero: of the torque [N m].
         slides: share of the full slide beyond which memory keeps nothing of an earlier mu [1].
@@ -41,7 +40,7 @@ def is_decided(
         torque = ca.fabs(output["M_z_predicted"] - zero)
         decided = ca.logic_and(decided, torque > slides * output["M_slide"])
     # After a change of the ground the estimator's patch remembers the old one until it slides.
-    return ca.logic_and(decided, ca.logic_or(own["again"] != 1, _agrees(own, output, limits, sample)))
+    return ca.logic_and(decided, ca.logic_or(own["again"] != 1, _agrees(own, output, sample)))
 
 
 def _is_friction_known(verdict: Parts, unsure: Expression, limits: Parts, gear: bool) -> Expression:
@@ -53,11 +52,8 @@ def _is_friction_known(verdict: Parts, unsure: Expression, limits: Parts, gear: 
     return ca.logic_or(known, ca.logic_and(unsure < most**2, possible))
 
 
-def _agrees(own: Parts, output: Parts, limits: Parts, sample: Parts) -> Expression:
+def _agrees(own: Parts, output: Parts, sample: Parts) -> Expression:
     """Whether the estimator predicts the torque, if one is known."""
     slide, predicted = (output[name] * own["scale"] for name in ("M_slide", "M_z_predicted"))
-    _, variance, _ = build_error()(
-        0, own["F_N"], sample["tyre"][1], sample["added"], slide, 1, limits["error"]
-    )
     off = ca.if_else(is_known(sample["M_z"]), sample["M_z"] - predicted, 0)
-    return off**2 <= AGREES**2 * variance
+    return off**2 <= AGREES**2 * (sample["added"] + sample["error"] * slide**2)

@@ -176,14 +176,9 @@ def build_supervised_step(
     limits = settings_of(fields, patch.misfit, own["again"] > 0)
     gear, searched = has_gear(measurement_model), search_layout(has_gear(measurement_model))
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
-    # Beside the friction of a steering gear, a torque does not tell a rise.
-    tells = ca.logic_and(reset, is_known(M_z)) * (not gear)
-    ground = (ca.if_else(tells, M_z, 0), was["M_slide"], tyre)
+    ground = (_told(reset, M_z, gear), was["M_slide"], tyre)
     zero = own["scale"] * newest_state(parts, measurement_model, after, "M_0")
-    known = (
-        *_scale_and_deviation(own, before["verdict"], tracked),
-        *_zero_and_deviation(zero, own, fields, rig[0]),
-    )
+    known = _known_before(own, before["verdict"], tracked, zero, fields["zero_std"] * rig[0])
     search = _search_of(anew, searched.join(before), (*ground, *known), measurement_model)
     own["phase"] = ca.if_else(anew, 0, own["phase"])
     own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
@@ -227,12 +222,23 @@ def _again(own: Parts) -> Expression:
     return ca.if_else(ca.logic_and(own["confirmed"], own["doubt"] < FAILED_FOR_LONG), 1, FAILED)
 
 
-def _scale_and_deviation(
-    own: Parts, verdict: Expression, tracked: Expression
-) -> tuple[Expression, Expression]:
-    """Mean and standard deviation of s with which a search begins anew [1]."""
-    found = ca.exp(named(VERDICT, verdict)["log_gain"])
-    return ca.if_else(tracked, found, own["scale"]), ca.if_else(tracked, RESTART_STD, VAGUE)
+def _told(reset: Expression, M_z: Expression, gear: bool) -> Expression:
+    """The torque that may tell a rise of friction [N m]; 0 for none, as beside a gear's friction."""
+    return ca.if_else(ca.logic_and(reset, is_known(M_z)), M_z, 0) * (not gear)
+
+
+def _known_before(
+    own: Parts, verdict: Expression, tracked: Expression, zero: Expression, zero_std: Expression
+) -> tuple[Expression, ...]:
+    """Mean and deviation of s [1] and of the torque's zero [N m] with which a search begins anew.
+
+    zero_std is a share of full slide at mu = 1 times the half-length [m]. Garbage may have moved the
+    zero far: it keeps its range.
+    """
+    found, std = ca.exp(named(VERDICT, verdict)["log_gain"]), zero_std * full_slide_torque(own["F_N"], 1)
+    most = MAX_ZERO_DEVIATIONS * std
+    scale = ca.if_else(tracked, found, own["scale"]), ca.if_else(tracked, RESTART_STD, VAGUE)
+    return *scale, ca.fmax(-most, ca.fmin(most, zero)), std
 
 
 def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:
@@ -240,11 +246,3 @@ def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:
     loaded = ca.logic_and(is_known(F_N), MIN_LOAD_SHARE * own["F_N_first"] <= F_N)
     lifted = ca.logic_and(is_known(F_N), ca.logic_not(loaded))
     return ca.if_else(loaded, F_N, own["F_N"]), lifted
-
-
-def _zero_and_deviation(
-    zero: Expression, own: Parts, fields: Parts, a: Expression
-) -> tuple[Expression, Any]:
-    """The torque's zero and its deviation [N m], the former in range: garbage may have moved it far."""
-    std = fields["zero_std"] * full_slide_torque(own["F_N"], a)
-    return ca.fmax(-MAX_ZERO_DEVIATIONS * std, ca.fmin(MAX_ZERO_DEVIATIONS * std, zero)), std

@@ -238,7 +238,7 @@ def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     alien = estimates(*[Status.INCONSISTENT] * 2, *[Status.USED] * 2)
     slower = estimates(*[Status.USED, Status.MISSING] * 2, last=2)
 
-    assert estimates_summary(alien, "declare it").endswith("does not explain the torque; declare it")
+    assert "does not explain the torque; declare it; where" in estimates_summary(alien, "declare it")
     assert "raise error of the tuning to 0.1 (--tune error=0.1): with more" in estimates_summary(alien)
     assert "; 2 samples not usable: no measurement" in estimates_summary(slower)
     assert estimates_summary(slower, rates="100 and 200 Hz").endswith(
