@@ -15,9 +15,9 @@ from types import MappingProxyType
 from observers.tuning import REFERENCE_STEP, Tuning
 from symbolic import FoundModel, InvalidInputError, ModelError
 
-CAR = MappingProxyType({"error": 0.03, "mu_floor": 0.0})
+CAR = MappingProxyType({"error": 0.03, "mu_floor": 0.0, "alarm": 7.0})
 """Fields of the tuning that differ for a car: its contacts match their model better than a rig's small
-wheel does, and its tolerances count in full."""
+wheel does, its tolerances count in full, and what its gear does is no new ground."""
 TURNING_RATE = 0.1
 """Yaw rate at which a correlation time is taken for a turn [rad/s]: that of hand-turned recordings."""
 SENSOR_SHARE = 0.1
@@ -73,7 +73,10 @@ def tuning_for(
     """
     tuning = Tuning() if tuning is None else tuning
     if car:
-        tuning = replace(tuning, mu_floor=CAR["mu_floor"], error=min(tuning.error, CAR["error"]))
+        tuning = replace(
+            tuning, mu_floor=CAR["mu_floor"], error=min(tuning.error, CAR["error"]),
+            alarm=max(tuning.alarm, CAR["alarm"]),
+        )  # fmt: skip
     if found is not None and found.error is not None:
         tuning = with_model_error(tuning, found.error)
         if by_direction and found.error.friction_walk:

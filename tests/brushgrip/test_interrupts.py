@@ -110,7 +110,7 @@ def test_a_signal_while_it_works(ended: Ended, what: str) -> None:
     assert ended(f"{code}\n{RUN}run_process(lambda: work)") == result
 
 
-INSTANTS = (7, 10, 30, 100, 200, 300, 500, 800, 1200, 1500)
+INSTANTS = (7, 10, 30, 100, 200, 300, 500, 800, 1000, 1200)
 """Modules that have been imported when the signal comes; before the first few Python itself answers."""
 AT_IMPORT = """
 import os, sys
