@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
+from scipy.signal import fftconvolve
 from scipy.special import fdtri
 
 from identification.fits.autocorrelation import lagged_products
@@ -149,10 +149,8 @@ class Noise:
             n = place.stop - place.start
             half = np.interp(step * np.arange(n), self.lags, self.correlation, right=0.0)
             kernel = np.concatenate([half[:0:-1], half])[:, None]
-            size = next_fast_len(3 * n - 2, real=True)
-            spectrum = rfft(columns[place], size, axis=0) * rfft(kernel, size, axis=0)
             level = self.energies[i] / self.counts[i]
-            product[place] = level * irfft(spectrum, size, axis=0)[n - 1 : 2 * n - 1]
+            product[place] = level * fftconvolve(columns[place], kernel, axes=0)[n - 1 : 2 * n - 1]
         return np.where(self.rows.present[:, None], product, 0.0)
 
 
