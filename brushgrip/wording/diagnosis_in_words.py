@@ -125,7 +125,7 @@ def _why_weak(effect: FoundEffect) -> str:
     if few and off is not None and not near:
         return (
             f"{why}: the recordings that were fitted demand it, those that judge do not confirm it. Fit"
-            " one of each ground, or leave --holdout out."
+            " one of each ground; with --holdout, leave that out."
         )
     return f"{why[:1].upper()}{why[1:]}: it may be chance."
 

@@ -15,9 +15,9 @@ from types import MappingProxyType
 from observers.tuning import REFERENCE_STEP, Tuning
 from symbolic import FoundModel, InvalidInputError, ModelError
 
-CAR = MappingProxyType({"error": 0.03, "mu_floor": 0.0, "alarm": 7.0})
+CAR = MappingProxyType({"error": 0.03, "mu_floor": 0.0})
 """Fields of the tuning that differ for a car: its contacts match their model better than a rig's small
-wheel does, its tolerances count in full, and what its gear does is no new ground."""
+wheel does, and its tolerances count in full."""
 TURNING_RATE = 0.1
 """Yaw rate at which a correlation time is taken for a turn [rad/s]: that of hand-turned recordings."""
 SENSOR_SHARE = 0.1
@@ -28,8 +28,8 @@ so far, a diagnosis the rate of the whole recording, and half-length and caster 
 EXPLAINED = 2.5
 """Consistency beyond which a spread that was measured is exceeded [1]: chi-square with 40 degrees of
 freedom over 40, which it exceeds about once in two million independent windows."""
-WALKING_ALARM = 7.0
-"""`Tuning.alarm` where friction walks from stroke to stroke [1]: a little more is no change."""
+UNSTEADY_ALARM = 7.0
+"""Least `Tuning.alarm` where friction walks from stroke to stroke, or a gear has its own [1]."""
 PROFILES: Mapping[str, Tuning] = MappingProxyType(
     {
         "real_tyre": Tuning(),
@@ -75,12 +75,13 @@ def tuning_for(
     if car:
         tuning = replace(
             tuning, mu_floor=CAR["mu_floor"], error=min(tuning.error, CAR["error"]),
-            alarm=max(tuning.alarm, CAR["alarm"]),
+            alarm=max(tuning.alarm, UNSTEADY_ALARM),
         )  # fmt: skip
     if found is not None and found.error is not None:
         tuning = with_model_error(tuning, found.error)
         if by_direction and found.error.friction_walk:
-            tuning = replace(tuning, mu_walk=found.error.friction_walk, alarm=WALKING_ALARM)
+            alarm = max(tuning.alarm, UNSTEADY_ALARM)
+            tuning = replace(tuning, mu_walk=found.error.friction_walk, alarm=alarm)
     return replace(tuning, **dict(by_hand or {}))  # type: ignore[arg-type]
 
 
