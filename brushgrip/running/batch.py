@@ -5,7 +5,7 @@ import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import isfinite, nan
+from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +28,7 @@ from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import executor_at
 from brushgrip.wording.declared_values import rests_on
-from brushgrip.wording.formatting import csv_text
+from brushgrip.wording.formatting import csv_text, is_figure
 from brushgrip.wording.friction import (
     band_parts,
     estimates_summary,
@@ -269,7 +269,7 @@ def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ..
     cells: list[tuple[str, ...]] = []
     for row in rows:
         mu, std = row["mu_eff"], row["mu_eff_std"]
-        known = isinstance(mu, float) and isfinite(mu)
+        known = is_figure(mu)
         usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
         remark = str(row["fault"]) or ("" if known else _why_unknown(row))
         friction = with_95_band(float(mu), float(std)) if known else "–"

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 from numpy.typing import NDArray
 
@@ -238,8 +238,13 @@ def band_decimals(half: float) -> int:
     return 2 if half >= TWO_DECIMALS_FROM else 3
 
 
+def is_figure(value: object) -> TypeGuard[float]:
+    """Whether a cell of a summary holds a number."""
+    return isinstance(value, float) and math.isfinite(value)
+
+
 def range_of(rows: Sequence[Mapping[str, object]]) -> str:
     """Of how many rows of a summary friction is known, and from which to which."""
-    known = [mu for row in rows if isinstance(mu := row["mu_eff"], float) and math.isfinite(mu)]
+    known = [mu for row in rows if is_figure(mu := row["mu_eff"])]
     values = f", mu_eff {min(known):.2f} to {max(known):.2f}" if known else ""
     return f"friction is known of {len(known)}{values}"
