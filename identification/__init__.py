@@ -36,7 +36,8 @@ from identification.reading.conditioning import (
 from identification.reading.readers import READERS, Reader
 from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig
-from identification.reading.signal_map import SignalMap, SignalSource, parse_signals, read_signals
+from identification.reading.signal_map import SignalMap, SignalSource, parse_signals
+from identification.reading.signals_section import read_signals
 from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import Table
 from identification.residuals.residual_tests import Unexplained

@@ -118,7 +118,8 @@ ChannelMap = Annotated[
         metavar="psi=NAME:deg,...",
         help="Channels of the columns with their units and factors, such as"
         " psi=SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN; goes before [signals] of the rig"
-        " file. May be repeated, with other columns.",
+        " file. May be repeated: a column that is named again begins the map of recordings with other"
+        " channels; each takes the map whose channels it has.",
     ),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace what another run wrote into the folder.")]

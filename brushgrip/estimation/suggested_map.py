@@ -10,7 +10,6 @@ import numpy as np
 from brushgrip.wording.friction import LACKING
 from identification import Recording
 from identification.reading.signal_map import (
-    FOR_RATIO,
     USUAL_RATIO,
     SignalSource,
     as_option,
@@ -82,9 +81,13 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
             ratio = FOR_K
         if scale and float(scale[1]) < MISSING_RATIO_SCALE:
             source = _source(recording, torque)
+            shaft = mending_map(recording.sources, {torque: source.geared(torque)})
+            of_hand = (
+                f"if psi is the steering wheel's, without a ratio yet: --steering-ratio {USUAL_RATIO}; "
+            )
             ratio = (
-                f"; if psi is the steering wheel's, without a ratio yet: --steering-ratio {USUAL_RATIO};"
-                f" if the torque is of its shaft: {as_option([source.as_geared(torque)])}{FOR_RATIO}"
+                f"; {'' if source.ratio else of_hand}if the torque is of its shaft:"
+                f" {shaft}{source.for_ratio}"
             )
             if float(scale[1]) < MIN_SCALE:
                 other = "N m" if source.unit else "kN m"
@@ -122,10 +125,12 @@ def _angle(recording: Recording) -> tuple[str, str]:
     source, largest = _source(recording, "psi"), float(np.abs(recording.psi).max())
     degrees = replace(source, unit="deg")
     if source.unit is not None:
-        return source.as_geared("psi"), FOR_RATIO
+        return source.geared("psi").as_map("psi"), source.for_ratio
     if largest > MAX_ANGLE_DEGREES:
-        return degrees.as_geared("psi"), FOR_RATIO
+        return degrees.geared("psi").as_map("psi"), source.for_ratio
     if largest > SURELY_DEGREES:
         return degrees.as_map("psi"), ""
-    geared = source.as_geared("psi")
-    return degrees.as_map("psi"), f", or {geared} if it is the steering wheel's{FOR_RATIO}"
+    if source.ratio:
+        return degrees.as_map("psi"), ""
+    geared = source.geared("psi").as_map("psi")
+    return degrees.as_map("psi"), f", or {geared} if it is the steering wheel's{source.for_ratio}"

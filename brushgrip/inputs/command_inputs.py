@@ -20,7 +20,6 @@ from identification import (
     FoundModel,
     Recording,
     SignalMap,
-    parse_signals,
     read_decay,
     read_model,
     read_recording,
@@ -28,9 +27,11 @@ from identification import (
     read_signals,
     read_vehicle,
 )
-from identification.reading.adjusting import trimmed, with_wheel_angle
+from identification.reading.adjusting import trimmed
+from identification.reading.chosen_map import with_steering_ratio
 from identification.reading.files import read_bytes
 from identification.reading.readers import files_beside
+from identification.reading.signal_map import parse_maps
 from symbolic import Effect, InvalidInputError
 from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
 from symbolic.tables.vehicle_tables import VEHICLE
@@ -93,16 +94,12 @@ class Inputs:
         if torque_required:
             self._require_distinct(read, same_samples, ", either for training or held out")
         return [
-            self._adjusted(
-                replace(recording, name=label, ground=self.grounds.get(label, recording.ground))
+            trimmed(
+                replace(recording, name=label, ground=self.grounds.get(label, recording.ground)),
+                *self.span,
             )
             for label, recording in zip(self.paths, read, strict=True)
         ]
-
-    def _adjusted(self, recording: Recording) -> Recording:
-        if self.steering_ratio is not None:
-            recording = with_wheel_angle(recording, self.steering_ratio)
-        return trimmed(recording, *self.span)
 
     def decays(self) -> list[Decay]:
         """The free vibrations in order.
@@ -197,12 +194,9 @@ def locate_inputs(
             raise _twice(one, other)
     signals = SignalMap() if (described := rig or vehicle) is None else read_signals(described)
     if channel_map is not None:
-        signals = signals.updated(parse_signals(",".join(channel_map)))
-    if steering_ratio is not None and abs(signals.of("psi").factor) != 1:
-        raise InvalidInputError(
-            f"--steering-ratio {steering_ratio:g}: the map of channels has a factor for psi already,"
-            f" {signals.of('psi').as_map('psi')}; give one of them"
-        )
+        signals = signals.updated(parse_maps(channel_map))
+    if steering_ratio is not None:
+        signals = with_steering_ratio(signals, steering_ratio)
     paths = dict(zip(unique_labels(located), located, strict=True))
     files = [*located, *effect_files(effects, own), *files_beside(located, signals)]
     return Inputs(

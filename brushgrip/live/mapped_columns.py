@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from math import inf
 
 from identification.reading.channels import map_hint, resolve
+from identification.reading.chosen_map import fitting_map, unit_by_name
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_VALUES, columns_of
 from identification.reading.units import unit_of_name
@@ -48,15 +49,17 @@ class Columns:
                 proposes a map. Or a unit is none of the column's.
         """
         names, found = list(units), {}
+        signals = fitting_map(self._where, self._signals, names)
         for column in columns_of(self._needed):
-            source = self._signals.of(column)
+            source = signals.of(column)
             name = resolve(self._where, source.channel.split("/")[-1], names, by_part=by_part)
             if name is not None:
+                source, _ = unit_by_name(column, source, units[name])
                 found[column] = (name, source.scale(column, units[name]))
         alternatives = (self.angles, self.torques, *(() if "rack" in self.angles else (("F_N",),)))
         lacking = [any_of[0] for any_of in alternatives if not any(c in found for c in any_of)]
         if lacking:
-            hint = map_hint(lacking, names, self._signals)
+            hint = map_hint(lacking, names, signals)
             raise InvalidInputError(f"{self._where}: {', '.join(lacking)} missing{hint}")
         return found
 

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
 from identification.reading.files import read_bytes
 from identification.reading.rigfile import rig_text
-from identification.reading.signal_map import signals_text
+from identification.reading.signals_section import signals_text
 from identification.steering.plates import PlatesResult
 from identification.steering.tyres import TyresResult
 from symbolic import InvalidInputError, Rig, Tyre

@@ -1,7 +1,6 @@
-"""A part of a recording, and the angle of the wheel from that of the steering wheel."""
+"""A part of a recording."""
 
 import logging
-import math
 from dataclasses import replace
 from typing import Any
 
@@ -64,18 +63,3 @@ def _warn_of_twist(part: Recording) -> None:
             " friction may be wrong until the wheel has slid to both sides; begin where it rests",
             part.name, part.t[0], known[0],
         )  # fmt: skip
-
-
-def with_wheel_angle(recording: Recording, ratio: float) -> Recording:
-    """The recording with the angle of the wheel, where that of the steering wheel was recorded.
-
-    Args:
-        recording: with psi and psi_dot of the steering wheel.
-        ratio: that angle over the wheel's, greater than 0 [1].
-
-    Raises:
-        InvalidInputError: the ratio is not finite and greater than 0.
-    """
-    if not 0 < ratio < math.inf:
-        raise InvalidInputError(f"--steering-ratio must be finite and greater than 0, got {ratio:g}")
-    return replace(recording, psi=recording.psi / ratio, psi_dot=recording.psi_dot / ratio)

@@ -10,7 +10,6 @@ from pathlib import Path
 from identification.reading.guessed_car_channels import EITHER, guesses_of_steering
 from identification.reading.guessed_units import infer_units
 from identification.reading.signal_map import (
-    FOR_RATIO,
     NO_MAP,
     SignalMap,
     SignalSource,
@@ -187,7 +186,10 @@ def map_hint(
         given = {c: source for c, source in signals.signals.items() if c not in absent}
         return f"; say which is which (in Python by signals=), such as {mending_map(given, guesses)}"
     channels = dict(_guesses(absent, names, signals))
-    guessed = {column: _proposed_source(column, guess) for column, guess in channels.items()}
+    guessed = {
+        column: replace(_proposed_source(column, guess), ratio=signals.steering_ratio)
+        for column, guess in channels.items()
+    }
     of_hand = {
         c
         for c, s in guessed.items()
@@ -210,12 +212,12 @@ def map_hint(
             values[column] = samples.values * factor * (factor_of(column, unit) or 1.0)
     sources, of_hand = infer_units(sources, values, of_hand, certain)
     parts = [
-        sources[c].as_geared(c) if c in of_hand else sources[c].as_map(c)
+        (sources[c].geared(c) if c in of_hand else sources[c]).as_map(c)
         for c in sorted(sources, key=[*COLUMNS, *sources].index)
         if c in of_hand or sources[c] != SignalSource(channel=c)
     ]
     load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
-    ratio = FOR_RATIO if of_hand else ""
+    ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).for_ratio if of_hand else ""
     return f"{load}; say which is which{IN_PYTHON}, such as {as_option(parts)}{ratio}"
 
 
@@ -239,7 +241,7 @@ def _guesses(
 
 
 def _likely(column: str, names: Sequence[str]) -> str | None:
-    by_unit = [n for n in names if is_unit(column, unit_of_name(n))]
+    by_unit = [n for n in names if is_unit(column, unit_of_name(n) or unit_at_end(column, n))]
     parts = _USUAL_NAMES.get(column, (column.lower(),))
     by_name = [n for n in names if any(p in n.lower().replace("_", "") for p in parts)]
     close = get_close_matches(column, names, n=1, cutoff=0.6)

@@ -13,9 +13,10 @@ from identification.reading.channels import (
     missing_channels,
     resolve_columns,
 )
+from identification.reading.chosen_map import fitting_map, unit_by_name
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.table import MAX_SAMPLES, Array, Table
-from identification.reading.units import bare_name
+from identification.reading.units import bare_name, is_unit, unit_of_name
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import naming
 
@@ -45,8 +46,9 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
     Raises:
         InvalidInputError: a channel is missing, has samples of another number, or an unknown unit.
     """
+    signals = fitting_map(str(path), signals, file.names)
     names = resolve_columns(path, file, needed, signals)
-    read = {column: file.read(name) for column, name in names.items() if column != "t"}
+    read = {c: _with_unit(c, name, file.read(name)) for c, name in names.items() if c != "t"}
     if not read:
         # Of a car, where no single column is needed.
         timeless = [] if file.own_clocks or "t" in names else ["t"]
@@ -55,19 +57,21 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
     if not own_clocks:
         if "t" not in names:
             raise missing_channels(path, ["t"], file.names, signals)
-        read = {"t": file.read(names["t"]), **read}
-    sources = {
-        column: signals.signals.get(column, SignalSource(channel=bare_name(names[column])))
-        for column in read
-    }
-    in_si = {}
+        read = {"t": _with_unit("t", names["t"], file.read(names["t"])), **read}
+    sources, in_si, by_name = dict[str, SignalSource](), dict[str, Samples](), list[str]()
     for column, samples in read.items():
+        source = signals.of(column, bare_name(names[column]))
         with naming(f"{path}: {names[column]}"):
+            is_date = np.asarray(samples.values).dtype.kind in "mM"
+            sources[column], taken = (
+                (source, "") if is_date else unit_by_name(column, source, samples.unit)
+            )
             in_si[column] = replace(samples, values=_in_si(column, samples, sources[column]))
+        by_name += [taken] * bool(taken)
     if (unit := read["psi"].unit if "psi" in read else "") and sources["psi"].unit is None:
         # So that a message asks for no unit that the file gives.
         sources["psi"] = replace(sources["psi"], unit=unit)
-    remarks: dict[str, list[str]] = {}
+    remarks = {"units by the names; a map overrides them": by_name} if by_name else {}
     for column, samples in read.items():
         if samples.remark:
             remarks.setdefault(samples.remark, []).append(names[column])
@@ -94,6 +98,12 @@ def remapped(table: Table, needed: Sequence[str], signals: SignalMap) -> Table:
     file = ChannelFile(names=tuple(table.columns), read=lambda name: Samples(values=table.columns[name]))
     mapped = tabulate(table.path, file, needed, signals)
     return replace(table, columns=mapped.columns, sources=mapped.sources, names=mapped.names)
+
+
+def _with_unit(column: str, name: str, samples: Samples) -> Samples:
+    """The samples with the unit in brackets behind the name, where the file says none."""
+    unit = unit_of_name(name)
+    return replace(samples, unit=unit) if not samples.unit and is_unit(column, unit) else samples
 
 
 def _in_si(column: str, samples: Samples, source: SignalSource) -> Array:

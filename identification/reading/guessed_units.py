@@ -52,7 +52,7 @@ def infer_units(
         convert("psi", "deg", np.pi / 180)
     if (
         "psi" in known
-        and found["psi"].factor == 1
+        and abs(found["psi"].factor) == 1
         and np.nanmax(np.abs(known["psi"])) > MAX_STEERING_ANGLE
     ):
         geared.add("psi")

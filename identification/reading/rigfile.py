@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from identification.reading.files import read_bytes
-from identification.reading.signal_map import SignalMap, parse_signals, read_signals
+from identification.reading.signal_map import SignalMap, parse_signals
+from identification.reading.signals_section import read_signals
 from identification.reading.table import Table
 from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of

@@ -3,25 +3,23 @@
 import json
 import re
 import shlex
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 
-from identification.reading.files import read_bytes
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
-from symbolic.tables.parsing import MAX_TABLES_SIZE, excerpt, floats, naming, shown, toml_of
+from symbolic.tables.parsing import excerpt, naming, shown
 from symbolic.tables.rig_tables import SIGNALS
 
 USUAL_RATIO = 15
 """Stands for the steering ratio in a map that is proposed [1]."""
-FOR_RATIO = f", with your steering ratio for {USUAL_RATIO}"
+_ANGLES = ("psi", "psi_dot")
 DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""
 MIN_FACTOR, MAX_FACTOR = 1e-12, 1e12
 """Size of a factor, beyond which no unit is."""
-_FRACTION = re.compile(r"(?P<part>-?[0-9]{1,9}(\.[0-9]{1,9})?)/(?P<over>[0-9]{1,9}(\.[0-9]{1,9})?)")
 _SOURCE = re.compile(
     r"(?P<sign>[+-]?)(?:(?P<factor>\d+\.?\d*(?:[eE][+-]?\d+)?)(?:/(?P<over>\d+\.?\d*))?\*)?(?P<channel>.+?)(?::(?P<unit>[^:]*))?"
 )
@@ -37,6 +35,7 @@ class SignalSource:
         unit: of the channel, as `deg`; None for what the file itself says, SI where it says nothing.
         factor: from the channel to the column, such as the ratio of steering wheel to kingpin; negative
             where the channel counts the other way [1].
+        ratio: what `--steering-ratio` says, by which an angle is divided besides; None for nothing.
 
     Raises:
         InvalidInputError: no name, or a factor that is 0, not finite or of an absurd size.
@@ -45,6 +44,7 @@ class SignalSource:
     channel: str
     unit: str | None = None
     factor: float = 1.0
+    ratio: float | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         """Check name and factor."""
@@ -66,9 +66,8 @@ class SignalSource:
         Raises:
             InvalidInputError: the unit is none of the column's; the message proposes a map.
         """
-        return self.factor * require_factor(
-            column, unit if self.unit is None else self.unit, self.channel
-        )
+        factor = require_factor(column, unit if self.unit is None else self.unit, self.channel)
+        return self.factor * factor / (self.ratio if self.ratio and column in _ANGLES else 1.0)
 
     def as_map(self, column: str) -> str:
         """As on the command line: `psi=-0.5*Steer:deg`."""
@@ -76,11 +75,20 @@ class SignalSource:
         unit = "" if self.unit is None else f":{self.unit}"
         return f"{column}={'-' * (self.factor < 0)}{factor}{self.channel}{unit}"
 
-    def as_geared(self, column: str) -> str:
-        """The same with a steering ratio: an angle over it, a moment times it."""
-        times = f"1/{USUAL_RATIO}" if column in ("psi", "psi_dot") else f"{USUAL_RATIO}"
-        unit = "" if self.unit is None else f":{self.unit}"
-        return f"{column}={'-' * (self.factor < 0)}{times}*{self.channel}{unit}"
+    def geared(self, column: str) -> "SignalSource":
+        """The same with a steering ratio, that of `--steering-ratio` or the usual one.
+
+        An angle is divided by it, unless that option does so; a moment is multiplied by it.
+        """
+        times = self.ratio or USUAL_RATIO
+        if column in _ANGLES:
+            times = 1.0 if self.ratio else 1 / USUAL_RATIO
+        return replace(self, factor=times if self.factor > 0 else -times)
+
+    @property
+    def for_ratio(self) -> str:
+        """What to put in place of the usual ratio of `geared`; empty where it is not used."""
+        return "" if self.ratio else f", with your steering ratio for {USUAL_RATIO}"
 
     def to_dict(self) -> dict[str, str | float | None]:
         """As in a rig file."""
@@ -101,6 +109,8 @@ class SignalMap:
     Attributes:
         signals: by column, out of t, psi, M_z, F_N, psi_dot, M, and those of a car.
         dbc: database of a CAN bus; None for the only one beside the log.
+        others: maps for recordings with other channels; a recording takes that whose channels it has.
+        steering_ratio: recorded angle of a steering wheel over the wheel's; None for that of the wheel.
 
     Raises:
         InvalidInputError: a column that recordings do not have, or a unit that it does not have.
@@ -108,6 +118,8 @@ class SignalMap:
 
     signals: Mapping[str, SignalSource] = field(default_factory=dict)
     dbc: Path | None = None
+    others: tuple["SignalMap", ...] = ()
+    steering_ratio: float | None = None
 
     def __post_init__(self) -> None:
         """Check columns and units."""
@@ -121,20 +133,32 @@ class SignalMap:
 
     def __bool__(self) -> bool:
         """Whether anything is mapped."""
-        return bool(self.signals)
+        return bool(self.signals or self.others or self.steering_ratio)
 
-    def of(self, column: str) -> SignalSource:
-        """Where a column comes from; the channel of its own name where the map is silent."""
-        return self.signals.get(column, SignalSource(channel=column))
+    @property
+    def each(self) -> tuple["SignalMap", ...]:
+        """This map without the others, then these."""
+        return (replace(self, others=()), *self.others)
+
+    def of(self, column: str, channel: str | None = None) -> SignalSource:
+        """Where a column comes from; its own name, or the channel given, where the map is silent."""
+        source = self.signals.get(column, SignalSource(channel=channel or column))
+        return replace(source, ratio=self.steering_ratio)
 
     def updated(self, other: "SignalMap") -> "SignalMap":
-        """This map where the other is silent."""
-        return SignalMap(signals={**self.signals, **other.signals}, dbc=other.dbc or self.dbc)
+        """This map where the other is silent; of several maps each with each."""
+        first, *more = (
+            replace(one, signals={**mine.signals, **one.signals}, dbc=one.dbc or mine.dbc)
+            for mine in self.each
+            for one in other.each
+        )
+        return replace(first, others=tuple(more))
 
     def to_dict(self) -> dict[str, object]:
         """As in a rig file."""
         signals = {column: signal.to_dict() for column, signal in self.signals.items()}
-        return {**signals, **({DBC: str(self.dbc)} if self.dbc else {})}
+        others = {"others": [other.to_dict() for other in self.others]} if self.others else {}
+        return {**signals, **({DBC: str(self.dbc)} if self.dbc else {}), **others}
 
 
 NO_MAP = SignalMap()
@@ -175,6 +199,32 @@ def parse_signals(text: str) -> SignalMap:
     return SignalMap(signals=signals, dbc=dbc)
 
 
+def parse_maps(texts: Iterable[str]) -> SignalMap:
+    """The map of several options `--map`; one that names a column again begins that of other recordings.
+
+    Raises:
+        InvalidInputError: as of `parse_signals`, or two databases.
+    """
+    given = [parse_signals(text) for text in texts]
+    maps: list[dict[str, SignalSource]] = [{}]
+    for one in given:
+        if maps[-1].keys() & one.signals.keys():
+            maps.append({})
+        maps[-1] |= one.signals
+    return alternatives(maps, [one.dbc for one in given])
+
+
+def alternatives(
+    maps: Sequence[Mapping[str, SignalSource]], databases: Sequence[Path | None]
+) -> SignalMap:
+    """Maps for recordings with other channels each, and the one database of a bus for all."""
+    named = {*databases} - {None}
+    if len(named) > 1:
+        raise InvalidInputError(f"{DBC} is given twice; allowed: once")
+    first, *others = (SignalMap(signals=one, dbc=next(iter(named), None)) for one in maps)
+    return replace(first, others=tuple(others))
+
+
 def as_option(entries: Iterable[str]) -> str:
     """Entries of a map as the option `--map`, to be pasted into a shell."""
     return f"--map {shlex.quote(','.join(entries))}"
@@ -194,73 +244,18 @@ def mending_map(sources: Mapping[str, SignalSource], changed: Mapping[str, Signa
     found = [_SOURCE.fullmatch(entry.partition("=")[2]) for entry in entries.values()]
     for source, one in zip(given.values(), found, strict=True):
         if "," in source.channel or one is None or one["channel"] != source.channel:
-            text = ", ".join(_entry(column, source) for column, source in given.items())
+            text = ", ".join(toml_entry(column, source) for column, source in given.items())
             return f"first line of the file with [signals], in its place: {SIGNALS} = {{ {text} }}"
     return as_option(entries.values())
 
 
-def read_signals(path: str | Path) -> SignalMap:
-    """The section ``[signals]`` of a rig file; an empty map where there is none.
-
-    ``psi = { channel = "SteeringAngle", unit = "deg", factor = -0.06 }``, or ``psi = "SteeringAngle"``;
-    ``dbc = "car.dbc"`` names a file relative to the rig's.
-
-    Raises:
-        InvalidInputError: the file cannot be read, or an entry is none such.
-    """
-    path = Path(path)
-    content = read_bytes(path, MAX_TABLES_SIZE)
-    with naming(path):
-        section = toml_of(content).get(SIGNALS, {})
-        with naming(f"[{SIGNALS}]"):
-            if not isinstance(section, dict):
-                raise InvalidInputError("must be a section")
-            entries = dict(section)
-            dbc = entries.pop(DBC, None)
-            if not isinstance(dbc, str | None) or "\0" in (dbc or ""):
-                raise InvalidInputError(f"{DBC} must be the name of a file, got {shown(dbc)}")
-            signals = {column: _signal(column, entry) for column, entry in entries.items()}
-            return SignalMap(signals=signals, dbc=None if dbc is None else path.parent / dbc)
+def toml_entry(column: str, source: SignalSource) -> str:
+    """As a line of a rig file."""
+    unit = "" if source.unit is None else f", unit = {toml_text(source.unit)}"
+    return f"{column} = {{ channel = {toml_text(source.channel)}, factor = {source.factor!r}{unit} }}"
 
 
-def _signal(column: str, entry: object) -> SignalSource:
-    table = {"channel": entry} if isinstance(entry, str) else entry
-    if not isinstance(table, dict) or not isinstance(table.get("channel"), str):
-        raise InvalidInputError(
-            f'{column} needs its channel, such as {{ channel = "Angle", unit = "deg" }}'
-        )
-    if unknown := sorted(set(table) - {"channel", "unit", "factor"}):
-        raise InvalidInputError(
-            f"{column}: unknown {excerpt(unknown[0])}; allowed: channel, unit, factor"
-        )
-    unit, factor = table.get("unit"), table.get("factor", 1.0)
-    if not isinstance(unit, str | None):
-        raise InvalidInputError(f"{column}: unit must be a text, got {shown(unit)}")
-    if isinstance(factor, str) and (fraction := _FRACTION.fullmatch(factor)):
-        over = float(fraction["over"])
-        factor = float(fraction["part"]) / over if over else inf
-    if isinstance(factor, bool) or not isinstance(factor, int | float):
-        raise InvalidInputError(
-            f'{column}: factor must be a number, or a fraction such as "1/14.8", got {shown(factor)}'
-        )
-    with naming(column):
-        return SignalSource(
-            channel=table["channel"], unit=unit, factor=floats("factor", {"": factor})[""]
-        )
-
-
-def signals_text(signals: SignalMap) -> str:
-    """The section of a rig file of which `read_signals` makes this map again; empty for none."""
-    entries = [_entry(column, source) for column, source in signals.signals.items()]
-    entries += [] if signals.dbc is None else [f"{DBC} = {_quoted(str(signals.dbc.absolute()))}"]
-    return "\n".join([f"[{SIGNALS}]", *entries, ""]) if entries else ""
-
-
-def _entry(column: str, source: SignalSource) -> str:
-    unit = "" if source.unit is None else f", unit = {_quoted(source.unit)}"
-    return f"{column} = {{ channel = {_quoted(source.channel)}, factor = {source.factor!r}{unit} }}"
-
-
-def _quoted(text: str) -> str:
+def toml_text(text: str) -> str:
+    """A string of TOML."""
     # Of what a string of TOML may not hold, JSON leaves the character DEL as it is.
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.signal_map import FOR_RATIO, SignalSource, as_option
-from identification.reading.units import UNITS, unit_at_end, unit_by_size
+from identification.reading.guessed_units import infer_units
+from identification.reading.signal_map import SignalSource, as_option, mending_map
+from identification.reading.units import UNITS, unit_by_size
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -163,11 +164,11 @@ def _infinite(name: str, values: Array) -> _Check:
 
 def _too_large(table: Table, name: str, values: Array) -> _Check:
     most, unit = MAX_VALUES[name]
-    allowed = f"allowed: up to {most:g} {unit} in size{_other_unit(table, name)}"
+    allowed = f"allowed: up to {most:g} {unit} in size"
     wrong = np.isfinite(values) & (np.abs(values) > most)
     if unit_by_size(name, values):  # Of a car: refused later, with all else that its units are not.
         wrong = np.zeros_like(wrong)
-    return wrong, lambda at: f"{name} = {values[at]:g} {unit}; {allowed}"
+    return wrong, lambda at: f"{name} = {values[at]:g} {unit}; {allowed}{_other_unit(table, name)}"
 
 
 def _no_load(table: Table, F_N: Array) -> _Check:
@@ -199,13 +200,19 @@ def _other_unit(table: Table, column: str) -> str:
     smaller = sorted((factor, unit) for unit, factor in UNITS[column].items() if factor < 1)
     if not smaller:
         return ""
-    unit = unit_at_end(column, source.channel) or smaller[-1][1]
-    other = replace(source, unit=unit)
-    if column == "psi" and unit == "deg" and abs(source.factor) == 1:
-        # As degrees it is still beyond a right angle, so that it is the steering wheel's.
-        geared = as_option([other.as_geared(column)])
-        return f"; if it is the steering wheel's in degrees: {geared}{FOR_RATIO}"
-    return f"; if it is in another unit: {as_option([other.as_map(column)])}"
+    unit = smaller[-1][1]
+    stated = source.unit is not None
+    values = {**table.columns, column: table.columns[column] * (1 if stated else UNITS[column][unit])}
+    sources = {**table.sources, column: source if stated else replace(source, unit=unit)}
+    certain = {"M_z", "M", *(c for c, one in sources.items() if one.unit is not None)}
+    inferred, geared = infer_units(sources, values, set(), certain)
+    # As degrees it is still beyond a right angle, so that it is the steering wheel's.
+    inferred |= {c: inferred[c].geared(c) for c in geared}
+    changed = {c: one for c, one in inferred.items() if one != table.sources.get(c)}
+    if stated and column not in geared:
+        return ""
+    of_hand = "if it is the steering wheel's in degrees" if geared else "if it is in another unit"
+    return f"; {of_hand}: {mending_map(table.sources, changed)}{source.for_ratio if geared else ''}"
 
 
 def _other_sign(table: Table) -> str:

@@ -56,6 +56,8 @@ _UNIT_WORDS = {
 }  # fmt: skip
 """What else units are called, in lower case and without blanks."""
 _NO_UNIT = ("", "-", "1")
+UNSURE_AT_END = ("min", "h", "rev", "grad", "lb")
+"""What ends a name without being its unit, too: a minimum, reversed, a gradient, a lower bound."""
 
 
 _SIGNS = str.maketrans(
@@ -112,9 +114,11 @@ def bare_name(name: str) -> str:
 
 
 def unit_at_end(column: str, name: str) -> str:
-    """The unit that a name such as `steer_deg` ends in; empty for none."""
-    last = re.split(r"[_\s]", name)[-1]
-    return last if last != name and is_unit(column, last) else ""
+    """The unit that a name such as `steer_deg` or `torque_kN_m` ends in; empty for none."""
+    *first, before, last = ["", "", *re.split(r"[_\s]+", name)]
+    if any(first) and (compound := {f"{before} {last}", f"{before}/{last}"} & {*UNITS[column]}):
+        return compound.pop().replace(" ", "")
+    return _bare(last) if before and is_unit(column, last) else ""
 
 
 def require_factor(column: str, unit: str, channel: str) -> float:

@@ -14,7 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.channels import ChannelFile, Samples, map_hint, missing_channels, resolve
+from identification.reading.channels import (
+    ChannelFile,
+    Samples,
+    map_hint,
+    missing_channels,
+    resolve,
+)
+from identification.reading.chosen_map import fitting_map
 from identification.reading.clock import tabulate
 from identification.reading.formats.csvdialect import Numbers, delimiter_of, read_letters, units_in
 from identification.reading.guessed_car_channels import absent_of_steering
@@ -68,6 +75,7 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     rows = _fields(path, start, chain([line], lines), delimiter)
     number, fields = next(rows)
     names = [field.strip() for field in fields]
+    signals = fitting_map(str(path), signals, names)
     header = _header(path, number, names, needed, signals, _reading(path, names, rows, delimiter))
     rows, units = _units(rows, header)
     columns, numbers, faults = _columns(path, header, len(names), rows, Numbers(delimiter))

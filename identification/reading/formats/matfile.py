@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.channels import COLUMNS, ChannelFile, Samples, map_hint
+from identification.reading.chosen_map import fitting_map
 from identification.reading.clock import tabulate
 from identification.reading.files import read_bytes, require_readable
 from identification.reading.rigfile import DECLARABLE
@@ -59,6 +60,8 @@ def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
         InvalidInputError: not a MATLAB 5 file, a variable is missing, of another length or not of
             real numbers.
     """
+    if signals.others:
+        signals = fitting_map(str(path), signals, list(_load(path, ())))
     mapped = {column: signal.channel for column, signal in signals.signals.items()}
     variables = VARIABLES | mapped
     content = _load(path, {*_SCALARS, *variables.values()})

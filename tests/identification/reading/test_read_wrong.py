@@ -348,7 +348,6 @@ def write_csv(path: Path, **columns: Any) -> Path:
     ({"load_kN": COLUMNS["F_N"]}, "F_N=load_kN:MN", "F_N=load_kN:kN"),
     ({"F_N": -COLUMNS["F_N"]}, "", "F_N=-F_N"),
     ({"Last": -COLUMNS["F_N"] / 1e3}, "F_N=Last:kN", "F_N=-Last:kN"),
-    ({"F_N": COLUMNS["F_N"], "steer_deg": 900 * T}, "psi=steer_deg", "psi=1/15*steer_deg:deg"),
     ({"F_N": COLUMNS["F_N"], "Winkel": 900 * T}, "psi=Winkel", "psi=1/15*Winkel:deg"),
 ])  # fmt: skip
 def test_every_error_of_a_unit_or_a_sign_prints_a_map_that_mends_it(

@@ -1,0 +1,95 @@
+"""What of a map a recording takes: one of several, units by the names of channels, a steering ratio."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import inf
+
+from identification.reading.channels import resolve
+from identification.reading.signal_map import SignalMap, SignalSource, as_option
+from identification.reading.units import UNITS, UNSURE_AT_END, factor_of, unit_at_end
+from symbolic import InvalidInputError
+
+
+def fitting_map(where: str, signals: SignalMap, names: Sequence[str]) -> SignalMap:
+    """Of several maps the one whose channels a file has, or of which it has most.
+
+    Args:
+        where: begins the message, as the path of the file.
+        signals: one map, or several.
+        names: of the channels of the file.
+
+    Raises:
+        InvalidInputError: the file has all channels of several maps.
+    """
+    if not signals.others:
+        return signals
+
+    def lacking(one: SignalMap) -> int:
+        return sum(not _is_there(source.channel, names) for source in one.signals.values())
+
+    fitting = [one for one in signals.each if not lacking(one)]
+    if len(fitting) > 1:
+        texts = [",".join(s.as_map(column) for column, s in one.signals.items()) for one in fitting]
+        raise InvalidInputError(
+            f"{where}: several maps fit, {' and '.join(texts)}; name a channel in each that the other"
+            " recordings lack"
+        )
+    return min(signals.each, key=lacking)
+
+
+def _is_there(channel: str, names: Sequence[str]) -> bool:
+    try:
+        return resolve("", channel, names) is not None
+    except InvalidInputError:  # It is there, even more than once.
+        return True
+
+
+def unit_by_name(column: str, source: SignalSource, stated: str) -> tuple[SignalSource, str]:
+    """The source with the unit that its channel's name ends in, and words on what was taken.
+
+    Args:
+        column: as `psi`.
+        source: as mapped; a unit of the map's stays.
+        stated: the unit that the file says, which stays too; empty for none.
+
+    Raises:
+        InvalidInputError: the map has a factor, which may hold the unit already.
+    """
+    unit, name = unit_at_end(column, source.channel), source.channel
+    if source.unit is not None or not unit or factor_of(column, unit) == factor_of(column, stated):
+        return source, ""
+    if stated.strip():
+        return source, f"{name} in {stated} as the file says, not in {unit}"
+    if unit in UNSURE_AT_END:
+        return source, f"{name} in {next(iter(UNITS[column]))}, not in {unit}"
+    if abs(source.factor) != 1:
+        with_unit, without = (
+            replace(source, unit=one).as_map(column) for one in (unit, next(iter(UNITS[column])))
+        )
+        raise InvalidInputError(
+            f"is {unit} its unit, or in the factor already? Write {as_option([with_unit])}, or"
+            f" {as_option([without])}"
+        )
+    return replace(source, unit=unit), f"{name} in {unit}"
+
+
+def with_steering_ratio(signals: SignalMap, ratio: float) -> SignalMap:
+    """The map of recordings of a steering wheel's angle.
+
+    Args:
+        signals: without a factor for psi.
+        ratio: that angle over the wheel's, greater than 0 [1].
+
+    Raises:
+        InvalidInputError: the ratio is not finite and greater than 0, or psi has a factor already.
+    """
+    if not 0 < ratio < inf:
+        raise InvalidInputError(f"--steering-ratio must be finite and greater than 0, got {ratio:g}")
+    for one in signals.each:
+        if abs(one.of("psi").factor) != 1:
+            raise InvalidInputError(
+                f"--steering-ratio {ratio:g}: the map of channels has a factor for psi already,"
+                f" {one.of('psi').as_map('psi')}; give one of them"
+            )
+    first, *others = (replace(one, steering_ratio=ratio) for one in signals.each)
+    return replace(first, others=tuple(others))
