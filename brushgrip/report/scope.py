@@ -56,10 +56,15 @@ def validity(diagnosis: Diagnosis) -> str:
 
 
 def missing(diagnosis: Diagnosis) -> str:
-    """What the declared model leaves out and is certain, in one sentence; empty for nothing."""
-    clear = [effect for effect in diagnosis.effects if effect.grade in CLEAR]
-    causes = listed(list(dict.fromkeys(_cause(effect) for effect in clear)))
-    return f"The tyre model that was assumed beforehand leaves out {causes}." if clear else ""
+    """What the declared model leaves out, in one sentence; empty where nothing is certain."""
+    clear, weak = (
+        list(dict.fromkeys(_cause(effect) for effect in diagnosis.effects if effect.grade in grades))
+        for grades in (CLEAR, ("weak",))
+    )
+    hints = listed([cause for cause in weak if cause not in clear])
+    unsure = f"; less surely, {hints}" * bool(hints)
+    sentence = f"The tyre model that was assumed beforehand leaves out {listed(clear)}{unsure}."
+    return sentence if clear else ""
 
 
 def _cause(effect: FoundEffect) -> str:

@@ -3,7 +3,7 @@
 from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_words import band_shares, known_friction
 from brushgrip.report.scope import missing, several_mechanisms, validity
-from brushgrip.wording.diagnosis_in_words import rest_is_larger
+from brushgrip.wording.diagnosis_in_words import is_unconfirmed, rest_is_larger
 from brushgrip.wording.formatting import listed, percent, plain
 from brushgrip.wording.friction import further_band, further_recording, narrowed_by
 from identification import Diagnosis
@@ -108,6 +108,11 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
             [plain(name) for name in (tests[0].name, *tests[0].indistinguishable_from)], "or"
         )
         return f"Next: the recording that the report proposes, which tells {rivals} apart."
+    if unconfirmed := [plain(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
+        return (
+            "Next: fit a recording of each ground (with --holdout, leave that out), which settles"
+            f" whether {listed(unconfirmed)} is there."
+        )
     if weak := [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]:
         return f"Next: more recordings, which settle whether {listed(weak)} is there."
     cause = next(iter(band_shares(outcome)), "")
@@ -142,7 +147,10 @@ def _open_and_next(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
         rivals = listed([plain(name) for name in (e.name, *e.indistinguishable_from)], "or")
         if e.grade == "ambiguous" and several_mechanisms(e):
             parts.append(f"which of {rivals} it is")
-    if weak := [plain(e.name) for e in diagnosis.effects if e.grade == "weak"]:
+    if unconfirmed := [plain(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
+        parts.append(f"whether {listed(unconfirmed)} is there, as only the fitted recordings demand it")
+    hints = [e for e in diagnosis.effects if e.grade == "weak" and not is_unconfirmed(e)]
+    if weak := [plain(e.name) for e in hints]:
         parts.append(f"whether the weak signs of {listed(weak)} are chance")
     if odd := [plain(e.name) for e in diagnosis.effects if e.grade == "stands_in"]:
         parts.append(f"what {listed(odd)} stand{'s' * (len(odd) == 1)} in for")

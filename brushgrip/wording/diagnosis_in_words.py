@@ -85,7 +85,7 @@ def _family(name: str, effects: list[FoundEffect]) -> str:
 def _rivals(effect: FoundEffect, form: str) -> str:
     """The effects that an ambiguous one may be."""
     rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
-    return form.format(rivals) if effect.grade == "ambiguous" else ""
+    return form.format(rivals) if effect.grade == "ambiguous" and rivals else ""
 
 
 def mechanism(effect: FoundEffect) -> str:
@@ -106,9 +106,18 @@ def explained_grade(effect: FoundEffect) -> str:
         case "weak":
             return _why_weak(effect)
         case "ambiguous":
+            if not rivals:
+                return f"{fall}, but another effect of the model would explain as much of it alone."
             return f"{fall}, but {listed(rivals, 'or')} would explain as much."
         case "strong":
             return f"{fall}, and no other effect with as few parameters does as well."
+
+
+def is_unconfirmed(effect: FoundEffect) -> bool:
+    """Whether the fitted recordings demand an effect that those that judge do not confirm."""
+    errors, off = effect.standard_errors, effect.deviations
+    few = errors is not None and errors < CLEAR_ERRORS
+    return effect.grade == "weak" and few and off is not None and off >= CLEAR_ERRORS
 
 
 def _why_weak(effect: FoundEffect) -> str:
@@ -122,7 +131,7 @@ def _why_weak(effect: FoundEffect) -> str:
     if off is not None:
         parts.append(f"its parameter is {off:.1f} σ from no effect at all{', of 3' * near}")
     why = "; ".join(parts) or "The gain is small"
-    if few and off is not None and not near:
+    if is_unconfirmed(effect):
         return (
             f"{why}: the recordings that were fitted demand it, those that judge do not confirm it. Fit"
             " one of each ground; with --holdout, leave that out."

@@ -108,6 +108,7 @@ def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
     if diagnosis.holdout:
         columns["holdout_torque_rmse"] = "validation [N m]"
         columns["holdout_torque_nrmse"] = "validation, of range"
+    if diagnosis.after.unrefitted:
         columns["holdout_torque_nrmse_unrefitted"] = "nothing refitted, of range"
     if diagnosis.after.left_out:
         columns["left_out_torque_nrmse"] = "left out in turn, of range"

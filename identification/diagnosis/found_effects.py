@@ -49,7 +49,8 @@ def found_effects(
         bic = delta_bic(step.after.fitted, without.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
-        rivals = tuple(other.name for other in step.indistinguishable)
+        rivals = _rivals_outside(step, final.model.effects)
+        proposal = proposals.get(step.after.effects)
         effects.append(
             FoundEffect(
                 name=effect.name,
@@ -60,7 +61,7 @@ def found_effects(
                     errors,
                     bic,
                     distance,
-                    has_rivals=bool(rivals),
+                    has_rivals=bool(step.indistinguishable),
                     stands_in=effect.name in standing_in,
                 ),
                 standard_errors=errors,
@@ -69,10 +70,15 @@ def found_effects(
                 holdout_nrmse_after=step.after.nrmse,
                 delta_bic=bic,
                 indistinguishable_from=rivals,
-                experiment=proposals.get(step.after.effects),
+                experiment=proposal if proposal and proposal.rival in rivals else None,
             )
         )
     return tuple(effects)
+
+
+def _rivals_outside(step: SearchStep, final: Effects) -> tuple[str, ...]:
+    """What would have done as well in a step; what the final model holds besides is no alternative."""
+    return tuple(effect.name for effect in step.indistinguishable if effect not in final)
 
 
 def _adds(step: SearchStep, final: Fit) -> bool:

@@ -12,7 +12,7 @@ from identification.fits.fitting import fit
 from identification.fits.loss import Loss, rmse_of
 from identification.fits.options import FitOptions
 from identification.fits.problem import torque_range
-from identification.fits.values import Values, initial_guess, rig_parameters
+from identification.fits.values import Values, ground_of, initial_guess, rig_parameters
 from identification.reading.recordings import Recording
 from identification.residuals.error_on_unseen import error_on_unseen
 from identification.selection.trial_runner import Submit, results_of
@@ -35,8 +35,14 @@ def declared_errors(training: Sequence[Recording], holdout: Sequence[Recording],
         r.name: predicted_friction(friction, training, r) if r.tyre.mu is None else r.tyre.mu
         for r in holdout
     }
-    unrefitted = _declared_residuals(holdout, predicted)
+    unrefitted = _declared_residuals(on_fitted_ground(training, holdout), predicted)
     return _errors(_declared_residuals(everything, friction), training, holdout, {}, unrefitted)
+
+
+def on_fitted_ground(training: Sequence[Recording], holdout: Sequence[Recording]) -> list[Recording]:
+    """The held-out recordings on a ground of training recordings; no friction is known of others."""
+    grounds = {ground_of(recording) for recording in training}
+    return [recording for recording in holdout if ground_of(recording) in grounds]
 
 
 def declared_friction(recordings: Sequence[Recording], loss: Loss) -> dict[str, float]:
@@ -75,7 +81,7 @@ def errors_of(
         holdout: the others.
         left_out: what `left_out_residuals` returns, or nothing.
     """
-    unrefitted = unrefitted_residuals(trial.fitted, training, holdout)
+    unrefitted = unrefitted_residuals(trial.fitted, training, on_fitted_ground(training, holdout))
     return _errors(trial.residuals, training, holdout, left_out, unrefitted)
 
 
@@ -93,7 +99,7 @@ def _errors(
         training=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
         left_out=_relative(left_out, training if left_out else ()),
-        unrefitted=_relative(unrefitted, holdout),
+        unrefitted=_relative(unrefitted, [r for r in holdout if r.name in unrefitted]),
     )
 
 

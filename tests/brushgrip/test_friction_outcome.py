@@ -129,7 +129,10 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     )
     text = paragraph_to_send(graded, replace(make_outcome("c"), tracks=TRACKS))
 
-    assert "leaves out how the tyre's body yields, or how its pressure is spread." in text
+    assert (
+        "leaves out how the tyre's body yields, or how its pressure is spread; less surely, what sensor"
+        " and steering add to the torque." in text
+    )
     assert "which of carcass torsion" not in text
     drift = replace(torsion, grade="ambiguous", indistinguishable_from=("friction_drift",))
     other = paragraph_to_send(
@@ -152,6 +155,17 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     loose = replace(known, tracks=(replace(TRACKS[0], budget={OF_LOAD: 0.04}), TRACKS[1]))
     assert next_step(nothing, loose).startswith("Next: to narrow the ±, weigh the load")
     assert "weigh" not in widest_causes(loose)
+
+
+def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> None:
+    diagnosis = make_diagnosis(("a", "b"), ("c",), unexplained=False)
+    torsion, offset = diagnosis.effects
+    weak = replace(offset, grade="weak", standard_errors=2.5, deviations=136.6)
+    diagnosis = replace(diagnosis, effects=(replace(torsion, experiment=None), weak))
+    text = paragraph_to_send(diagnosis, replace(make_outcome("c"), tracks=TRACKS[:2]))
+    assert "next: fit a recording of each ground (with --holdout, leave that out), which settles" in text
+    assert "Not known: whether torque offset is there, as only the fitted recordings demand it" in text
+    assert "chance" not in text
 
 
 def test_what_the_model_found_changes_is_told_with_both_figures() -> None:

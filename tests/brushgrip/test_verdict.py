@@ -132,6 +132,23 @@ def test_an_effect_of_no_family_goes_by_its_name() -> None:
     )
 
 
+def test_an_effect_of_the_model_is_no_rival_of_another_one() -> None:
+    own, spring, shape = (SimpleNamespace(name=name) for name in ("own", "steering_return", "shape"))
+    step = SimpleNamespace(indistinguishable=(spring, shape))
+    rivals = found_effects._rivals_outside(step, (own, spring))  # type: ignore[arg-type]
+    assert rivals == ("shape",)
+
+    diagnosis = graded(make_diagnosis(unexplained=False), "ambiguous", "strong")
+    shared = replace(diagnosis.effects[0], indistinguishable_from=(), experiment=None)
+    diagnosis = replace(diagnosis, effects=(shared, diagnosis.effects[1]))
+    assert headline(diagnosis).startswith(
+        "The declared model misses compliance and contact shape (carcass torsion) and sensor and"
+    )
+    assert explained_grade(shared).endswith(
+        "but another effect of the model would explain as much of it alone."
+    )
+
+
 def test_parameters_have_plain_names() -> None:
     assert plain_parameter("carcass_torsion.k_t") == "carcass torsion: k_t"
     assert plain_parameter("torque_offset.M_0 [fem1]") == "torque offset: M_0, fem1"

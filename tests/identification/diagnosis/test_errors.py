@@ -1,10 +1,12 @@
 """Errors with each recording left out: against fits of the others, made here."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from identification import Recording, fit, initial_guess
-from identification.diagnosis.torque_errors import declared_errors, left_out_residuals
+from identification.diagnosis.torque_errors import declared_errors, errors_of, left_out_residuals
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
 from identification.selection.leave_one_out_linearised import leave_one_out
@@ -45,6 +47,19 @@ def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
 def test_one_recording_cannot_be_left_out(trial: Trial, recordings: list[Recording]) -> None:
     with workers(1) as submit:
         assert left_out_residuals(trial, recordings[:1], submit) == {}
+
+
+def test_friction_of_a_ground_that_was_not_fitted_is_not_predicted(
+    recordings: list[Recording], trial: Trial
+) -> None:
+    here, there = recordings[:2], [replace(recordings[2], ground="wet"), recordings[2]]
+    there[1] = replace(there[1], name="dry")
+    for errors in (
+        declared_errors(here, there, trial.fitted.loss),
+        errors_of(run_trial(TrialTask((), here, there)), here, there, {}),
+    ):
+        assert set(errors.nrmse) == {"recording_a", "recording_b", "recording_c", "dry"}
+        assert list(errors.unrefitted) == ["dry"]
 
 
 def test_declared_errors_are_above_those_of_a_fit(recordings: list[Recording], trial: Trial) -> None:
