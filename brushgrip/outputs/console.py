@@ -12,7 +12,6 @@ from rich.progress import (
     MofNCompleteColumn,
     TextColumn,
     TimeElapsedColumn,
-    TimeRemainingColumn,
 )
 from rich.progress import Progress as ProgressBar
 from rich.table import Column, Table
@@ -57,7 +56,8 @@ def print_table(
     table = Table(title=title, title_justify="left")
     for place, heading in enumerate(headings):
         justify: JustifyMethod = "right" if place and right else "left"
-        table.add_column(heading, justify=justify, overflow=overflow)
+        whole = max(map(len, heading.split()), default=0)
+        table.add_column(heading, justify=justify, overflow=overflow, min_width=whole)
     for row in rows:
         table.add_row(*row)
     _screen().print(table)
@@ -74,11 +74,7 @@ def warn(text: str) -> None:
 
 @contextmanager
 def progress() -> Iterator[Progress]:
-    """A bar on a terminal, elsewhere a plain line now and then; both with the time that is left.
-
-    How many steps a search takes shows only as it goes: the time is that of the present step, beside
-    the time since the beginning.
-    """
+    """A bar on a terminal, elsewhere a plain line now and then, with the time since the beginning."""
     screen = Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
     if SPEECH.get() is Speech.QUIET:
         yield lambda *_: None
@@ -93,8 +89,6 @@ def progress() -> Iterator[Progress]:
         BarColumn(bar_width=12),
         MofNCompleteColumn(table_column=Column(no_wrap=True)),
         TimeElapsedColumn(table_column=Column(no_wrap=True)),
-        TextColumn("left:", table_column=Column(no_wrap=True)),
-        TimeRemainingColumn(table_column=Column(no_wrap=True)),
     )
     with ProgressBar(*columns, console=screen, transient=True, expand=True) as bar:
         task = bar.add_task("reading", total=None)
@@ -106,7 +100,11 @@ def progress() -> Iterator[Progress]:
 
 
 def _plain_lines(screen: Console) -> Progress:
-    """At most one line in ten seconds, the first after ten: a quick fault stands alone."""
+    """At most one line in ten seconds, the first after ten: a quick fault stands alone.
+
+    How many steps a search takes shows only as it goes: the time that is left is that of the present
+    step. Its last parts may be its longest, so that nothing is said of less than the next line's time.
+    """
     begun = last = time.monotonic()
     step, step_begun, done_before = "", begun, 0
 
@@ -120,8 +118,8 @@ def _plain_lines(screen: Console) -> Progress:
             return
         last = now
         line = f"{message}: {done} of {total}, {_spoken_time(now - begun)} so far"
-        if done_before < done < total:
-            left = (now - step_begun) / (done - done_before) * (total - done)
+        left = (now - step_begun) / max(done - done_before, 1) * (total - done)
+        if done > done_before and left >= _SECONDS_BETWEEN_LINES:
             line += f", about {_spoken_time(left)} left in this step"
         screen.print(line)
 

@@ -4,15 +4,18 @@ import os
 import re
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
 from brushgrip.outputs import console
-from brushgrip.outputs.console import progress, say
+from brushgrip.outputs.console import print_table, progress, say
 from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
 from brushgrip.outputs.verbosity import flags_first
+from brushgrip.wording.formatting import error_columns
+from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import Run
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -30,8 +33,7 @@ def test_progress_elsewhere_than_on_a_terminal(
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err == (
-        "trying: 2 of 5, 10 s so far, about 14 s left in this step\n"
-        "trying: 4 of 5, 21 s so far, about 5 s left in this step\n"
+        "trying: 2 of 5, 10 s so far, about 14 s left in this step\ntrying: 4 of 5, 21 s so far\n"
     )
 
 
@@ -49,8 +51,23 @@ def test_bar_and_count_stay_at_80_columns(
     shown = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", captured.err)
     line = next(line for line in re.split(r"[\r\n]", shown) if "7/11" in line)
     assert "━━━" in line
+    assert "left" not in line
     assert line.startswith("trying [1] on top of")
     assert len(line) <= 80
+
+
+def test_words_of_headings_are_whole_at_80_columns(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    diagnosis = make_diagnosis()
+    after = replace(diagnosis.after, unrefitted={"held_c": 0.01})
+    headings = error_columns(replace(diagnosis, after=after))
+    print_table("Errors", ["model", *headings.values()], [["declared", *["1.23 %"] * len(headings)]])
+    shown = capsys.readouterr().out
+    assert "validation," in shown
+    assert "…" not in shown
+    assert max(map(len, shown.splitlines())) <= 80
 
 
 OURS = "μ = 1.20 ± 0.05 → 3·10⁻² N/m², “höhe” – ϑ … 重"
