@@ -107,7 +107,7 @@ def explained_grade(effect: FoundEffect) -> str:
             return _why_weak(effect)
         case "ambiguous":
             if not rivals:
-                return f"{fall}, but another effect of the model would explain as much of it alone."
+                return f"{fall}, but another effect that the model has too would explain as much alone."
             return f"{fall}, but {listed(rivals, 'or')} would explain as much."
         case "strong":
             return f"{fall}, and no other effect with as few parameters does as well."

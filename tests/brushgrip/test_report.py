@@ -77,6 +77,19 @@ def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "MAX_RECORDINGS", 3)
 
 
+@pytest.mark.parametrize(
+    ("text", "kept"),
+    [
+        ("c = 1.20 ± 0.05, 49 % of it", "c = 1.20~±~0.05, 49~% of it"),
+        ("(± 0.41 to 0.45)", "(±~0.41 to 0.45)"),
+        ("before [N m]", "before [N~m]"),
+        ("parameters ± standard deviation", "parameters ± standard deviation"),
+    ],
+)
+def test_a_figure_stays_on_its_line_and_a_heading_breaks(text: str, kept: str) -> None:
+    assert report._keep_units(text).replace("\u00a0", "~") == kept
+
+
 def text_of(folder: Path, diagnosis: Diagnosis) -> str:
     """The text of a page, with single spaces."""
     return " ".join(Page(write_report(folder, diagnosis).read_text("utf-8")).text.split())

@@ -145,7 +145,7 @@ def test_an_effect_of_the_model_is_no_rival_of_another_one() -> None:
         "The declared model misses compliance and contact shape (carcass torsion) and sensor and"
     )
     assert explained_grade(shared).endswith(
-        "but another effect of the model would explain as much of it alone."
+        "another effect that the model has too would explain as much alone."
     )
 
 
