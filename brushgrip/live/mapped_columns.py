@@ -1,5 +1,6 @@
 """Values of a source by the names it gives them, as columns of a recording in SI units."""
 
+import logging
 from collections.abc import Mapping
 from math import inf
 
@@ -12,6 +13,7 @@ from symbolic import InvalidInputError
 
 Row = Mapping[str, float]
 """One sample: values by column, SI units, NaN where one is missing; `t` is its time [s]."""
+_LOG = logging.getLogger(__name__)
 MAX_NAMES = 200
 """Names of a source that are remembered."""
 OF_WHEEL, OF_CAR = (("psi",), ("M_z", "M")), (("rack", "handwheel"), ("F_rack", "T_bar"))
@@ -35,6 +37,7 @@ class Columns:
         self._where, self._signals = where, signals
         self._needed = ("t",) if car else ("t", "psi", "F_N")
         self._units: dict[str, str] = {}
+        self._said: set[str] = set()
         self._plans: dict[tuple[str, ...], tuple[tuple[str, str, float], ...]] = {}
 
     def find(self, units: Mapping[str, str], *, by_part: bool = False) -> dict[str, tuple[str, float]]:
@@ -54,7 +57,10 @@ class Columns:
             source = signals.of(column)
             name = resolve(self._where, source.channel.split("/")[-1], names, by_part=by_part)
             if name is not None:
-                source, _ = unit_by_name(column, source, units[name])
+                source, said = unit_by_name(column, source, units[name])
+                if said and column not in self._said:
+                    self._said.add(column)
+                    _LOG.warning("brushgrip: %s: %s: by the name; a map overrides it", self._where, said)
                 found[column] = (name, source.scale(column, units[name]))
         alternatives = (self.angles, self.torques, *(() if "rack" in self.angles else (("F_N",),)))
         lacking = [any_of[0] for any_of in alternatives if not any(c in found for c in any_of)]

@@ -198,7 +198,7 @@ def _keep_units(value: Any) -> Any:
     """A text whose percent signs, deviations and units stay on the line of what they belong to."""
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
-    together = r"(?<=[\d)]) (%|±) ?|± (?=\d)|\[N m\]"
+    together = r"(?<=[\d)]) (%|± ?)|± (?=\d)|\[N m\]"
     apart = re.sub(r"(?<=\d)%(?!\w)", " %", value)
     return re.sub(together, lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), apart)
 

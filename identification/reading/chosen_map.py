@@ -67,7 +67,7 @@ def unit_by_name(column: str, source: SignalSource, stated: str) -> tuple[Signal
             replace(source, unit=one).as_map(column) for one in (unit, next(iter(UNITS[column])))
         )
         raise InvalidInputError(
-            f"is {unit} its unit, or in the factor already? Write {as_option([with_unit])}, or"
+            f"is {unit} the unit of {name}, or in the factor already? Write {as_option([with_unit])}, or"
             f" {as_option([without])}"
         )
     return replace(source, unit=unit), f"{name} in {unit}"

@@ -33,3 +33,21 @@ def test_the_rig_file_may_hold_the_map(run: Run, tmp_path: Path) -> None:
 
     first, second = (np.genfromtxt(out, delimiter=",", names=True) for out in outs)
     np.testing.assert_allclose(second["M_z"], first["M_z"], atol=1e-9)
+
+
+def test_recordings_of_two_formats_go_into_one_command(run: Run, tmp_path: Path) -> None:
+    original = read_recording(FOLDER / "holdout_c.csv", read_rig(FOLDER / "rig.toml"))
+    write_german(tmp_path / "run.csv", as_logged(original.t, original.psi, original.M_z, original.F_N))
+    maps = [one for text in (MAP, "psi=psi") for one in ("--map", text)]
+
+    outcome = run(
+        "simulate", "--rig", FOLDER / "rig.toml", FOLDER / "holdout_c.csv", tmp_path / "run.csv", *maps,
+        "--out", tmp_path / "mu.csv",
+    )  # fmt: skip
+
+    assert outcome.status == 0, outcome.err
+    first, second = (
+        np.genfromtxt(tmp_path / f"mu_{name}.csv", delimiter=",", names=True)
+        for name in ("holdout_c", "run")
+    )
+    np.testing.assert_allclose(second["M_z"], first["M_z"], atol=1e-9)
