@@ -55,8 +55,8 @@ def udp() -> Iterator[tuple[UdpSource, socket.socket]]:
 def test_units_that_names_end_in_are_taken_and_said_once(caplog: pytest.LogCaptureFixture) -> None:
     values = columns("psi=Angle_deg,M_z=Mz_Nm,F_N=Load_kN")
     for _ in range(2):
-        for time in ("t", "t [ms]"):
-            row = values({time: 500.0, "Angle_deg": 180.0, "Mz_Nm": -0.7, "Load_kN": 0.5})
+        for clock in ("t", "t [ms]"):
+            row = values({clock: 500.0, "Angle_deg": 180.0, "Mz_Nm": -0.7, "Load_kN": 0.5})
             assert row["psi"] == pytest.approx(math.pi)
             assert (row["M_z"], row["F_N"]) == (-0.7, 500.0)
     assert [record.getMessage().split(": ")[2] for record in caplog.records] == [

@@ -152,7 +152,7 @@ def test_a_factor_that_may_hold_the_unit_is_asked_about(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", t=T, steer_deg=15 * np.degrees(PSI), M_z=TORQUE, F_N=LOAD)
     message = refused(read_recording, path, RIG, signals="psi=1/15*steer_deg")
     assert (
-        "is deg the unit of steer_deg, or in the factor already? Write --map 'psi=1/15*steer_deg:deg', or"
+        "is deg the unit of steer_deg, or in the factor already? Write --map 'psi=1/15*steer_deg:deg'"
         in message
     )
     assert message.endswith("--map 'psi=1/15*steer_deg:rad'")
