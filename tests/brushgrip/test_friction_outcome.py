@@ -164,7 +164,7 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
     diagnosis = replace(diagnosis, effects=(replace(torsion, experiment=None), weak))
     text = paragraph_to_send(diagnosis, replace(make_outcome("c"), tracks=TRACKS[:2]))
     assert "next: fit a recording of each ground (with --holdout, leave that out), which settles" in text
-    assert "Not known: whether torque offset is there, as only the fitted recordings demand it" in text
+    assert "whether torque offset is there, as only the fitted recordings demand it" in text
     assert "chance" not in text
 
 
