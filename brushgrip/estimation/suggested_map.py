@@ -91,8 +91,8 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
             )
             if float(scale[1]) < MIN_SCALE:
                 other = "N m" if source.unit else "kN m"
-                entry = replace(source, unit=other.replace(" ", "")).as_map(torque)
-                ratio += f"; if the torque is in {other}: {as_option([entry])}"
+                entry = {torque: replace(source, unit=other.replace(" ", ""))}
+                ratio += f"; if the torque is in {other}: {mending_map(recording.sources, entry)}"
         if scale:
             ratio += BESIDE
     why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))

@@ -31,8 +31,8 @@ def fitting_map(where: str, signals: SignalMap, names: Sequence[str]) -> SignalM
     if len(fitting) > 1:
         texts = [",".join(s.as_map(column) for column, s in one.signals.items()) for one in fitting]
         raise InvalidInputError(
-            f"{where}: several maps fit, {' and '.join(texts)}; name a channel in each that the other"
-            " recordings lack"
+            f"{where}: several maps fit, {' and '.join(texts)}; join them, or name a channel in each"
+            " that the other recordings lack"
         )
     return min(signals.each, key=lacking)
 

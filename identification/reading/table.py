@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.guessed_units import infer_units
-from identification.reading.signal_map import SignalSource, as_option, mending_map
+from identification.reading.signal_map import SignalSource, mending_map
 from identification.reading.units import UNITS, unit_by_size
 from symbolic import InvalidInputError
 
@@ -218,5 +218,5 @@ def _other_unit(table: Table, column: str) -> str:
 def _other_sign(table: Table) -> str:
     """The map to write where the load counts the other way."""
     source = table.sources.get("F_N", SignalSource(channel="F_N"))
-    turned = replace(source, factor=-source.factor)
-    return f"; if it counts the other way: {as_option([turned.as_map('F_N')])}"
+    turned = {"F_N": replace(source, factor=-source.factor)}
+    return f"; if it counts the other way: {mending_map(table.sources, turned)}"

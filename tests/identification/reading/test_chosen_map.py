@@ -75,7 +75,10 @@ def test_options_with_other_columns_are_one_map() -> None:
 
 def test_a_recording_that_fits_several_maps_is_refused(files: tuple[Path, Path]) -> None:
     message = refused(read_recording, files[1], RIG, signals=parse_maps([LOG, "t=Time,psi=Angle:deg"]))
-    assert "several maps fit, t=Time,psi=Angle,M_z=-Moment,F_N=Load and t=Time,psi=Angle:deg;" in message
+    assert (
+        "several maps fit, t=Time,psi=Angle,M_z=-Moment,F_N=Load and t=Time,psi=Angle:deg; join"
+        in message
+    )
 
 
 def test_a_recording_that_fits_no_map_is_held_against_the_nearest(tmp_path: Path) -> None:
