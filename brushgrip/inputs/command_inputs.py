@@ -187,6 +187,8 @@ def locate_inputs(
     """
     if rig is not None and vehicle is not None:
         raise InvalidInputError("--rig and --vehicle are both given; name the one that was recorded")
+    if steering_ratio is not None and vehicle is not None:
+        raise InvalidInputError("--steering-ratio: that of a car is steering_ratio in its vehicle file")
     own = user_effects(effects)
     located = [locate(name, of_car=vehicle is not None) for name in names]
     for one, other in combinations(located, 2):

@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from brushgrip.inputs.command_inputs import locate_inputs
 from identification import read_recording, read_rig
 from tests.brushgrip.helpers import Run
 from tests.identification.reading.logs import MAP, as_logged, write_german
+from tests.refusal import refused
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 FOLDER = Path(__file__).parents[2] / "examples" / "recordings"
@@ -51,3 +53,8 @@ def test_recordings_of_two_formats_go_into_one_command(run: Run, tmp_path: Path)
         for name in ("holdout_c", "run")
     )
     np.testing.assert_allclose(second["M_z"], first["M_z"], atol=1e-9)
+
+
+def test_the_steering_ratio_of_a_car_stands_in_its_file(tmp_path: Path) -> None:
+    message = refused(locate_inputs, [], vehicle=tmp_path / "car.toml", steering_ratio=15.0)
+    assert message == "--steering-ratio: that of a car is steering_ratio in its vehicle file"
