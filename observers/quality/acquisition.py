@@ -46,6 +46,8 @@ FAILED = 2
 """`again` where the model had explained no torque before: it is doubted at the next handover."""
 OVER = 2
 """`phase` after the search."""
+PROVED = 3
+"""`confirmed` of a model that has explained the torque for long."""
 FORGIVING = 10.0
 """Explained independent samples over which that count fades."""
 OWN = (
@@ -58,8 +60,8 @@ torque is divided by [1]; what s adds to the relative deviation of mu [1]; last 
 [N]; sum of the squares of the innovations, and that of their weights; independent samples that were not
 explained; 1 after a change of the ground, or `FAILED`; torques in a row, computed from the steering
 torque, that friction does not explain, and 1 where friction is acquired anew; torques predicted at the
-last two of them [N m]; 1 once the model has explained torque since the handover, 2 where nothing lasted;
-smoothed innovation [N m]."""
+last two of them [N m]; 1 once the model has explained torque since the handover, 2 where nothing lasted,
+`PROVED` where it has for long; smoothed innovation [N m]."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 """Flags of the estimator that count while friction is acquired."""
 

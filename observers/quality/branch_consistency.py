@@ -2,7 +2,8 @@
 
 The innovations are judged by branches, which takes less travel than
 `observers.quality.innovation_monitor` does. Until they can be judged, friction stays `Status.ACQUIRING`;
-a model that was found wrong stays doubted until it has explained as much as it had not.
+a model that was found wrong stays doubted until it has explained as much as it had not. Where a model
+has explained the torque for long and then does not, the ground has changed: friction is acquired anew.
 """
 
 from functools import cache
@@ -17,6 +18,7 @@ from observers.quality.acquisition import (
     HOPELESS,
     OVER,
     OWN,
+    PROVED,
     EquivalentPatch,
     update_doubt,
 )
@@ -38,6 +40,11 @@ MIN_WHILE_LASTING = 3.0
 """Lower limit of the count of unexplained independent samples while an innovation lasts [1]."""
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
+PROVEN = 10.0
+"""Independent samples that a model explains after the handover, before it is right on its ground."""
+NEW_GROUND = 3.5
+"""Unexplained independent samples, while an innovation lasts, after which a model that was right stands
+on another ground."""
 MIN_SQUARE_DIVISOR = 1e-12
 """Least divisor that is the square of an innovation [N^2 m^2]."""
 SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
@@ -86,17 +93,22 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     doubt = ca.fmax(update_doubt(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
     doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
     early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
-    status = with_flag(output["status"], Status.INCONSISTENT, doubted)
+    # A change that is too small or too slow for an alarm shows in an innovation that lasts.
+    changed = (own["confirmed"] == PROVED) * lasts * (doubt > NEW_GROUND)
+    status = with_flag(output["status"], Status.RESET, changed)
+    status = with_flag(status, Status.INCONSISTENT, doubted)
     results = _tracked_output(own, output, with_flag(status, Status.ACQUIRING, early), limits)
     confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
-    over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed == 2, doubted))
+    proven = (confirmed == 2) * (weight >= PROVEN) * ca.logic_not(doubted)
+    confirmed = confirmed if is_computed or gear else ca.if_else(proven, PROVED, confirmed)
+    over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed >= 2, doubted))
     phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))
     after = own | {
         "squares": squares, "weight": weight, "doubt": doubt, "confirmed": confirmed, "phase": phase
     }  # fmt: skip
     # Once, if the ground changed while friction was acquired: a model that is wrong explains no ground.
     hopeless = (doubt > HOPELESS) * ca.logic_not(ca.logic_or(own["again"], confirmed))
-    after["lost"] = ca.logic_or(own["streak"] >= IN_A_ROW, hopeless)
+    after["lost"] = ca.logic_or(own["streak"] >= IN_A_ROW, ca.logic_or(hopeless, changed))
     outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
     return named_function("follow_output", inputs, outputs, cse=True)
 

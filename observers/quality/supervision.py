@@ -35,6 +35,7 @@ from observers.quality.acquisition import (
     FAILED_FOR_LONG,
     OVER,
     OWN,
+    PROVED,
     EquivalentPatch,
     build_acquiring,
     build_search,
@@ -58,6 +59,9 @@ from observers.tuning import TUNING_FIELDS
 from symbolic import Model, full_slide_torque
 from symbolic.functions import named_function, output_if
 
+MAY_HAVE_MOVED = 3.0
+"""Factor on the deviation of the torque's zero where friction is acquired anew without an alarm: a zero
+that moved shows in lasting innovations as another ground does [1]."""
 MAX_ZERO_DEVIATIONS = 3.0
 """Limit of the torque's zero in its standard deviations before the first sample [1]."""
 CONFIRMS = 0.5
@@ -238,7 +242,9 @@ def _known_before(
     found, std = ca.exp(named(VERDICT, verdict)["log_gain"]), zero_std * full_slide_torque(own["F_N"], 1)
     most = MAX_ZERO_DEVIATIONS * std
     scale = ca.if_else(tracked, found, own["scale"]), ca.if_else(tracked, RESTART_STD, VAGUE)
-    return *scale, ca.fmax(-most, ca.fmin(most, zero)), std
+    lasted = ca.logic_and(own["lost"], own["confirmed"] == PROVED)
+    moved = ca.if_else(ca.logic_and(tracked, lasted), MAY_HAVE_MOVED, 1)
+    return *scale, ca.fmax(-most, ca.fmin(most, zero)), moved * std
 
 
 def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:

@@ -187,6 +187,8 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "afterwards": repr(supervision.AFTERWARDS), "failed": repr(float(acquisition.FAILED)),
         "over": repr(float(acquisition.OVER)), "failed_for_long": repr(acquisition.FAILED_FOR_LONG),
         "most_zero": repr(supervision.MAX_ZERO_DEVIATIONS),
+        "proved": repr(float(acquisition.PROVED)),
+        "moved": repr(supervision.MAY_HAVE_MOVED),
         "verdict": verdict.VERDICT,
         "block": len(torque_state), "handover": len(handover_names(handed_states(states))),
         "vague": repr(hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),

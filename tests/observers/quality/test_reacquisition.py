@@ -17,6 +17,7 @@ from observers.quality.acquisition import (
     EquivalentPatch,
     build_conclusion,
 )
+from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.branches import TRACK, build_new_ground
 from observers.quality.hypotheses import (
     SETTINGS,
@@ -77,10 +78,13 @@ def test_friction_that_rises_begins_where_it_rose(side: float, since: float) -> 
 
 @pytest.mark.parametrize(
     ("before", "after", "seed"),
-    [(0.05, 1.0, 630_000), (0.05, 1.0, 630_001), (0.3, 0.8, 630_000), (0.8, 0.5, 630_018)],
+    [
+        *[(0.05, 1.0, 630_000), (0.05, 1.0, 630_001), (0.3, 0.8, 630_000), (0.8, 0.5, 630_018)],
+        *[(1.0, 0.8, 630_002), (1.0, 0.8, 630_019), (0.08, 0.05, 630_000), (0.08, 0.05, 630_015)],
+    ],
 )
 def test_another_ground_is_known_soon(before: float, after: float, seed: int) -> None:
-    """Each of these changes of friction once left the model doubted for the ten seconds that follow."""
+    """Each of these changes once left friction doubted, or off, for the seven seconds that follow."""
     change = friction_step(5.0, before, after)
     tyre = RigTyre(a=RIG.a, e=RIG.e, k=K, mu=before)
     made = make_ground_recording(seed, change, tyre=tyre, duration=12.0)
@@ -92,16 +96,51 @@ def test_another_ground_is_known_soon(before: float, after: float, seed: int) ->
     assert (np.abs(found.mu - after)[late] < 2 * found.mu_std[late]).all()
 
 
-@pytest.mark.parametrize("seed", [660_004, 570_001])
-def test_a_model_that_has_failed_for_long_explains_no_other_ground(seed: int) -> None:
+@pytest.mark.parametrize(
+    ("confirmed", "weight", "lasting", "lost"),
+    [(3, 12.0, 3.0, True), (2, 12.0, 3.0, False), (3, 12.0, 0.1, False), (3, 12.0, -3.0, True)],
+)
+def test_what_lasts_is_another_ground_to_a_model_that_was_right_for_long(
+    confirmed: int, weight: float, lasting: float, lost: bool
+) -> None:
+    """Of one that had explained less it is the model that is wrong."""
+    after = _tracked(confirmed=confirmed, weight=weight, lasting=lasting, doubt=4.0)
+
+    assert bool(after["lost"]) is lost
+
+
+@pytest.mark.parametrize(("weight", "confirmed"), [(4.0, 0), (8.0, 2), (12.0, 3)])
+def test_a_model_is_right_once_it_has_explained_ten_independent_samples(
+    weight: float, confirmed: int
+) -> None:
+    assert _tracked(weight=weight)["confirmed"] == confirmed
+
+
+def _tracked(**own: float) -> dict[str, float]:
+    """The supervision's own numbers after a sample whose torque is predicted while the patch slides."""
+    before = dict.fromkeys(OWN, 0.0) | {"scale": 1, "F_N": 400.0, "phase": OVER} | own
+    output = dict.fromkeys(OUTPUT, 1.0) | {
+        "status": 0,
+        "M_z_predicted": 3.0,
+        "M_slide": 6.75,
+        "nis": 0.1,
+    }
+    follow = build_branch_consistency(DECLARED_PATCH, is_computed=False, gear=False)
+    limits = [getattr(Tuning(stiffness_std=0.1), name) for name in SETTINGS]
+    given: list[Any] = [[*before.values()], [0.0] * len(VERDICT), [*output.values()], 0.1, 0.3, 1e-3]
+    after, _ = follow(*given, 3.0, 1e-4, 1, [K, RIG.a, RIG.e], limits)
+    return dict(zip(OWN, np.asarray(after).ravel(), strict=True))
+
+
+def test_a_model_that_has_failed_for_long_explains_no_other_ground() -> None:
     """A zero that drifts by 0.1 N m/s is `INCONSISTENT` for seconds, then seems a new ground."""
-    made = make_recording(seed, mu=0.3, k=K, load=400.0, bristles=500, duration=14.0)
+    made = make_recording(570_001, mu=0.3, k=K, load=400.0, bristles=500, duration=14.0)
     torque = made.M_z + 0.1 * made.t
     found = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, torque)
     new = np.flatnonzero(found.status & Status.RESET)
 
     assert new.size > 0
-    assert made.t[new[0]] > 8
+    assert made.t[new[0]] > 7
     assert not found.usable[new[0] :].any()
 
 

@@ -81,13 +81,15 @@ static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) 
 
 /* The search anew on a ground that has changed; M_z is the torque [N m]. */
 static void restart_search(${name}_state_t *state, ${real} M_z, const ${real} *tyre, bool tracked, ${real} zero_std) {
+    /* Without an alarm the zero may have moved. */
+    const ${real} moved = (tracked && (state->own[OWN_LOST] != 0.0) && (state->own[OWN_CONFIRMED] == ${proved})) ? ${moved} : 1.0;
     const ${real} scale = state->own[OWN_SCALE];
     /* Garbage may have moved the zero of the estimator anywhere. */
     const ${real} zero = scale * ${zero_state}, most = ${most_zero} * zero_std;
     const ${real} gain = tracked ? any_exp(state->verdict[VERDICT_LOG_GAIN]) : scale, gain_std = tracked ? ${restart_std} : ${vague};
     ${real} track[TRACKS];
     new_ground(state->track, M_z, state->result[OUT_M_SLIDE], tyre, track, state->points);
-    begin_search(state, gain, gain_std, (zero > most) ? most : ((zero < -most) ? -most : zero), zero_std, 0.5 * gain);
+    begin_search(state, gain, gain_std, (zero > most) ? most : ((zero < -most) ? -most : zero), moved * zero_std, 0.5 * gain);
     set_numbers(state->track, track, TRACKS);
     state->own[OWN_PHASE] = 0.0;
     if (state->own[OWN_DOUBT] > ${afterwards}) {
@@ -240,7 +242,6 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     if (changed && tracked) {
         state->own[OWN_AGAIN] = ((state->own[OWN_CONFIRMED] > 0.0) && (state->own[OWN_DOUBT] < ${failed_for_long})) ? 1.0 : ${failed};
     }
-    state->own[OWN_LOST] = 0.0;
     set_numbers(sensed, sample, 6);
     if (lifted) {
         sensed[4] = (${real})NAN;
@@ -267,6 +268,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
             restart_search(state, tells ? M_z : 0.0, tyre, tracked, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a});
         }
         state->own[OWN_ACQUIRING] = 1.0;
+        state->own[OWN_LOST] = 0.0;
     }
     if (state->own[OWN_ACQUIRING] != 0.0) {
         acquire(state, psi, M_z, added, tyre, limits);
