@@ -61,15 +61,14 @@ class CodegenRequest:
     tuning: TuningProfile = None
     tune: TuningValues = None
     window: Annotated[
-        int | None,
-        option("--window", metavar="N", help="Samples that the MHE fits at once; 50 if left out."),
+        int | None, option("--window", "N", "Samples that the MHE fits at once; 50 if left out.")
     ] = None
     ground: Annotated[
         str | None,
         option(
             "--ground",
-            metavar="NAME",
-            help="Ground whose values are taken from the model file; the mean over its grounds without.",
+            "NAME",
+            "Ground whose values are taken from the model file; the mean over its grounds without.",
         ),
     ] = None
     real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT

@@ -25,7 +25,6 @@ from observers.embedded.reference_samples import reference_table
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
 from observers.embedded.scalar_function import with_meanings
 from observers.embedded.scalar_type import SINGLE, Real, in_type
-from observers.embedded.status import STATUS_FLAGS
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.angle_derivative import FILTER_TIME_CONSTANT
@@ -38,6 +37,7 @@ from observers.protocol import (
     SAMPLE,
     UNINFORMED,
     FunctionObserver,
+    Status,
 )
 from observers.quality.plausibility import START, build_evidence
 from observers.quality.screening import SLACK
@@ -45,6 +45,20 @@ from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
 from symbolic.compilation.scalar_c import c_function
 from symbolic.tables.found_model import units_of
+
+REFUSED = 128
+"""Status of a sample that generated code ignores; Python raises an error there."""
+STATUS_FLAGS = (
+    *((str(flag.name), int(flag), flag.remedy) for flag in Status if flag & ~Status.NO_ROOT),
+    (
+        "REFUSED",
+        REFUSED,
+        "dt out of range, the sample was ignored; or an estimate was not finite; or the state is none"
+        " of this code",
+    ),
+)
+"""Name, number and remedy of every status that generated code can set."""
+
 
 TORQUE_MEANING = {
     "M_z": "aligning torque, moment of the ground on the wheel",

@@ -8,9 +8,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from observers.embedded.constants import Constants, Tunable
-from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.filter import compact_filter
-from observers.embedded.estimators.sample_functions import advances_at_corrected_state, sample_functions
+from observers.embedded.estimators.sample_functions import (
+    EstimatorCode,
+    advances_at_corrected_state,
+    sample_functions,
+)
 from observers.embedded.estimators.supervision import (
     acquisition_and_scale_functions,
     rolled_verdict,

@@ -18,15 +18,17 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import (
+    NOISE,
     SENSOR,
     huber_scale,
     independent_share,
     is_known,
     model_error_variance,
+    noise_after,
+    sample_variance,
     sensor_variance,
     white_variance,
 )
-from observers.measurement.torque_noise import NOISE, noise_after, sample_variance
 from observers.protocol import SAMPLE
 from observers.tuning import REFERENCE_STEP, STATES, TUNING_FIELDS
 from symbolic import Model, Rig, full_slide_torque

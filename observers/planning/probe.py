@@ -21,9 +21,8 @@ from observers.estimators.ekf import Ekf
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.loop import Loop
 from observers.layout import ObserverState
-from observers.planning.changes import KINDS, PathNow, changed
 from observers.planning.forecast import Forecaster, Lane, least_deviation
-from observers.planning.path import SteeringLimits, SteeringPath
+from observers.planning.path import KINDS, PathNow, SteeringLimits, SteeringPath, changed
 from observers.planning.plan import MUS, NEVER, REST, Plan, plan
 from observers.protocol import Estimate, Sample
 from observers.quality.acquisition import OVER, OWN

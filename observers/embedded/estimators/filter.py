@@ -7,9 +7,9 @@ scalars, with the parameters as numbers.
 import casadi as ca
 
 from observers.embedded.constants import Constants
-from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
+    EstimatorCode,
     advances_at_corrected_state,
     effective_friction,
     function_of_symbols,

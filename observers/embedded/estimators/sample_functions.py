@@ -1,7 +1,9 @@
 """Functions of a sample that the filter and the window share."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import casadi as ca
 
@@ -25,6 +27,30 @@ from observers.protocol import SAMPLE
 from observers.quality.innovation_monitor import variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatorCode:
+    """An estimator on a patch as C; NAME stands for the name of the code.
+
+    Attributes:
+        template: defines `begin` and `advance`, which the public functions call.
+        functions: Functions of scalars that it calls, beside those of every estimator.
+        names: names of the elements of its vectors.
+        terms: values of its placeholders.
+        types: types of the state, C of the header.
+        private: fields of the state, the patch among them.
+        bytes: of these without the patch.
+    """
+
+    template: str
+    functions: Sequence[ca.Function]
+    names: Mapping[str, Sequence[str]]
+    terms: Mapping[str, Any]
+    types: str = ""
+    private: str
+    bytes: int
+
 
 TORQUE = {"log_mu": "BY_MU", "stiffness": "BY_STIFFNESS", "psi": "BY_ANGLE"}
 """Index constant in C of the torque's derivative, by the state: mu, k over nominal, the angle."""

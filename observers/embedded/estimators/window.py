@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import casadi as ca
 
 from observers.embedded.constants import Constants
-from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
+    EstimatorCode,
     function_of_symbols,
     memory_with,
     retentions,

@@ -9,8 +9,7 @@ expressions, once a sample.
 import casadi as ca
 
 from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
-from observers.embedded.patches.linear_torque import LinearTorque
-from observers.embedded.patches.patch_code import PatchCode, angle_is_state, window_of
+from observers.embedded.patches.patch_code import LinearTorque, PatchCode, angle_is_state, window_of
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from symbolic import Model, full_slide_level
