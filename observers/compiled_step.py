@@ -5,14 +5,12 @@ from functools import cache
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.protocol import Sample
 from symbolic import compiled
+from symbolic.arrays import Array
 from symbolic.compilation.buffered import BufferedCall
 from symbolic.trajectory import SAMPLES_PER_CALL
-
-Array = NDArray[np.float64]
 
 
 class CompiledStep(threading.local):

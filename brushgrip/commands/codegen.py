@@ -94,8 +94,9 @@ class CodegenRequest:
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, show
         from brushgrip.outputs.provenance import comment, rig_warning
-        from observers.embedded import require_replaceable
+        from observers.embedded import generate_vehicle, require_replaceable
         from observers.embedded.cost import estimated_cost
+        from observers.interfaces.factory import read_vehicle_file
         from symbolic import InvalidInputError
 
         window = observer_export.window_setting(self.observer, self.window)
@@ -125,7 +126,8 @@ class CodegenRequest:
             write = observer_export.WRITERS[self.target]
             files = write(observer, stage, real, name=self.name, tunable=tunable)
             if self.vehicle is not None and self.target == "c":
-                files += observer_export.vehicle_header(self.vehicle, stage, real, self.name)
+                car = read_vehicle_file(self.vehicle)
+                files += generate_vehicle(car, stage, real, name=self.name)
             finals = [self.out.resolve() / path.name for path in files]
             size = observer_export.state_bytes(files, self.name)
             observer_export.append_origin(files, comment(described, self.model))

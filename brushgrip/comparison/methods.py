@@ -5,9 +5,6 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from brushgrip.estimation.estimates import (
     OBSERVERS,
     ObserverFactory,
@@ -22,8 +19,8 @@ from identification import FoundModel, Recording
 from observers import Ekf
 from observers.embedded import NativeObserver, compile_native
 from symbolic import Model, Rig, compiler
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 SMOOTHING = 0.99
 """Weight of the last value in the exponential filter of [Györök 2022], (5.9) [1]."""
 

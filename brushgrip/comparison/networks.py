@@ -4,15 +4,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.comparison.cases import Case
 from brushgrip.comparison.methods import Method
 from identification import Recording
 from identification.thesis import Activation, Design, FrictionNetwork, label_mean, train
 from observers import ZoneHistory, ZoneRootSolver, run, zone_history
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 ANALYTIC = 9
 """Column of `all_inputs` that holds the analytic estimate of mu."""
 MIN_REVERSAL = 5e-4

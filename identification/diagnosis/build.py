@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.diagnosis.family_curves import found_families
 from identification.diagnosis.findings import Candidate, Errors, Series
@@ -23,8 +22,7 @@ from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
 from symbolic import TOLERATED, parameter_name, units_of
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 
 def build_diagnosis(

@@ -10,15 +10,14 @@ scatter (Gelman and others, Bayesian Data Analysis, 3rd ed., section 14.8).
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit
 from identification.fits.problem import signals_of
 from identification.fits.values import Values, ground_of, with_effects
 from identification.reading.recordings import Recording
 from symbolic import Model, parameter_name, simulate
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 SCATTER = 0.05
 """Standard deviation of ln mu between recordings of one ground and load [1]."""
 SLOPE = 1 / 3

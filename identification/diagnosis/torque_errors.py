@@ -3,9 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from identification.diagnosis.findings import Errors
 from identification.diagnosis.prediction import predicted_friction, residual_of, unrefitted_residuals
 from identification.fits.fitting import fit
@@ -18,8 +15,8 @@ from identification.residuals.error_on_unseen import error_on_unseen
 from identification.selection.trial_runner import Submit, results_of
 from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
 from symbolic import ModelError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 WITHOUT_ONE = FitOptions(tolerance=1e-4)
 """For a fit that leaves one recording out; it begins at the fit of all."""
 

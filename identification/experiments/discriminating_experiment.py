@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from identification.experiments.manoeuvres import manoeuvres
@@ -23,8 +22,8 @@ from identification.fits.values import ground_of, replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import parameter_name, simulate
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 _ROUGH, _THOROUGH = 3, 20
 """Simulations for a refit of the rival where manoeuvres are ranked, and for the best of them."""
 

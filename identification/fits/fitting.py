@@ -15,7 +15,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from identification.fits.linear_algebra import one_thread
@@ -25,8 +24,8 @@ from identification.fits.problem import Problem, over_range
 from identification.fits.values import Values, initial_guess, with_effects
 from identification.reading.recordings import Recording
 from symbolic import Model
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 SAME_WEIGHT = 0.3
 """Relative change of such a weight that counts as none [1]."""
 FIXING_WEIGHT = 100.0

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from identification.fits.values import ParameterEstimate
@@ -25,8 +24,7 @@ from identification.free_decay.results import (
 from identification.free_decay.solution import Solution, jackknife, solve
 from identification.free_decay.vibration import stiffness
 from symbolic import InvalidInputError
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 UNITS = ("N/m^2", "N m s/rad")
 _CONFIDENCE = 0.95

@@ -14,9 +14,10 @@ from identification.reading.channels import (
     resolve_columns,
 )
 from identification.reading.signal_map import SignalMap, SignalSource
-from identification.reading.table import MAX_SAMPLES, Array, Table
+from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import bare_name
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 from symbolic.tables.parsing import naming
 
 _FASTER = 1.5

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from identification.reading.signal_map import FOR_RATIO, SignalSource, as_option
 from identification.reading.units import UNITS, unit_at_end, unit_by_size
 from symbolic import InvalidInputError
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 MIN_SAMPLES = 10
 MAX_SAMPLES = 10_000_000

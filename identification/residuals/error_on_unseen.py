@@ -3,15 +3,14 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import LEAST_SQUARES, Loss, influence
 from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from symbolic import ModelError, full_slide_torque
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 LIFTED = 0.05
 """Share of the median load below which a wheel is lifted [1]."""
 SLIDES, SLID, MIN_SLIDES = 0.9, 0.5, 4

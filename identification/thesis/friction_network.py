@@ -15,12 +15,11 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 Inputs = Callable[[Recording], Array]
 """Inputs of a network over a recording, a row for each sample: shape (n, inputs), finite."""
 MIN_LABELLED_SAMPLES = 100

@@ -109,7 +109,8 @@ def source_texts(
             f" Functions, got {type(observer).__name__} without {', '.join(absent)}"
         )
     terms = template_placeholders(observer, real, name, tunable=tunable)
-    body = _body(observer, real, terms)
+    patch = compact_patch(observer, real, tunable)
+    body = _casadi_body(observer, real, terms) if patch is None else compact_body(patch, terms)
     result = "result" if body.supervised else "output"
     terms |= {
         **vars(body),
@@ -199,8 +200,10 @@ def template_placeholders(
         "informed_below": real.literal(observer.informed_below),
         "uninformed": UNINFORMED,
         "checked": getattr(observer, "is_checked", True),
-        "evidence": _evidence_code(observer, real),
-        "evidence_start": [_start_literal(value, real) for value in START],
+        "evidence": c_function("gather_evidence", build_evidence(observer.channel), real.c_type),
+        "evidence_start": [
+            real.literal(value) if isfinite(value) else f"({real.c_type})NAN" for value in START
+        ],
         "half_length": real.literal(observer.rig.a),
         "rate_time_constant": repr(FILTER_TIME_CONSTANT),
         "limits": [real.literal(limit) for limit in getattr(observer, "sample_limits", Tuning().limits)],
@@ -219,22 +222,6 @@ def _rig_comment(observer: FunctionObserver, tunable: Tunable) -> str:
     given += [f"a = {rig.a:g} m", f"e = {rig.e:g} m"]
     later = "; others at run time" if tunable == "all" else ""
     return f"For {', '.join(given)}{later}."
-
-
-def _evidence_code(observer: FunctionObserver, real: Real) -> str:
-    """C of the evidence of a wrong unit, sign or sensor."""
-    return c_function("gather_evidence", build_evidence(observer.channel), real.c_type)
-
-
-def _start_literal(value: float, real: Real) -> str:
-    return real.literal(value) if isfinite(value) else f"({real.c_type})NAN"
-
-
-def _body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
-    """The compact code where there is one for the observer, else CasADi's own."""
-    if (patch := compact_patch(observer, real, terms["tunable"])) is not None:
-        return compact_body(patch, terms)
-    return _casadi_body(observer, real, terms)
 
 
 def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:

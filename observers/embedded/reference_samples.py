@@ -3,15 +3,14 @@
 from math import isfinite, nan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.embedded.generated_files import mark
 from observers.embedded.scalar_type import Real
 from observers.interfaces.loop import Loop
 from observers.protocol import ESTIMATE, FunctionObserver, Sample
 from symbolic import simulate
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 INPUTS = ("psi", "psi_dot", "M_z", "M", "F_N", "dt")
 COUNT, SAMPLE_PERIOD, SEED = 400, 0.01, 20
 COMMENT = """\

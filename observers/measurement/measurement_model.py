@@ -25,7 +25,6 @@ from observers.measurement.torque_error import (
     is_known,
     model_error_variance,
     noise_after,
-    sample_variance,
     sensor_variance,
     white_variance,
 )
@@ -222,7 +221,8 @@ class AligningTorque:
         stated = (named(TUNING_FIELDS, tuning)["noise"] * slide) ** 2
         usual = ca.if_else(is_known(values["noise"]), declared, stated)
         after = noise_after(before, M_z, dt, usual, (SENSOR * slide) ** 2)
-        seen = sample_variance(after["variance"], dt)
+        # That of one sample, from that of `REFERENCE_STEP`.
+        seen = after["variance"] * ca.fmax(1, REFERENCE_STEP / dt)
         return after, sample["psi"], M_z, ca.fmax(declared, seen)
 
     def check(self, rig: Rig, model: Model) -> None:

@@ -4,11 +4,11 @@ The sensor's error is absolute: it sets the least friction that a rig can tell. 
 the torque that there is, full slide at the present mu: in shares of the signal, the model is no more
 wrong on ice than on asphalt.
 
-White noise is estimated from the samples. Means of the torque over blocks of `REFERENCE_STEP` are compared with their neighbours: of three in a row
-the second difference has six times the variance of one, and a smooth torque contributes little to it.
-What counts is noise by time, so that a sensor that measures every 10 ms or faster is not taken for less
-noisy where it is sampled oftener; one that measures more slowly is. The corners of the torque are rare,
-and their squares are limited.
+White noise is estimated from the samples. Means of the torque over blocks of `REFERENCE_STEP` are
+compared with their neighbours: of three in a row the second difference has six times the variance of
+one, and a smooth torque contributes little to it. What counts is noise by time, so that a sensor that
+measures every 10 ms or faster is not taken for less noisy where it is sampled oftener; one that measures
+more slowly is. The corners of the torque are rare, and their squares are limited.
 """
 
 from typing import Any
@@ -122,8 +122,3 @@ def noise_after(
         for name in NOISE
     }
     return after
-
-
-def sample_variance(noise: Expression, dt: Expression) -> Expression:
-    """Variance of one sample whose step is dt [s], from that of `REFERENCE_STEP` [N^2 m^2]."""
-    return noise * ca.fmax(1, REFERENCE_STEP / dt)

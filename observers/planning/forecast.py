@@ -26,9 +26,9 @@ from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
 from observers.quality.tolerances import friction_floor
 from symbolic import full_slide_torque
+from symbolic.arrays import Array
 from symbolic.compilation.buffered import BufferedCall
 
-Array = NDArray[np.float64]
 SAMPLES_PER_CALL = 25
 """Samples of one compiled call; between two calls a forecast may end."""
 MU, STD, TORQUE, STATUS = (OUTPUT.index(n) for n in ("mu", "mu_std", "M_z_predicted", "status"))

@@ -15,7 +15,6 @@ from itertools import cycle, islice
 from math import exp, hypot, inf, isfinite, log, nan, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.estimators.ekf import Ekf
 from observers.estimators.model_observer import ModelObserver
@@ -29,7 +28,6 @@ from observers.quality.acquisition import OVER, OWN
 from observers.quality.verdict import VERDICT
 from symbolic import InvalidInputError
 
-Array = NDArray[np.float64]
 EVERY = 0.1
 """Time between two plans [s]."""
 HORIZON = 3.0

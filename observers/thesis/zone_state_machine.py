@@ -14,9 +14,8 @@ On either side of a reversal the torque is the virgin curve M_v of the patch at 
 which are the integrals (2.3) of [Györök 2022], (3.4), (3.5) and (3.6), as a test shows. The present load
 is used for the whole history, as there.
 
-[Györök 2022] counts three and five zones (figures 5.6 and 5.7), a history in full more: every reversal within them
-makes two more, until the angle passes the turning point before it and both are deleted, by Madelung's
-rules.
+[Györök 2022] counts three and five zones (figures 5.6 and 5.7). Every reversal within them makes two
+more, until the angle passes the turning point before it and both are deleted, by Madelung's rules.
 """
 
 from collections.abc import Callable, Iterable
@@ -29,8 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symbolic import InvalidInputError, Rig, virgin_torque
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 POINT = ("mu", "turn", "turn_back", "F_N", "k", "a", "e")
 """Inputs of the torque of the zones: [1], [rad], [rad], [N], [N/m^2], [m], [m]."""
 

@@ -17,8 +17,8 @@ from identification.reading.files import read_text, require_readable
 from identification.reading.formats.blf import require_bounded
 from identification.reading.formats.opening import library, require_size
 from identification.reading.signal_map import SignalMap, SignalSource
-from identification.reading.table import Array
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 
 MAX_DATABASE_SIZE = 20_000_000
 """Largest DBC file that is read [bytes]."""

@@ -14,7 +14,6 @@ from observers.estimators.mhe_terms import build_forward
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
 from observers.measurement.linearisation import (
-    angle_is_state,
     build_clean,
     build_motion,
     directions,
@@ -130,11 +129,6 @@ def memory_with(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
     """A memory of the linear torque of which only the slide is known."""
     known = dict(zip(("slide", "beside"), ca.vertsplit(slide), strict=True))
     return {name: known.get(name, ca.MX(0)) for name, _, _ in patch.torque_model.layout.fields}
-
-
-def advances_at_corrected_state(model: MeasurementModel) -> bool:
-    """True where the patch is advanced at the corrected states, not at the sample."""
-    return angle_is_state(model)
 
 
 @cache

@@ -134,11 +134,6 @@ class PatchCode:
     takes_rig: bool
 
 
-def angle_is_state(observer: ModelObserver) -> bool:
-    """True where the angle is a state, so that the slope of the torque by it matters."""
-    return "psi" in observer.states
-
-
 def window_of(observer: ModelObserver) -> int:
     """Samples of a window, 0 for a filter."""
     return int(getattr(observer, "window", 0))
