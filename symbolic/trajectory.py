@@ -14,10 +14,9 @@ import numpy as np
 
 from symbolic.arrays import Array
 from symbolic.compilation.bristle_kernel import bristle_kernel
-from symbolic.compilation.buffered import BufferedCall
 from symbolic.compilation.compiled import compiled
 from symbolic.errors import InvalidInputError
-from symbolic.functions import named_function
+from symbolic.functions import BufferedCall, named_function
 from symbolic.model import GEOMETRY, SIGNALS, Model
 
 RIG_DIRECTIONS = (*GEOMETRY, "load")

@@ -16,10 +16,9 @@ import casadi as ca
 import numpy as np
 
 from symbolic.arrays import Array
-from symbolic.compilation.buffered import BufferedCall
 from symbolic.compilation.compiled import compiled
 from symbolic.deformation import full_slide_torque, unit_moment
-from symbolic.functions import named_function
+from symbolic.functions import BufferedCall, named_function
 from symbolic.masing import TurningPoints, branch_torque
 from symbolic.zones import MIN_ZONE_TURN
 

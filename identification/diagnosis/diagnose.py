@@ -56,9 +56,9 @@ def diagnose(
 ) -> Diagnosis:
     """Find the effects that the declared model lacks.
 
-    Of recordings with more than `MOST_SAMPLES` together, fewer are used; a note says so. Half-length,
-    caster and load that are declared without a tolerance have those of `symbolic.USUAL`, and a note says
-    that too; a tolerance of 0 makes them exact.
+    Of recordings with more than `MAX_SEARCH_SAMPLES` together, fewer are used; a note says so.
+    Half-length, caster and load that are declared without a tolerance have those of `symbolic.USUAL`,
+    and a note says that too; a tolerance of 0 makes them exact.
 
     Args:
         recordings: training recordings; shared parameters are fitted to these alone.
@@ -95,9 +95,8 @@ def diagnose(
         # Nothing of the search goes into it, and the processes have nothing else to do yet.
         declared = submit(declared_errors, recordings, holdout, loss)
         steps = Search(runner, effects, criteria, report).run()
-        trials = steps[0].before, steps[-1].before
-        given = [*recordings, *holdout]
-        followed = [submit(signatures, trial.residuals, given, trial.fits, effects) for trial in trials]
+        trials, both = (steps[0].before, steps[-1].before), [*recordings, *holdout]
+        followed = [submit(signatures, trial.residuals, both, trial.fits, effects) for trial in trials]
         left_out = [_left_out(trial, recordings, holdout, submit, report) for trial in trials]
         proposals = _proposals(steps, runner, criteria, report)
         results = declared.result(), [future.result() for future in followed]

@@ -57,7 +57,9 @@ def propose(
         recordings: those that both were fitted to; the fits may have seen thinned ones.
         criteria: thresholds of the search, by which the two have to be distinguished.
     """
-    typical = _typical(found, recordings)
+    # The recording of median mu, whose own parameters are assumed in the experiment.
+    by_friction = sorted(recordings, key=lambda r: found.values.own[r.name]["mu"])
+    typical = by_friction[(len(by_friction) - 1) // 2]
     span = float(np.mean([torque_range(r) for r in recordings]))
     truth, other = _Simulated(found, typical), _Rival(rival, typical, span)
     rough = []
@@ -73,12 +75,6 @@ def propose(
         best = max(best, other.refine(outcome), key=lambda outcome: outcome.difference)
     torques = best.torque, best.rival_torque
     return proposal_from_torques(found, rival, recordings, best.manoeuvre, torques, criteria)
-
-
-def _typical(fitted: Fit, recordings: Sequence[Recording]) -> Recording:
-    """The recording of median mu, whose own parameters are assumed in the experiment."""
-    ordered = sorted(recordings, key=lambda r: fitted.values.own[r.name]["mu"])
-    return ordered[(len(ordered) - 1) // 2]
 
 
 class _Simulated:

@@ -23,21 +23,14 @@ def reference_table(observer: FunctionObserver, real: Real) -> str:
     """The samples and the expected estimates as CSV, with the one torque that the observer uses."""
     samples = real.round(reference_samples(observer))
     inputs = [name for name in INPUTS if name not in {"M_z", "M"} - {observer.channel}]
-    columns = [
-        *(samples[INPUTS.index(name)] for name in inputs),
-        *expected_estimates(observer, samples),
-    ]
+    loop = Loop(observer)
+    sequence = (Sample(**dict(zip(INPUTS, column, strict=True))) for column in samples.T.tolist())
+    expected = np.array([loop(sample).numbers for sample in sequence]).T
+    columns = [*(samples[INPUTS.index(name)] for name in inputs), *expected]
     comment = COMMENT.format(mu=reference_friction(observer), seed=SEED).splitlines()
     lines = [f"# {mark()}", *(f"# {line}" for line in comment), ",".join((*inputs, *ESTIMATE))]
     lines += [",".join(_number(v, real) for v in row) for row in zip(*columns, strict=True)]
     return "\n".join(lines) + "\n"
-
-
-def expected_estimates(observer: FunctionObserver, samples: Array) -> Array:
-    """Estimates of `observers.Loop` after each sample, rows as in `ESTIMATE`, one column each."""
-    loop = Loop(observer)
-    sequence = (Sample(**dict(zip(INPUTS, column, strict=True))) for column in samples.T.tolist())
-    return np.array([loop(sample).numbers for sample in sequence]).T
 
 
 def reference_samples(observer: FunctionObserver) -> Array:

@@ -118,14 +118,15 @@ def _decoded(
     times, columns = array("d"), {signal.name: array("d") for signal in message.signals}
     extended = is_extended(message)
     buses: dict[str, None] = {}
-    other_kind = False
+    other_kind, counts = False, path.suffix.lower() != ".log"
     for frame in log:
         if frame.arbitration_id != message.frame_id or frame.is_error_frame or frame.is_remote_frame:
             continue
         if frame.is_extended_id != extended:
             other_kind = True
             continue
-        here = _bus_of(path, frame)
+        # As the file calls it: python-can counts from 0 what BLF and ASC files count from 1.
+        here = str(frame.channel + 1 if counts and isinstance(frame.channel, int) else frame.channel)
         buses[here] = None
         if here != (bus or next(iter(buses))):
             continue
@@ -151,12 +152,6 @@ def is_extended(message: Any) -> bool:
 
 def _title(message: Any) -> str:
     return f"{message.name} ({message.frame_id:#x})"
-
-
-def _bus_of(path: Path, frame: Any) -> str:
-    """The bus as the file calls it; python-can counts from 0 what BLF and ASC files count from 1."""
-    counted = isinstance(frame.channel, int) and path.suffix.lower() != ".log"
-    return str(frame.channel + 1 if counted else frame.channel)
 
 
 def _on_bus(bus: str, message: Any, places: dict[str, Any], signals: SignalMap) -> str:
