@@ -89,9 +89,6 @@ class Estimates:
         Args:
             axes: of matplotlib, to draw into; new ones of pyplot without.
             label: of the line in the legend.
-
-        Returns:
-            The axes.
         """
         new = axes is None
         if axes is None:

@@ -53,12 +53,7 @@ def all_inputs(recording: Recording) -> Array:
 
 
 def neural_network(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:
-    """The neural network of [Györök 2022], section 4.1, trained on recordings with a declared mu.
-
-    Args:
-        recordings: training data.
-        design: network and training; None for the defaults.
-    """
+    """The neural network of [Györök 2022], section 4.1, trained on recordings with a declared mu."""
     return train(recordings, plain_inputs, design, name="neural network")
 
 

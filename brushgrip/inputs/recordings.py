@@ -76,10 +76,6 @@ def _is_there(path: Path) -> bool:
 def keep_inputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
     """Refuses to write over what was read.
 
-    Args:
-        outputs: the files to write.
-        inputs: the files that are read.
-
     Raises:
         InvalidInputError: an output is one of the inputs, whatever way its path is spelt.
     """

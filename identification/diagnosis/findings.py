@@ -213,9 +213,6 @@ class Series:
 
         Args:
             axes: of matplotlib, to draw into; new ones of pyplot without.
-
-        Returns:
-            The axes.
         """
         curves = {
             "measured": self.measured,

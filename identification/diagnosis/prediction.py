@@ -62,13 +62,7 @@ def predicted_values(fitted: Fit, training: Sequence[Recording], recording: Reco
 def unrefitted_residuals(
     fitted: Fit, training: Sequence[Recording], recordings: Sequence[Recording]
 ) -> dict[str, Array]:
-    """Residuals of recordings of which nothing was fitted [N m].
-
-    Args:
-        fitted: the fit on the training recordings.
-        training: these recordings.
-        recordings: others.
-    """
+    """Residuals of recordings of which nothing was fitted, by a fit on the training recordings [N m]."""
     values = {r.name: predicted_values(fitted, training, r).of(r) for r in recordings}
     return {r.name: residual_of(fitted.model, r, values[r.name]) for r in recordings}
 

@@ -37,12 +37,6 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
     A channel with a time of its own goes onto the clock of the torque, by linear interpolation between
     its neighbours. Where the angle is sampled faster its instants join, the torque missing there.
 
-    Args:
-        path: the file.
-        file: its channels.
-        needed: columns that the file must hold.
-        signals: where columns come from.
-
     Raises:
         InvalidInputError: a channel is missing, has samples of another number, or an unknown unit.
     """

@@ -107,9 +107,6 @@ class Recording:
 
         Args:
             axes: of matplotlib, to draw into; new ones of pyplot without.
-
-        Returns:
-            The axes.
         """
         steering = self.M is not None and not np.isfinite(self.M_z).any()
         torque = self.M if steering else self.M_z

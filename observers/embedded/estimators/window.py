@@ -105,12 +105,7 @@ def elimination_parts(model: MeasurementModel) -> Layout:
 
 @dataclass(frozen=True)
 class WindowFunctions:
-    """The Functions that C calls at each sample of a window.
-
-    Attributes:
-        patch: the patch, and with it the observer.
-        window: how many samples these are.
-    """
+    """The Functions that C calls at each sample of a window."""
 
     patch: PatchCode
     window: int
