@@ -108,7 +108,7 @@ class Forecast:
 
 
 class Forecaster:
-    """Forecasts of an `Ekf` or `Mhe`; the step of a filter costs about 10 microseconds a sample and friction."""
+    """Forecasts of an `Ekf` or `Mhe`; the filter costs about 10 microseconds a sample and friction."""
 
     def __init__(self, observer: ModelObserver) -> None:
         """Compile what it needs, or take it from the cache."""
