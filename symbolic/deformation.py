@@ -25,11 +25,12 @@ and G is the one integral that `unit_moment` takes, exactly, from the deformatio
 """
 
 from functools import cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
+
+from symbolic.patch_interface import Expression
 
 
 @cache
@@ -44,9 +45,6 @@ def gauss_legendre(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]
     """
     nodes, weights = np.polynomial.legendre.leggauss(order)
     return (nodes + 1.0) / 2.0, weights / 2.0
-
-
-Expression = Any
 
 
 def edge_distance(z: Expression, a: Expression, arm: Expression) -> Expression:

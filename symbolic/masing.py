@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symbolic.arrays import Array
-from symbolic.deformation import Expression, edge_distance, full_slide_level, unit_moment
+from symbolic.deformation import edge_distance, full_slide_level, unit_moment
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import Rig, Tyre
+from symbolic.patch_interface import Expression
 from symbolic.zones import FAR
 
 

@@ -19,7 +19,7 @@ from symbolic.bristles import SPAN, BristlePatch
 from symbolic.compliance import deflection_of
 from symbolic.effects.base import Signals
 from symbolic.full_slide import build_full_slide
-from symbolic.model import sample_at_the_patch
+from symbolic.model import add_torques, sample_at_the_patch
 from symbolic.patch_interface import PatchInputs
 
 TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "torque", "torque_by_psi",
@@ -73,9 +73,7 @@ class EffectExpressions:
         memory = ca.vertcat(ca.MX.zeros(1 + model.patch().size), own)
         at_patch, memories, factor = sample_at_the_patch(model, model.split(memory)[2], signals, theta)
         after = ca.vertcat(ca.MX.zeros(1 + model.patch().size), *memories)
-        torque = ca.MX(0)
-        for effect, values in model.values(theta):
-            torque = torque + effect.torque(at_patch, values)
+        torque = add_torques(ca.MX(0), model, at_patch, theta)
         growth, reach, decay, gain = self._of_bristles(at_patch, factor, theta)
         geometry = ca.DM([rig.a, rig.e])
         sliding, load = build_full_slide(model, _mu_times_factor), signals[SIGNALS.index("F_N")]
