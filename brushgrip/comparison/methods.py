@@ -53,11 +53,8 @@ class ObserverMethod:
     """A method that runs an observer sample by sample, as a controller does.
 
     Attributes:
-        name: as of `Method`.
         factory: builds the observer for a recording; any `observers.Observer` will do.
         found: the model of a diagnosis, handed to the factory; None for the declared model.
-        works_beyond_five_zones: as of `Method`.
-        gives_deviation: as of `Method`.
     """
 
     name: str
@@ -78,9 +75,6 @@ class CompiledEkf:
 
     Attributes:
         found: the model of a diagnosis; None for the declared model.
-        name: as of `Method`.
-        works_beyond_five_zones: as of `Method`.
-        gives_deviation: as of `Method`.
     """
 
     found: FoundModel | None = None

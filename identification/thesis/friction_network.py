@@ -96,10 +96,7 @@ class LabelMean:
     """The mean of the training labels, whatever is measured: the baseline of every method.
 
     Attributes:
-        mu: that mean [1].
-        name: what tables call it.
-        works_beyond_five_zones: whether it does not assume five zones at most.
-        gives_deviation: whether it gives a standard deviation.
+        mu: that mean [1]; the others are as of `FrictionNetwork`.
     """
 
     mu: float
