@@ -5,32 +5,22 @@ from functools import cache
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.protocol import Sample
 from symbolic import compiled
-from symbolic.compilation.buffered import BufferedCall
+from symbolic.arrays import Array
+from symbolic.functions import BufferedCall
 from symbolic.trajectory import SAMPLES_PER_CALL
-
-Array = NDArray[np.float64]
 
 
 class CompiledStep(threading.local):
     """Calls (state, sample, constants) -> (state_next, ...) on buffers of its own, one set a thread."""
 
     def __init__(self, function: ca.Function, constants: Array) -> None:
-        """Allocate the buffers and set their addresses."""
-        self._function = function
-        self._buffer, self._call = function.buffer()
-        self._state, self._sample = (np.zeros(function.nnz_in(i)) for i in range(2))
-        self._constants = constants.copy()
-        self._results = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
-        # casadi's stubs ask for a size that its buffers do not take.
-        for i, array in enumerate((self._state, self._sample, self._constants)):
-            self._buffer.set_arg(i, memoryview(array.data))  # type: ignore[call-arg]
-        for i, array in enumerate(self._results):
-            self._buffer.set_res(i, memoryview(array.data))  # type: ignore[call-arg]
-        self._next = self._results[0]
+        """Allocate the buffers."""
+        self._buffered = buffered = BufferedCall(function)
+        self._state, self._sample, buffered.inputs[2][:] = *buffered.inputs[:2], constants
+        self._next, self._call = buffered.outputs[0], buffered.call
 
     def __call__(self, state: Array, sample: Sample) -> Array:
         """The state after the sample, a new array."""

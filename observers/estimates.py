@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from observers.protocol import Status
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 from symbolic.tables.notebook_html import html_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 BAND_STDS = 2.0
 """Standard deviations to either side of an estimate that hold 95 of 100 values [1]."""
 _SHOWN, _MARGIN = (0.05, 0.95), 0.15
@@ -89,9 +89,6 @@ class Estimates:
         Args:
             axes: of matplotlib, to draw into; new ones of pyplot without.
             label: of the line in the legend.
-
-        Returns:
-            The axes.
         """
         new = axes is None
         if axes is None:

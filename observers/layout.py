@@ -6,10 +6,9 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
+
 Expression = Any
 """A casadi expression, SX or MX."""
 Parts = Mapping[str, Expression]

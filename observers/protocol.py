@@ -10,12 +10,11 @@ from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.layout import Layout
 from symbolic import InvalidInputError, Model, Rig
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_SAMPLE_PERIOD = 3600.0
 """A pause longer than this is the end of a measurement [s]."""
 SAMPLE = ("psi", "psi_dot", "F_N", "dt", "M_z", "M")

@@ -6,11 +6,10 @@ from inspect import cleandoc
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot", "gear", "log_mu_other")
 """Order of the states, of which an observer takes those it needs: natural logarithm of mu, zero of the
 torque channel [N m], k over its nominal value [1], yaw angle [rad], yaw rate [rad/s], dry friction

@@ -11,12 +11,11 @@ from functools import cache
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.layout import Expression, symbols
+from symbolic.arrays import Array
 from symbolic.functions import named_function
 
-Array = NDArray[np.float64]
 LEAST_SHARE = 1e-6
 """Least D of a factor of a covariance, as a share of the variance [1]."""
 MAX_VARIANCE = 1e12

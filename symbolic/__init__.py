@@ -43,9 +43,8 @@ from symbolic.parameters import (
     with_usual_tolerances,
 )
 from symbolic.patch_interface import Expression
-from symbolic.tables.found_model import FoundModel, ModelBasis, units_of
+from symbolic.tables.found_model import FoundModel, ModelBasis, ModelError, units_of
 from symbolic.tables.found_model_tables import model_from_tables
-from symbolic.tables.model_error import ModelError
 from symbolic.tables.rig_tables import rig_from_tables
 from symbolic.tables.vehicle_tables import vehicle_from_tables
 from symbolic.trajectory import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate

@@ -13,10 +13,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.deformation import full_slide_arm
+from symbolic.deformation import full_slide_arm, gauss_legendre
 from symbolic.errors import InvalidInputError
 from symbolic.patch_interface import Expression, PatchInputs
-from symbolic.quadrature import gauss_legendre
 from symbolic.slip import SlipSearch, clipped, creep_factor, slip
 
 SPAN = 1.25

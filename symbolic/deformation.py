@@ -24,13 +24,27 @@ The moment is linear in r. With r written by its changes of slope, r = sum_j s_j
 and G is the one integral that `unit_moment` takes, exactly, from the deformation itself.
 """
 
-from typing import Any
+from functools import cache
 
 import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
 
-from symbolic.quadrature import gauss_legendre
+from symbolic.patch_interface import Expression
 
-Expression = Any
+
+@cache
+def gauss_legendre(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Nodes and weights on [0, 1], exact for polynomials up to degree 2 * order - 1.
+
+    Args:
+        order: number of nodes [1].
+
+    Returns:
+        Nodes (order,) and weights (order,), both dimensionless; the weights add up to one.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    return (nodes + 1.0) / 2.0, weights / 2.0
 
 
 def edge_distance(z: Expression, a: Expression, arm: Expression) -> Expression:

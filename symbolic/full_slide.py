@@ -9,7 +9,7 @@ that rate, that a sensor's delay no longer matters, and that a compliant carcass
 effect counts up, such as the travel of `friction_drift`, stays as it is now.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -18,18 +18,21 @@ import casadi as ca
 from symbolic.deformation import full_slide_arm
 from symbolic.effects.base import Composition, Effect, Values
 from symbolic.functions import named_function
-from symbolic.patch_interface import Expression, Signals, patch_inputs
+from symbolic.patch_interface import Expression, PatchInputs, Signals, patch_inputs
 
 
 @cache
-def build_full_slide(model: Composition) -> ca.Function:
+def build_full_slide(
+    model: Composition, of_patch: Callable[[PatchInputs], Expression] | None = None
+) -> ca.Function:
     """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide) of a model.
 
     M_slide [N m] is half the difference of the torques of the ground in steady full slides to either
     side: offsets and return torques cancel, and friction that differs by direction gives its mean. Of
     the torques beside the patch those count that are the ground's, see `Effect.torque_by_ground`.
     mu_eff [1] is M_slide over that of the declared patch with mu = 1 under the load F_N [N]; rate
-    [rad/s] is that of the turn, greater than 0.
+    [rad/s] is that of the turn, greater than 0. of_patch gives mu_eff of the patch alone, None is for
+    the model's patch.
     """
     memory, rate, F_N = ca.MX.sym("memory", model.memory_size), ca.MX.sym("rate"), ca.MX.sym("F_N")
     _, theta, geometry = model.symbols()
@@ -43,7 +46,7 @@ def build_full_slide(model: Composition) -> ca.Function:
     inputs = patch_inputs(forth, _mean(factors), theta, geometry)
     declared = F_N * full_slide_arm(inputs.a, inputs.e)
     beside = (torques[1] - torques[0]) / (2 * declared)
-    mu_eff = model.patch(theta).effective_friction(inputs) + beside
+    mu_eff = (of_patch or model.patch(theta).effective_friction)(inputs) + beside
     given = {"memory": memory, "F_N": F_N, "theta": theta, "geometry": geometry, "rate": rate}
     outputs = {"mu_eff": mu_eff, "M_slide": mu_eff * declared}
     return named_function("full_slide", given, outputs, cse=True)

@@ -14,14 +14,14 @@ from math import nan
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from symbolic.deformation import Expression, edge_distance, full_slide_level, unit_moment
+from symbolic.arrays import Array
+from symbolic.deformation import edge_distance, full_slide_level, unit_moment
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import Rig, Tyre
+from symbolic.patch_interface import Expression
 from symbolic.zones import FAR
-
-Array = NDArray[np.float64]
 
 
 def virgin_torque(

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from symbolic.arrays import Array
 from symbolic.errors import InvalidInputError
 from symbolic.masing import TurningPoints, declared_friction
 from symbolic.parameters import Rig, Tyre, require_positive
 from symbolic.wheel_integrator import CONSTANTS, WheelState, WheelStepper, integrate, torques
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

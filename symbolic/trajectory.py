@@ -11,16 +11,14 @@ from functools import cache
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.arrays import Array
 from symbolic.compilation.bristle_kernel import bristle_kernel
-from symbolic.compilation.buffered import BufferedCall
 from symbolic.compilation.compiled import compiled
 from symbolic.errors import InvalidInputError
-from symbolic.functions import named_function
+from symbolic.functions import BufferedCall, named_function
 from symbolic.model import GEOMETRY, SIGNALS, Model
 
-Array = NDArray[np.float64]
 RIG_DIRECTIONS = (*GEOMETRY, "load")
 """Directions beside the parameter vector: half-length and caster [m], factor on the load [1]."""
 ROUNDING = 1e-9

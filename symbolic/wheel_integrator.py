@@ -14,16 +14,14 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from symbolic.compilation.buffered import BufferedCall
+from symbolic.arrays import Array
 from symbolic.compilation.compiled import compiled
 from symbolic.deformation import full_slide_torque, unit_moment
-from symbolic.functions import named_function
+from symbolic.functions import BufferedCall, named_function
 from symbolic.masing import TurningPoints, branch_torque
 from symbolic.zones import MIN_ZONE_TURN
 
-Array = NDArray[np.float64]
 MAX_STEP_PERIODS = 0.5
 """Longest step in periods of the sticking wheel [1]; no full swing passes within one step."""
 ROUNDING = 1e-12

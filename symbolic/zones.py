@@ -12,10 +12,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.deformation import Expression, full_slide_level, unit_moment
+from symbolic.deformation import full_slide_level, unit_moment
 from symbolic.errors import InvalidInputError
 from symbolic.functions import named_function
-from symbolic.patch_interface import PatchInputs
+from symbolic.patch_interface import Expression, PatchInputs
 
 NEAR = 1e-7
 """Segments narrower than this share of their distance carry no torque [1]."""

@@ -61,15 +61,14 @@ class CodegenRequest:
     tuning: TuningProfile = None
     tune: TuningValues = None
     window: Annotated[
-        int | None,
-        option("--window", metavar="N", help="Samples that the MHE fits at once; 50 if left out."),
+        int | None, option("--window", "N", "Samples that the MHE fits at once; 50 if left out.")
     ] = None
     ground: Annotated[
         str | None,
         option(
             "--ground",
-            metavar="NAME",
-            help="Ground whose values are taken from the model file; the mean over its grounds without.",
+            "NAME",
+            "Ground whose values are taken from the model file; the mean over its grounds without.",
         ),
     ] = None
     real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT
@@ -95,8 +94,9 @@ class CodegenRequest:
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, show
         from brushgrip.outputs.provenance import comment, rig_warning
-        from observers.embedded import require_replaceable
+        from observers.embedded import generate_vehicle, require_replaceable
         from observers.embedded.cost import estimated_cost
+        from observers.interfaces.factory import read_vehicle_file
         from symbolic import InvalidInputError
 
         window = observer_export.window_setting(self.observer, self.window)
@@ -126,7 +126,8 @@ class CodegenRequest:
             write = observer_export.WRITERS[self.target]
             files = write(observer, stage, real, name=self.name, tunable=tunable)
             if self.vehicle is not None and self.target == "c":
-                files += observer_export.vehicle_header(self.vehicle, stage, real, self.name)
+                car = read_vehicle_file(self.vehicle)
+                files += generate_vehicle(car, stage, real, name=self.name)
             finals = [self.out.resolve() / path.name for path in files]
             size = observer_export.state_bytes(files, self.name)
             observer_export.append_origin(files, comment(described, self.model))

@@ -21,25 +21,21 @@ class CompareRequest(RecordingRequest):
     author: Annotated[
         Path | None,
         option(
-            "--author",
-            metavar="DIR",
-            help="Folder of author_estimate_*.csv; that of each recording if left out.",
+            "--author", "DIR", "Folder of author_estimate_*.csv; that of each recording if left out."
         ),
     ] = None
     declared: Annotated[
         list[float] | None,
         option(
-            "--declared",
-            metavar="MU...",
-            help="Friction that errors refer to: one for all recordings, or one each.",
+            "--declared", "MU...", "Friction that errors refer to: one for all recordings, or one each."
         ),
     ] = None
     train: Annotated[
         list[str] | None,
         option(
             "--train",
-            metavar="REC...",
-            help="Recordings with a known mu on which the two networks of [Györök 2022] are trained; the"
+            "REC...",
+            "Recordings with a known mu on which the two networks of [Györök 2022] are trained; the"
             " table then has them, and the mean of their labels. Needs scikit-learn.",
         ),
     ] = None

@@ -30,16 +30,16 @@ class DiagnoseRequest(RecordingRequest):
         list[str] | None,
         option(
             "--holdout",
-            metavar="REC...",
-            help="Recordings held out to judge the models: one or more names after the flag.",
+            "REC...",
+            "Recordings held out to judge the models: one or more names after the flag.",
         ),
     ] = None
     robust: Annotated[
         float | None,
         option(
             "--robust",
-            metavar="SHARE",
-            help="Threshold of Huber's loss, as a share of the torque range, for a torque with outliers:"
+            "SHARE",
+            "Threshold of Huber's loss, as a share of the torque range, for a torque with outliers:"
             " 1.5 times its noise.",
         ),
     ] = None
@@ -47,8 +47,8 @@ class DiagnoseRequest(RecordingRequest):
         list[str] | None,
         option(
             "--ground",
-            metavar="NAME",
-            help="What the recordings stand on, or NAME=REC,REC for some of them, repeated for others;"
+            "NAME",
+            "What the recordings stand on, or NAME=REC,REC for some of them, repeated for others;"
             " goes before '# ground = steel' in a CSV file.",
         ),
     ] = None

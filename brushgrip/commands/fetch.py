@@ -34,12 +34,7 @@ class FetchRequest:
         ),
     ] = Published.WHEEL
     out: Annotated[
-        Path | None,
-        option(
-            "--out",
-            metavar="DIR",
-            help="Folder to put them in; the user's data folder if left out.",
-        ),
+        Path | None, option("--out", "DIR", "Folder to put them in; the user's data folder if left out.")
     ] = None
 
     def run(self) -> None:

@@ -34,36 +34,33 @@ class IdentifyRequest:
         list[str] | None,
         option(
             "--free-decay",
-            metavar="REC...",
-            help="Recordings of the wheel swinging freely after an impact: one or more after the flag.",
+            "REC...",
+            "Recordings of the wheel swinging freely after an impact: one or more after the flag.",
         ),
     ] = None
     plates: Annotated[
         list[str] | None,
         option(
             "--plates",
-            metavar="REC...",
-            help="Recordings of a car whose front wheels stand on turntables or greased plates.",
+            "REC...",
+            "Recordings of a car whose front wheels stand on turntables or greased plates.",
         ),
     ] = None
     lock_to_lock: Annotated[
         list[str] | None,
         option(
             "--lock-to-lock",
-            metavar="REC...",
-            help="Recordings of a car that stands on ground of known friction and steers from lock to"
-            " lock.",
+            "REC...",
+            "Recordings of a car that stands on ground of known friction and steers from lock to lock.",
         ),
     ] = None
     ground_friction: Annotated[
-        float | None, option("--ground-friction", metavar="MU", help="Friction of that ground, known.")
+        float | None, option("--ground-friction", "MU", "Friction of that ground, known.")
     ] = None
     friction_tolerance: Annotated[
         float | None,
         option(
-            "--friction-tolerance",
-            metavar="DMU",
-            help="How far off that may be, either way; 5 % of it if left out.",
+            "--friction-tolerance", "DMU", "How far off that may be, either way; 5 % of it if left out."
         ),
     ] = None
     vehicle: VehicleFile = None

@@ -51,12 +51,8 @@ class LiveRequest:
     )
     tuning: TuningProfile = None
     tune: TuningValues = None
-    dbc: Annotated[
-        Path | None, option("--dbc", metavar="DBC", help="Database of the signals of a CAN bus.")
-    ] = None
-    speed: Annotated[
-        float, option("--speed", metavar="N", help="Replay a file so many times as fast.")
-    ] = 1.0
+    dbc: Annotated[Path | None, option("--dbc", "DBC", "Database of the signals of a CAN bus.")] = None
+    speed: Annotated[float, option("--speed", "N", "Replay a file so many times as fast.")] = 1.0
     record: Annotated[
         Path | None,
         file_option(
@@ -68,22 +64,17 @@ class LiveRequest:
     ] = None
     target: Annotated[
         str | None,
-        option(
-            "--target",
-            metavar="SHARE",
-            help="Advise where to turn until friction is known to it, as 5%.",
-        ),
+        option("--target", "SHARE", "Advise where to turn until friction is known to it, as 5%."),
     ] = None
     limit: Annotated[
-        list[str] | None,
-        option("--limit", metavar="NAME=VALUE", help="What the wheel may do then, as of plan."),
+        list[str] | None, option("--limit", "NAME=VALUE", "What the wheel may do then, as of plan.")
     ] = None
     send: Annotated[
         list[str] | None,
         option(
             "--send",
-            metavar="TO",
-            help="Send friction to can:INTERFACE:CHANNEL, or as JSON to udp:HOST:PORT. May be repeated.",
+            "TO",
+            "Send friction to can:INTERFACE:CHANNEL, or as JSON to udp:HOST:PORT. May be repeated.",
         ),
     ] = None
     send_dbc: Annotated[

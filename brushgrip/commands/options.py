@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 MAX_JOBS = 256
 
 
-def option(*flags: str, help: str, metavar: str | None = None, **settings: Any) -> Any:
+def option(flag: str, metavar: str | None = None, help: str = "", **settings: Any) -> Any:
     """An option whose default is not shown: it is left out, or the help says what it means."""
-    return typer.Option(*flags, metavar=metavar, help=help, show_default=False, **settings)
+    return typer.Option(flag, metavar=metavar, help=help, show_default=False, **settings)
 
 
 def usable_file(path: Path | None) -> Path | None:
@@ -70,12 +70,12 @@ def model_file(path: Path | None) -> Path | None:
 
 def file_option(flag: str, metavar: str, help: str = "File to write.") -> Any:
     """The name of a file to write."""
-    return option(flag, metavar=metavar, help=help, callback=usable_file)
+    return option(flag, metavar, help, callback=usable_file)
 
 
 def folder_option(flag: str = "--out", help: str = "Folder to write to.") -> Any:
     """The name of a folder to write to."""
-    return option(flag, metavar="DIR", help=help, callback=valid_folder_name)
+    return option(flag, "DIR", help, callback=valid_folder_name)
 
 
 RecordingNames = Annotated[
@@ -89,25 +89,19 @@ RecordingNames = Annotated[
 ]
 RigFile = Annotated[
     Path | None,
-    option(
-        "--rig",
-        metavar="R",
-        help="Rig file (TOML). May be left out where the recordings know a, e and k.",
-    ),
+    option("--rig", "R", "Rig file (TOML). May be left out where the recordings know a, e and k."),
 ]
 VehicleFile = Annotated[
     Path | None,
     option(
         "--vehicle",
-        metavar="CAR",
-        help="Vehicle file (TOML) of a car, in place of a rig: recordings then have rack or handwheel,"
+        "CAR",
+        "Vehicle file (TOML) of a car, in place of a rig: recordings then have rack or handwheel,"
         " and F_rack or T_bar and T_motor.",
     ),
 ]
-RigAlone = Annotated[Path | None, option("--rig", metavar="R", help="Rig file (TOML).")]
-VehicleAlone = Annotated[
-    Path | None, option("--vehicle", metavar="CAR", help="Vehicle file (TOML) of a car.")
-]
+RigAlone = Annotated[Path | None, option("--rig", "R", "Rig file (TOML).")]
+VehicleAlone = Annotated[Path | None, option("--vehicle", "CAR", "Vehicle file (TOML) of a car.")]
 TorqueMeasured = Annotated[
     TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
 ]
@@ -115,8 +109,8 @@ ChannelMap = Annotated[
     list[str] | None,
     option(
         "--map",
-        metavar="psi=NAME:deg,...",
-        help="Channels of the columns with their units and factors, such as"
+        "psi=NAME:deg,...",
+        "Channels of the columns with their units and factors, such as"
         " psi=SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN; goes before [signals] of the rig"
         " file. May be repeated: a column that is named again begins the map of recordings with other"
         " channels; each takes the map whose channels it has.",
@@ -127,8 +121,8 @@ ModelFile = Annotated[
     Path | None,
     option(
         "--model",
-        metavar="MODEL",
-        help="Folder of a diagnosis, or its model file (model.json); the declared model without it.",
+        "MODEL",
+        "Folder of a diagnosis, or its model file (model.json); the declared model without it.",
         callback=model_file,
     ),
 ]
@@ -144,8 +138,8 @@ TuningValues = Annotated[
     list[str] | None,
     option(
         "--tune",
-        metavar="NAME=VALUE",
-        help="A value of the tuning in place of the profile's, such as mu_walk=0.02. May be repeated;"
+        "NAME=VALUE",
+        "A value of the tuning in place of the profile's, such as mu_walk=0.02. May be repeated;"
         " several may be separated by commas.",
     ),
 ]
@@ -153,8 +147,8 @@ EffectModules = Annotated[
     list[str] | None,
     option(
         "--effects",
-        metavar="MODULE",
-        help="Module, or its file, with effects of your own, EFFECTS = [MyEffect(), ...]; it is"
+        "MODULE",
+        "Module, or its file, with effects of your own, EFFECTS = [MyEffect(), ...]; it is"
         " imported. May be repeated; several may be separated by commas.",
     ),
 ]
@@ -163,37 +157,29 @@ OutJson = Annotated[
     Path | None, file_option("--out", "OUT.json", "File to write; left out, the tables here suffice.")
 ]
 From = Annotated[
-    float | None,
-    option("--from", metavar="T", help="Use samples from this time on, as the recording counts it [s]."),
+    float | None, option("--from", "T", "Use samples from this time on, as the recording counts it [s].")
 ]
-To = Annotated[float | None, option("--to", metavar="T", help="Use samples up to this time [s].")]
+To = Annotated[float | None, option("--to", "T", "Use samples up to this time [s].")]
 SteeringRatio = Annotated[
     float | None,
     option(
         "--steering-ratio",
-        metavar="RATIO",
-        help="Angle of the steering wheel over that of the wheel, such as 15: psi and psi_dot are"
+        "RATIO",
+        "Angle of the steering wheel over that of the wheel, such as 15: psi and psi_dot are"
         " divided by it. A torque from the steering wheel's shaft needs its own"
         " factor: --map M_z=-15*Torque.",
     ),
 ]
 OutFolder = Annotated[Path, folder_option()]
 Jobs = Annotated[
-    int | None,
-    option(
-        "--jobs",
-        metavar="N",
-        min=1,
-        max=MAX_JOBS,
-        help="Processes to use; one per core if left out.",
-    ),
+    int | None, option("--jobs", "N", "Processes to use; one per core if left out.", min=1, max=MAX_JOBS)
 ]
 Scheduler = Annotated[
     str | None,
     option(
         "--scheduler",
-        metavar="ADDRESS",
-        help="Scheduler of a Dask cluster that does the work in place of processes here, such as"
+        "ADDRESS",
+        "Scheduler of a Dask cluster that does the work in place of processes here, such as"
         " tcp://10.0.0.1:8786.",
     ),
 ]
@@ -235,8 +221,8 @@ class GroundRequest(RecordingRequest):
         list[str] | None,
         option(
             "--ground",
-            metavar="NAME",
-            help="What the wheel stands on, or NAME=REC,REC for some of the recordings; picks the values"
+            "NAME",
+            "What the wheel stands on, or NAME=REC,REC for some of the recordings; picks the values"
             " of that ground from the model file.",
         ),
     ] = None

@@ -47,28 +47,25 @@ class PlanRequest:
     model: ModelFile = None
     effects: EffectModules = None
     target: Annotated[
-        str, option("--target", metavar="SHARE", help="Standard deviation over mu; 5% if left out.")
+        str, option("--target", "SHARE", "Standard deviation over mu; 5% if left out.")
     ] = "5%"
     limit: Annotated[
         list[str] | None,
         option(
             "--limit",
-            metavar="NAME=VALUE",
-            help="What the wheel may do: angle=0.4 [rad, either way], rate=0.5 and slowest=0.05 [rad/s],"
+            "NAME=VALUE",
+            "What the wheel may do: angle=0.4 [rad, either way], rate=0.5 and slowest=0.05 [rad/s],"
             " torque [N m], time=10 [s], acceleration=10 [rad/s^2]. May be repeated; several may be"
             " separated by commas.",
         ),
     ] = None
     load: Annotated[
-        float | None,
-        option("--load", metavar="N", help="Vertical load [N]; needed with --rig, a car's is known."),
+        float | None, option("--load", "N", "Vertical load [N]; needed with --rig, a car's is known.")
     ] = None
     mu: Annotated[
         str | None,
         option(
-            "--mu",
-            metavar="MU,...",
-            help="Frictions that the ground may have; 0.05,0.1,0.2,0.4,0.8,1.2 if left out.",
+            "--mu", "MU,...", "Frictions that the ground may have; 0.05,0.1,0.2,0.4,0.8,1.2 if left out."
         ),
     ] = None
     least: Annotated[Least, typer.Option("--least", help="What is to be least.")] = Least.TRAVEL

@@ -19,9 +19,7 @@ class SimulateRequest(GroundRequest):
     mu: Annotated[
         float | None,
         option(
-            "--mu",
-            metavar="MU",
-            help="Friction coefficient, in place of what model file, recording and rig say.",
+            "--mu", "MU", "Friction coefficient, in place of what model file, recording and rig say."
         ),
     ] = None
 

@@ -11,8 +11,8 @@ from brushgrip.inputs.command_inputs import Inputs
 from identification import Recording
 from identification.thesis import PublishedFriction, aligned, published_file, read_published_friction
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 SETTLED = 1.89
 """Time after the beginning of the turn from which [Györök 2022], Table 6.1, takes the error [s]."""
 TURN_BEGINS = 0.02

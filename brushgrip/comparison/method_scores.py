@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from time import process_time
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.comparison.cases import Case
 from brushgrip.comparison.methods import Method
 from brushgrip.outputs.console import Progress
 from identification import Recording
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 MIN_ROUNDS, MIN_TIME = 3, 0.2
 """A calculation is repeated at least so often, and until the repetitions take this time [s]; the
 shortest counts."""

@@ -5,9 +5,6 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from brushgrip.estimation.estimates import (
     OBSERVERS,
     ObserverFactory,
@@ -22,8 +19,8 @@ from identification import FoundModel, Recording
 from observers import Ekf
 from observers.embedded import NativeObserver, compile_native
 from symbolic import Model, Rig, compiler
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 SMOOTHING = 0.99
 """Weight of the last value in the exponential filter of [Györök 2022], (5.9) [1]."""
 
@@ -56,11 +53,8 @@ class ObserverMethod:
     """A method that runs an observer sample by sample, as a controller does.
 
     Attributes:
-        name: as of `Method`.
         factory: builds the observer for a recording; any `observers.Observer` will do.
         found: the model of a diagnosis, handed to the factory; None for the declared model.
-        works_beyond_five_zones: as of `Method`.
-        gives_deviation: as of `Method`.
     """
 
     name: str
@@ -81,9 +75,6 @@ class CompiledEkf:
 
     Attributes:
         found: the model of a diagnosis; None for the declared model.
-        name: as of `Method`.
-        works_beyond_five_zones: as of `Method`.
-        gives_deviation: as of `Method`.
     """
 
     found: FoundModel | None = None

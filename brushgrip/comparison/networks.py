@@ -4,15 +4,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.comparison.cases import Case
 from brushgrip.comparison.methods import Method
 from identification import Recording
 from identification.thesis import Activation, Design, FrictionNetwork, label_mean, train
 from observers import ZoneHistory, ZoneRootSolver, run, zone_history
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 ANALYTIC = 9
 """Column of `all_inputs` that holds the analytic estimate of mu."""
 MIN_REVERSAL = 5e-4
@@ -54,12 +53,7 @@ def all_inputs(recording: Recording) -> Array:
 
 
 def neural_network(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:
-    """The neural network of [Györök 2022], section 4.1, trained on recordings with a declared mu.
-
-    Args:
-        recordings: training data.
-        design: network and training; None for the defaults.
-    """
+    """The neural network of [Györök 2022], section 4.1, trained on recordings with a declared mu."""
     return train(recordings, plain_inputs, design, name="neural network")
 
 

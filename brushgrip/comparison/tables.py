@@ -2,7 +2,7 @@
 
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from html import escape
 from typing import Any
 
@@ -22,65 +22,49 @@ PUBLISHED_NOTE = "Published: [Györök 2022], Table 6.1, six recordings on steel
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class TextTable:
-    """A table as text.
-
-    Attributes:
-        title: what it shows.
-        headings: of the columns; the first column stands left, the others right.
-        lines: cells of every row.
-    """
-
-    title: str
-    headings: tuple[str, ...]
-    lines: tuple[tuple[str, ...], ...]
+Cells = tuple[str, ...]
+TextTable = tuple[str, Cells, tuple[Cells, ...]]
+"""Title, headings, of which the first stands left, and the cells of every row."""
 
 
 def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> list[TextTable]:
     """Means beside [Györök 2022], Table 6.1; then error and time of every recording."""
+    means = ("method", "RMSE", "spread", "ϑ", "beyond five zones", "deviation")
+    published = (_cells(f"published: {row.method}", row) for row in PUBLISHED)
     recordings = ("method", *map(_name, results))
+    errors = (
+        ("declared μ", *(f"{result.case.declared:g}" for result in results)),
+        *((row.method, *map(_error, _figures(results, row, "rmse"))) for row in rows),
+    )
+    times = (
+        ("length [s]", *(f"{_duration(result):.1f}" for result in results)),
+        *((row.method, *map(_time, _figures(results, row, "theta"))) for row in rows),
+    )
     return [
-        TextTable(
-            title=f"Mean over {len(results)} recordings",
-            headings=("method", "RMSE", "spread", "ϑ", "beyond five zones", "deviation"),
-            lines=tuple(
-                [_cells(f"published: {row.method}", row) for row in PUBLISHED]
-                + [_cells(row.method, row) for row in rows]
-            ),
+        (
+            f"Mean over {len(results)} recordings",
+            means,
+            (*published, *(_cells(row.method, row) for row in rows)),
         ),
-        TextTable(
-            title="RMSE of every recording",
-            headings=recordings,
-            lines=(
-                ("declared μ", *(f"{result.case.declared:g}" for result in results)),
-                *((row.method, *map(_error, _figures(results, row, "rmse"))) for row in rows),
-            ),
-        ),
-        TextTable(
-            title="ϑ of every recording",
-            headings=recordings,
-            lines=(
-                ("length [s]", *(f"{_duration(result):.1f}" for result in results)),
-                *((row.method, *map(_time, _figures(results, row, "theta"))) for row in rows),
-            ),
-        ),
+        ("RMSE of every recording", recordings, errors),
+        ("ϑ of every recording", recordings, times),
     ]
 
 
 def print_comparison(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> None:
     """Prints the tables on standard output."""
     for sheet in text_tables(results, rows):
-        print_table(sheet.title, sheet.headings, sheet.lines, right=True, overflow="fold")
+        print_table(*sheet, right=True, overflow="fold")
     print_text(NOTE.format(settled=SETTLED))
     print_text(PUBLISHED_NOTE)
 
 
 def markdown_text(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> str:
     """The same tables in Markdown."""
-    parts = [
-        part for sheet in text_tables(results, rows) for part in (f"{sheet.title}:", _markdown(sheet))
-    ]
+    parts: list[str] = []
+    for title, headings, lines in text_tables(results, rows):
+        rules = ["---", *(["---:"] * (len(headings) - 1))]
+        parts += [f"{title}:", "\n".join(map(_line, (headings, rules, *lines)))]
     return "\n\n".join([*parts, NOTE.format(settled=SETTLED), PUBLISHED_NOTE]) + "\n"
 
 
@@ -121,11 +105,6 @@ def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]
     }
 
 
-def _markdown(table: TextTable) -> str:
-    rules = ["---", *(["---:"] * (len(table.headings) - 1))]
-    return "\n".join(_line(cells) for cells in (table.headings, rules, *table.lines))
-
-
 def _line(cells: Sequence[str]) -> str:
     return f"| {' | '.join(map(_plain, cells))} |"
 
@@ -135,7 +114,7 @@ def _plain(cell: str) -> str:
     return escape(cell.replace("|", "/"), quote=False).replace("](", "]\\(")
 
 
-def _cells(name: str, row: MethodSummary) -> tuple[str, ...]:
+def _cells(name: str, row: MethodSummary) -> Cells:
     beyond = "in part" if row.works_beyond_five_zones is None else _yes(row.works_beyond_five_zones)
     return (
         name,

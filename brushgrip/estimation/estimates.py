@@ -32,8 +32,8 @@ from observers import (
     tuning_for,
 )
 from symbolic import InvalidInputError, Model, rig_of
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
 """Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
 

@@ -9,8 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from brushgrip.inputs.grounds import grounds_by_name
-from brushgrip.inputs.recordings import keep_inputs, locate, same_samples, unique_labels
+from brushgrip.inputs.recordings import grounds_by_name, keep_inputs, locate, same_samples, unique_labels
 from brushgrip.inputs.user_effects import effect_files, user_effects
 from brushgrip.outputs.atomic import staged_file
 from brushgrip.outputs.provenance import Provenance, provenance_file, provenance_of

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
-from brushgrip.inputs.tunings import named_texts
+from brushgrip.inputs.tunings import named_texts, number_of
 from observers import SteeringLimits
 from observers.interfaces.factory import read_vehicle_file
 from symbolic import InvalidInputError
@@ -22,7 +22,7 @@ def chosen_limits(texts: Sequence[str] | None) -> SteeringLimits:
             raise InvalidInputError(
                 f"--limit {pair}: expected NAME=NUMBER, each name once out of {', '.join(names)}"
             )
-        given[name] = _number(f"--limit {pair}", text)
+        given[name] = number_of(f"--limit {pair}", text)
     try:
         return SteeringLimits(**given)
     except InvalidInputError as error:
@@ -35,7 +35,7 @@ def share_of(text: str) -> float:
     Raises:
         InvalidInputError: it is no number.
     """
-    number = _number(f"--target {text}", text.strip().removesuffix("%"))
+    number = number_of(f"--target {text}", text.strip().removesuffix("%"))
     return number / 100 if text.strip().endswith("%") else number
 
 
@@ -45,7 +45,7 @@ def frictions_of(text: str) -> tuple[float, ...]:
     Raises:
         InvalidInputError: one is no number.
     """
-    return tuple(sorted({_number(f"--mu {text}", part) for part in text.split(",")}))
+    return tuple(sorted({number_of(f"--mu {text}", part) for part in text.split(",")}))
 
 
 def load_of(vehicle: Path | None, load: float | None) -> float:
@@ -61,10 +61,3 @@ def load_of(vehicle: Path | None, load: float | None) -> float:
             else "--load is that of a rig; that of a car is in its file, leave it out"
         )
     return read_vehicle_file(vehicle).wheel_load if load is None and vehicle else float(load or 0)
-
-
-def _number(where: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InvalidInputError(f"{where}: expected a number, got {text!r}") from None

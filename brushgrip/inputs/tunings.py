@@ -68,7 +68,7 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTunin
             raise InvalidInputError(f"--tune {pair}: {field} is given twice")
         if field in OF_STATES:
             raise InvalidInputError(f"--tune {pair}: {OF_STATES[field]}")
-        given[field] = _number(field, pair, text)
+        given[field] = number_of(f"--tune {pair}", text, whole=field == "reset_after")
     chosen = ChosenTuning(Tuning() if name is None else profile(name), given)
     try:
         _ = chosen.tuning
@@ -77,9 +77,14 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTunin
     return chosen
 
 
-def _number(field: str, pair: str, text: str) -> float:
+def number_of(where: str, text: str, *, whole: bool = False) -> float:
+    """The number that an option gives.
+
+    Raises:
+        InvalidInputError: it is none; the message begins with where it stands.
+    """
     try:
-        return int(text) if field == "reset_after" else float(text)
+        return int(text) if whole else float(text)
     except ValueError:
-        kind = "a whole number" if field == "reset_after" else "a number"
-        raise InvalidInputError(f"--tune {pair}: expected {kind}, got {text!r}") from None
+        kind = "a whole number" if whole else "a number"
+        raise InvalidInputError(f"{where}: expected {kind}, got {text!r}") from None

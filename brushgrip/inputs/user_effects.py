@@ -41,12 +41,7 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
 
 
 def effect_files(modules: Sequence[str] | None, effects: Sequence[Effect]) -> list[Path]:
-    """The files of these modules, their packages and the classes of their effects; none for None.
-
-    Args:
-        modules: as `user_effects` has imported them.
-        effects: what it returned.
-    """
+    """The files of these modules, their packages and the classes of their effects; none for None."""
     kinds = [kind for effect in effects for kind in type(effect).__mro__]
     names = [*_names(modules), *(kind.__module__ for kind in kinds)]
     packages = [name.rsplit(".", depth)[0] for name in names for depth in range(name.count(".") + 1)]

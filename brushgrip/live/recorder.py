@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.outputs.atomic import staged_file
 from identification.reading.formats.opening import library
 from observers import ESTIMATE
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 GROUP = 5_000
 """Samples of a row group, which is written at once."""
 

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.live.row_estimation import Point
 from observers import ESTIMATE
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 FIELDS = ("stretch", "done", "psi", "torque", *ESTIMATE)
 """Fields of a point beside what is recorded: number of the stretch, instant of the estimate on the clock
 of `time.monotonic` [s], angle, torque, estimate."""

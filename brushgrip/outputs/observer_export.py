@@ -27,7 +27,6 @@ from observers.embedded import (
     generate,
     generate_fmu,
     generate_ros2,
-    generate_vehicle,
     require_replaceable,
 )
 from observers.estimators.model_observer import ModelObserver
@@ -140,11 +139,6 @@ def build_car_observer(
     settings.pop("effects")
     tuning = tuning_for(None, settings.pop("tuning"), settings.pop("by_hand"), car=True)
     return car_observer(kind, read_vehicle_file(vehicle), tuning=tuning, **settings)
-
-
-def vehicle_header(vehicle: Path, folder: Path, real: Real, name: str) -> list[Path]:
-    """NAME_vehicle.h of a vehicle file."""
-    return generate_vehicle(read_vehicle_file(vehicle), folder, real, name=name)
 
 
 def prior_in_words(tuning: Tuning, rig: Path | None) -> str:

@@ -4,14 +4,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification import SignalSource
 from observers import Plan
 from observers.interfaces.factory import read_vehicle_file
+from symbolic.arrays import Array
 from symbolic.vehicle.steering import mean_angle
-
-Array = NDArray[np.float64]
 
 
 def path_table(plan: Plan, vehicle: Path | None) -> str:

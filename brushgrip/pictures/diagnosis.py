@@ -173,18 +173,13 @@ def draw_candidates(path: Path, diagnosis: Diagnosis) -> None:
         axes.set_yticks(range(len(candidates)), [plain(c.name) for c in candidates])
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
-        baseline = _baseline(diagnosis)
+        share = diagnosis.before.summary()["holdout_torque_nrmse"]
+        baseline = None if share is None else 100 * share
         _limit(axes, errors, baseline)
         _figures(axes, candidates)
         judged = "validation" if diagnosis.holdout else "left-out"
         axes.set_xlabel(f"{judged} torque error with this effect alone [% of range]")
         legend_above(figure, _key(axes, diagnosis, baseline))
-
-
-def _baseline(diagnosis: Diagnosis) -> float | None:
-    """Held-out error without any effect [% of range]; None where nothing is held out."""
-    share = diagnosis.before.summary()["holdout_torque_nrmse"]
-    return None if share is None else 100 * share
 
 
 def _colour(diagnosis: Diagnosis, candidate: Candidate) -> str:
@@ -234,7 +229,10 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
         angle.set_title(_title(manoeuvre.instruction))
         load.plot(manoeuvre.t, manoeuvre.F_N, color=MEASURED)
         load.set_ylabel("load $F_N$\n[N]")
-        _widen_load_axis(load)
+        # By 5 % of the load at least, so that a constant load looks constant.
+        low, high = load.get_ylim()
+        middle, half = (low + high) / 2, max((high - low) / 2, 0.05 * (low + high) / 2)
+        load.set_ylim(middle - half, middle + half)
         artists: list[Artist] = []
         for torque, name, colour, width in (
             (proposal.rival_torque, proposal.rival, BEFORE, 2.0),
@@ -256,10 +254,3 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
 def _title(instruction: str) -> str:
     """The instruction in lines that fit, each unit on the line of its number."""
     return fill(re.sub(r"(?<=\d) (?=(?:rad|s|N)\b)", "\N{NO-BREAK SPACE}", instruction), _TITLE_WIDTH)
-
-
-def _widen_load_axis(axes: Axes) -> None:
-    """Widen the vertical axis to 5 % of the load at least, so that a constant load looks constant."""
-    low, high = axes.get_ylim()
-    middle, half = (low + high) / 2, max((high - low) / 2, 0.05 * (low + high) / 2)
-    axes.set_ylim(middle - half, middle + half)

@@ -1,6 +1,5 @@
 """How well the parameters of free vibrations are determined."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +12,14 @@ from identification.loop_plot import matplotlib_text
 from identification.thesis import DecrementEstimate
 
 MAX_VIBRATIONS = 3
-"""Most recordings in the picture, from the shortest contact to the longest."""
+"""Most recordings in the picture, evenly spaced from the shortest contact to the longest."""
 
 
 def draw_free_decay(path: Path, result: FreeDecay, decrement: DecrementEstimate) -> None:
     """Draw fit and residual of some recordings, and the curves of [Györök 2022] over contact length."""
-    shown = spread_out(result.vibrations)
+    by_length = sorted(result.vibrations, key=lambda v: v.a)
+    places = np.linspace(0, len(by_length) - 1, min(MAX_VIBRATIONS, len(by_length)))
+    shown = [by_length[round(place)] for place in places]
     with picture(path, 3.4 + 2.0 * len(shown)) as figure:
         grid = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[2.0] * len(shown) + [2.8])
         artists: list[Artist] = []
@@ -32,13 +33,6 @@ def draw_free_decay(path: Path, result: FreeDecay, decrement: DecrementEstimate)
         artists += _over_length(frequency, damping, result, decrement)
         figure.align_ylabels()
         legend_above(figure, artists)
-
-
-def spread_out(vibrations: Sequence[FittedVibration]) -> list[FittedVibration]:
-    """Up to `MAX_VIBRATIONS` recordings, evenly spaced in the order of contact length."""
-    ordered = sorted(vibrations, key=lambda v: v.a)
-    places = np.linspace(0, len(ordered) - 1, min(MAX_VIBRATIONS, len(ordered)))
-    return [ordered[round(place)] for place in places]
 
 
 def _vibration(angle: Axes, residual: Axes, vibration: FittedVibration, step: float) -> list[Artist]:

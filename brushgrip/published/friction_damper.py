@@ -16,14 +16,13 @@ from urllib.parse import quote
 
 import numpy as np
 import pooch
-from numpy.typing import NDArray
 
 from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
 from brushgrip.outputs.atomic import staged_directory
 from brushgrip.published.fetch import RETRIES, FetchError, download_bounded
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 Say = Callable[[str], None]
 Download = Callable[[str, str], dict[str, Array]]
 ATTRIBUTION = (

@@ -61,7 +61,9 @@ def signed(value: float) -> str:
 
 def quantity(estimate: ParameterEstimate) -> str:
     """Value ± standard deviation with the unit, rounded to the deviation's second digit."""
-    unit = "" if estimate.unit in ("", "1") else f" {pretty_unit(estimate.unit)}"
+    unit = (
+        "" if estimate.unit in ("", "1") else f" {estimate.unit}".replace("^2", "²").replace("^3", "³")
+    )
     value, std = estimate.value, estimate.std
     if not math.isfinite(value):
         return f"{'∞' if value > 0 else '−∞' if value < 0 else '–'}{unit}"
@@ -74,11 +76,6 @@ def quantity(estimate: ParameterEstimate) -> str:
     return f"({text})·10{str(factor).translate(_SUPERSCRIPTS)}{unit}" if factor else f"{text}{unit}"
 
 
-def pretty_unit(unit: str) -> str:
-    """The unit with its powers as superscripts."""
-    return unit.replace("^2", "²").replace("^3", "³")
-
-
 def parameters(estimates: Mapping[str, ParameterEstimate]) -> str:
     """Several parameters in one line: name = value ± std unit."""
     return "; ".join(f"{name} = {quantity(estimate)}" for name, estimate in estimates.items())
@@ -88,11 +85,6 @@ def error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
     """The error that judges the model: its name, and its size before and after."""
     before, after = judged_errors(diagnosis)
     return _judged_by(diagnosis)[0], percent(before), percent(after)
-
-
-def declared_error(diagnosis: Diagnosis) -> str:
-    """The size of that error with the parameters as given."""
-    return percent(diagnosis.declared.summary().get(_judged_by(diagnosis)[1]))
 
 
 def judged_errors(diagnosis: Diagnosis) -> tuple[float, float]:

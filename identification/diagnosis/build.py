@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.diagnosis.family_curves import found_families
 from identification.diagnosis.findings import Candidate, Errors, Series
@@ -14,7 +13,7 @@ from identification.diagnosis.torque_errors import error_on_unseen_of, errors_of
 from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
-from identification.fits.values import ParameterEstimate, Values
+from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.residuals.residual_tests import unexplained
 from identification.residuals.signatures import Signatures
@@ -23,8 +22,7 @@ from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
 from symbolic import TOLERATED, parameter_name, units_of
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 
 def build_diagnosis(
@@ -50,7 +48,6 @@ def build_diagnosis(
         criteria: its thresholds.
     """
     everything = [*training, *holdout]
-    followed_before, followed_after = followed
     trials = before, after = steps[0].before, steps[-1].before
     fitted = after.fitted
     errors_before, errors_after = (
@@ -61,7 +58,7 @@ def build_diagnosis(
         for trial, left in zip(trials, left_out, strict=True)
     )
     estimates = _estimates(after, training, holdout)
-    left = unexplained(after.residuals, everything, followed_after, fitted.loss)
+    left = unexplained(after.residuals, everything, followed[1], fitted.loss)
     effects = found_effects(steps, estimates, training, proposals, left)
     return Diagnosis(
         recordings=tuple(r.name for r in training),
@@ -74,10 +71,14 @@ def build_diagnosis(
         candidates=_candidates(steps[0], training),
         unexplained=left,
         parameters=estimates,
-        signatures_before=followed_before,
-        signatures_after=followed_after,
+        signatures_before=followed[0],
+        signatures_after=followed[1],
         model=fitted.model,
-        values=_all_values(after.fits),
+        values=replace(
+            fitted.values,
+            own={name: own for fit in after.fits for name, own in fit.values.own.items()},
+            rig={name: rig for fit in after.fits for name, rig in fit.values.rig.items()},
+        ),
         series=_series(before, after, everything, holdout),
         notes=notes_on(errors_before, errors_after, fitted, training),
         criteria=criteria,
@@ -101,13 +102,6 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
         )
         for trial in first.trials
     )
-
-
-def _all_values(fits: Sequence[Fit]) -> Values:
-    """Shared values of the first of these fits, and what belongs to recordings of all of them."""
-    own = {name: own for fitted in fits for name, own in fitted.values.own.items()}
-    rig = {name: rig for fitted in fits for name, rig in fitted.values.rig.items()}
-    return replace(fits[0].values, own=own, rig=rig)
 
 
 def _estimates(

@@ -1,11 +1,10 @@
 """Diagnosis: residual of the declared model, effects that it lacks, errors before and after."""
 
 from collections.abc import Iterable, Sequence
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.diagnosis.build import build_diagnosis
 from identification.diagnosis.found_effects import assumed_tolerances
@@ -21,7 +20,7 @@ from identification.reading.declared_torques import without_gear
 from identification.reading.long_recordings import bounded
 from identification.reading.recordings import Recording
 from identification.residuals.signals import check_signatures
-from identification.residuals.signatures import Signatures, signatures
+from identification.residuals.signatures import signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
@@ -36,8 +35,8 @@ from identification.selection.trial_runner import (
 )
 from identification.selection.trials import RANKING, Trial
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 MIN_ANGLE_RANGE = 0.01
 """Least range of the angle that a diagnosis needs [rad]."""
 
@@ -57,9 +56,9 @@ def diagnose(
 ) -> Diagnosis:
     """Find the effects that the declared model lacks.
 
-    Of recordings with more than `MOST_SAMPLES` together, fewer are used; a note says so. Half-length,
-    caster and load that are declared without a tolerance have those of `symbolic.USUAL`, and a note says
-    that too; a tolerance of 0 makes them exact.
+    Of recordings with more than `MAX_SEARCH_SAMPLES` together, fewer are used; a note says so.
+    Half-length, caster and load that are declared without a tolerance have those of `symbolic.USUAL`,
+    and a note says that too; a tolerance of 0 makes them exact.
 
     Args:
         recordings: training recordings; shared parameters are fitted to these alone.
@@ -96,8 +95,8 @@ def diagnose(
         # Nothing of the search goes into it, and the processes have nothing else to do yet.
         declared = submit(declared_errors, recordings, holdout, loss)
         steps = Search(runner, effects, criteria, report).run()
-        trials = steps[0].before, steps[-1].before
-        followed = [_signatures(trial, [*recordings, *holdout], effects, submit) for trial in trials]
+        trials, both = (steps[0].before, steps[-1].before), [*recordings, *holdout]
+        followed = [submit(signatures, trial.residuals, both, trial.fits, effects) for trial in trials]
         left_out = [_left_out(trial, recordings, holdout, submit, report) for trial in trials]
         proposals = _proposals(steps, runner, criteria, report)
         results = declared.result(), [future.result() for future in followed]
@@ -133,13 +132,6 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
                 f"{recording.name}: the wheel turns by {travel:.2g} rad only; a diagnosis needs a"
                 f" recording in which it turns by more than {MIN_ANGLE_RANGE} rad"
             )
-
-
-def _signatures(
-    trial: Trial, everything: Sequence[Recording], effects: Effects, submit: Submit
-) -> Future[Signatures]:
-    """What the residuals of a trial follow."""
-    return submit(signatures, trial.residuals, everything, trial.fits, effects)
 
 
 def _left_out(

@@ -7,7 +7,6 @@ from math import prod
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.diagnosis.findings import Curve, FoundEffect, FoundFamily
 from identification.fits.covariance import covariance
@@ -17,10 +16,10 @@ from identification.fits.values import replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.trials import RANKING, model_of
 from symbolic import Effect, Expression, Signals, parameter_name, simulate
+from symbolic.arrays import Array
 from symbolic.bristles import BristleTraits
 from symbolic.slip import REST_SPEED, creep_factor
 
-Array = NDArray[np.float64]
 POINTS = 60
 """Points of a curve, and of each leg of a loop."""
 

@@ -5,17 +5,16 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.experiments.proposals import Proposal
 from identification.fits.values import ParameterEstimate
 from identification.loop_plot import draw_loops
 from symbolic import Scope
+from symbolic.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 Grade = Literal["strong", "weak", "ambiguous", "stands_in"]
 
 
@@ -214,9 +213,6 @@ class Series:
 
         Args:
             axes: of matplotlib, to draw into; new ones of pyplot without.
-
-        Returns:
-            The axes.
         """
         curves = {
             "measured": self.measured,

@@ -8,8 +8,7 @@ import numpy as np
 
 from identification.diagnosis.findings import Errors, FoundEffect, Grade
 from identification.experiments.proposals import Proposal
-from identification.fits.ended_at_bound import AT_BOUND, effects_at_bounds
-from identification.fits.fitting import Fit
+from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.residuals.residual_tests import Unexplained
@@ -55,7 +54,7 @@ def found_effects(
             FoundEffect(
                 name=effect.name,
                 summary=effect.summary,
-                family=family_name(effect),
+                family=effect.name if effect.family == "other" else effect.family,
                 scope=scope,
                 grade=grade_of(
                     errors,
@@ -108,11 +107,6 @@ def _stand_ins(added: Sequence[SearchStep], final: Fit, left: Unexplained, *, of
         if of_car:
             unknown = left.structured**2 + sum(max(gains.get(name, 0.0), 0.0) for name in found)
     return found
-
-
-def family_name(effect: Effect) -> str:
-    """The family of an effect; its own name where it belongs to none."""
-    return effect.name if effect.family == "other" else effect.family
 
 
 def _scope_and_parameters(

@@ -10,15 +10,14 @@ scatter (Gelman and others, Bayesian Data Analysis, 3rd ed., section 14.8).
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit
 from identification.fits.problem import signals_of
 from identification.fits.values import Values, ground_of, with_effects
 from identification.reading.recordings import Recording
 from symbolic import Model, parameter_name, simulate
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 SCATTER = 0.05
 """Standard deviation of ln mu between recordings of one ground and load [1]."""
 SLOPE = 1 / 3
@@ -63,13 +62,7 @@ def predicted_values(fitted: Fit, training: Sequence[Recording], recording: Reco
 def unrefitted_residuals(
     fitted: Fit, training: Sequence[Recording], recordings: Sequence[Recording]
 ) -> dict[str, Array]:
-    """Residuals of recordings of which nothing was fitted [N m].
-
-    Args:
-        fitted: the fit on the training recordings.
-        training: these recordings.
-        recordings: others.
-    """
+    """Residuals of recordings of which nothing was fitted, by a fit on the training recordings [N m]."""
     values = {r.name: predicted_values(fitted, training, r).of(r) for r in recordings}
     return {r.name: residual_of(fitted.model, r, values[r.name]) for r in recordings}
 

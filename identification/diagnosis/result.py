@@ -114,9 +114,6 @@ class Diagnosis:
 
         Args:
             axes: of matplotlib, to draw into; new ones of pyplot without.
-
-        Returns:
-            The axes.
         """
         shown = self.representative
         axes = shown.plot(axes)

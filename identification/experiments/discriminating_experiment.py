@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from identification.experiments.manoeuvres import manoeuvres
@@ -23,8 +22,8 @@ from identification.fits.values import ground_of, replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import parameter_name, simulate
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 _ROUGH, _THOROUGH = 3, 20
 """Simulations for a refit of the rival where manoeuvres are ranked, and for the best of them."""
 
@@ -58,7 +57,9 @@ def propose(
         recordings: those that both were fitted to; the fits may have seen thinned ones.
         criteria: thresholds of the search, by which the two have to be distinguished.
     """
-    typical = _typical(found, recordings)
+    # The recording of median mu, whose own parameters are assumed in the experiment.
+    by_friction = sorted(recordings, key=lambda r: found.values.own[r.name]["mu"])
+    typical = by_friction[(len(by_friction) - 1) // 2]
     span = float(np.mean([torque_range(r) for r in recordings]))
     truth, other = _Simulated(found, typical), _Rival(rival, typical, span)
     rough = []
@@ -74,12 +75,6 @@ def propose(
         best = max(best, other.refine(outcome), key=lambda outcome: outcome.difference)
     torques = best.torque, best.rival_torque
     return proposal_from_torques(found, rival, recordings, best.manoeuvre, torques, criteria)
-
-
-def _typical(fitted: Fit, recordings: Sequence[Recording]) -> Recording:
-    """The recording of median mu, whose own parameters are assumed in the experiment."""
-    ordered = sorted(recordings, key=lambda r: fitted.values.own[r.name]["mu"])
-    return ordered[(len(ordered) - 1) // 2]
 
 
 class _Simulated:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.experiments.turns_and_rests import SAMPLE_PERIOD, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
@@ -14,8 +13,8 @@ from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from identification.selection.criteria import SelectionCriteria
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 PATIENCE = 600.0
 """Longest total duration of an experiment that is proposed [s]."""
 

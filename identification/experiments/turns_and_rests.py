@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 SAMPLE_PERIOD = 0.02
 """Time between samples of a manoeuvre [s]."""
 LENGTH = 40.0

@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 
 def autocorrelation_time(residual: Array) -> float:

@@ -11,11 +11,10 @@ deviation sigma that lasts over T samples are worth one in T, so the squared dis
 value counts sigma^2 T in the sum of squares over samples.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
 from identification.fits.linear_algebra import one_thread
@@ -24,9 +23,9 @@ from identification.fits.options import FINE_FIT, FitOptions, Label
 from identification.fits.problem import Problem, over_range
 from identification.fits.values import Values, initial_guess, with_effects
 from identification.reading.recordings import Recording
-from symbolic import Model
+from symbolic import Model, parameter_name
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 SAME_WEIGHT = 0.3
 """Relative change of such a weight that counts as none [1]."""
 FIXING_WEIGHT = 100.0
@@ -158,3 +157,31 @@ def _solve(problem: Problem, start: Array, weights: Array, options: FitOptions) 
         gtol=1e-12,
         max_nfev=options.max_evaluations,
     )
+
+
+AT_BOUND = 1e-3
+"""A parameter is at a bound within this share of its scale [1]."""
+
+
+def effects_at_bounds(fitted: Fit) -> Iterator[tuple[str, str]]:
+    """Effects of which a shared parameter ends where its range does, and which one."""
+    named = {parameter_name(effect, p): (effect, p) for effect, p in fitted.model.parameters if effect}
+    for (owner, name), own in zip(fitted.labels, fitted.own, strict=True):
+        if own or name not in named:
+            continue
+        effect, parameter = named[name]
+        value = fitted.values.at((owner, name))
+        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+        ground = f" on {owner}" if owner else ""
+        for end in (parameter.lower, parameter.upper):
+            if end != parameter.neutral and abs(value - end) <= AT_BOUND * parameter.scale:
+                yield (
+                    effect.name,
+                    f"{parameter.name}{ground} is at the end of its range, {end:g}{unit}",
+                )
+
+
+def ends_at_bound(fitted: Fit) -> bool:
+    """Whether a shared parameter of the last effect is at the end of its range."""
+    last = fitted.model.effects[-1].name if fitted.model.effects else None
+    return any(effect == last for effect, _ in effects_at_bounds(fitted))

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symbolic import InvalidInputError
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 
 class Loss(Protocol):

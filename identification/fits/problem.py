@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
@@ -21,8 +20,8 @@ from symbolic import (
     parameter_name,
     simulate,
 )
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 Simulated = tuple[Array, Mapping[Label, Array]]
 """Torque of a recording, and its derivatives by label, each of shape (n,)."""
 MIN_DECLARED_WEIGHT = 1e-9
@@ -77,7 +76,8 @@ class Problem:
         self.labels = list(self.by_label)
         if not self.labels:
             raise InvalidInputError("every parameter is fixed; a fit needs at least one that is free")
-        self.scales: Array = np.array([_scale(p) for p in self.by_label.values()])
+        scales = [1 / p.scale if p.inverse else p.scale for p in self.by_label.values()]
+        self.scales: Array = np.array(scales)
         self.ranges = {r.name: torque_range(r) for r in recordings}
         self.signals = {r.name: signals_of(r) for r in recordings}
         self.present = {r.name: np.isfinite(r.M_z) for r in recordings}
@@ -187,10 +187,6 @@ class Problem:
             (one.torque * (rig[name] - 1) for name, one in shares.items()), rig.get("zero", 0.0)
         )
         return torque.M_z + others, slopes
-
-
-def _scale(parameter: Parameter) -> float:
-    return 1 / parameter.scale if parameter.inverse else parameter.scale
 
 
 def label_of(name: str, parameter: Parameter, recording: Recording) -> Label:

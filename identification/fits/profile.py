@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import Fit, fit
@@ -19,8 +19,8 @@ from identification.fits.profile_axis import ProfileAxis
 from identification.fits.values import Values, with_effects
 from identification.reading.recordings import Recording
 from symbolic import TOLERATED, InvalidInputError, Model, units_of
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 FittedAt = Callable[[float, Values], Fit]
 """A fit with a value fixed, begun from other values."""
 LIMIT = 3.841458820694124

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from identification.fits.values import ParameterEstimate
@@ -25,8 +24,7 @@ from identification.free_decay.results import (
 from identification.free_decay.solution import Solution, jackknife, solve
 from identification.free_decay.vibration import stiffness
 from symbolic import InvalidInputError
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 UNITS = ("N/m^2", "N m s/rad")
 _CONFIDENCE = 0.95
@@ -63,6 +61,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         raise InvalidInputError(f"these recordings do not tell k and b_t at all: {_REMEDY}") from None
     _check_plausible(likelihood, solution)
     scales = likelihood.scales[: likelihood.shared]
+    size = np.sqrt(np.diag(uncertainty.information))
     covariance = uncertainty.covariance * np.outer(scales, scales)
     quantile = float(stdtrit(uncertainty.degrees_of_freedom, (1 + _CONFIDENCE) / 2))
     k, b_t = (
@@ -79,7 +78,8 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         contacts=contacts,
         contacts_agree=agreed,
         noise=solution.noise,
-        condition=_condition(uncertainty.information),
+        # Of the information, every unknown in its own unit of information.
+        condition=float(np.linalg.cond(uncertainty.information / np.outer(size, size))),
         identifiability=describe_identifiability(likelihood, k, b_t, contacts, agreed, solution.noise),
         vibrations=_vibrations(likelihood, solution, k.value, b_t.value),
         converged=solution.converged,
@@ -131,12 +131,6 @@ def _contacts(
             k = ParameterEstimate(value=alone.k, std=alone.std, unit=UNITS[0])
         results.append(ContactResult(a=a, e=e, force=force, k=k))
     return tuple(results)
-
-
-def _condition(information: Array) -> float:
-    """Condition number of the information, every unknown in its own unit of information."""
-    size = np.sqrt(np.diag(information))
-    return float(np.linalg.cond(information / np.outer(size, size)))
 
 
 def _vibrations(

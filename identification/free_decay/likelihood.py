@@ -29,8 +29,8 @@ from scipy.special import expit
 from identification.free_decay.onset import FreeVibration
 from identification.free_decay.vibration import UNKNOWNS, Response, simulate_vibration, stiffness
 from symbolic import full_slide_level
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 Contact = tuple[float, float]
 """a and e [m]; recordings that share them share the slip."""
 

@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from identification.free_decay.recording import Decay
 from symbolic import InvalidInputError
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 MIN_DEFLECTION_STEPS = 3.0
 """Least first deflection, in steps of the encoder."""

@@ -6,15 +6,13 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
 from identification.reading.table import DECAY_COLUMNS, MIN_SAMPLES
 from symbolic import InvalidInputError, Rig, Tyre
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -4,11 +4,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.fits.values import ParameterEstimate
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,12 +18,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from identification.free_decay.likelihood import Evaluation, Likelihood, misfit
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 _MAX_FACTOR, _SAME = 3.0, 0.02
 """Largest factor of the scale between stages, and the relative change at which it has converged."""

@@ -23,13 +23,11 @@ from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from symbolic import Expression, compiled, full_slide_level
-from symbolic.compilation.buffered import BufferedCall
+from symbolic.arrays import Array
 from symbolic.deformation import unit_moment
-
-Array = NDArray[np.float64]
+from symbolic.functions import BufferedCall
 
 UNKNOWNS = ("k", "b_t", "slip", "psi", "psi_dot", "centre")
 """Unknowns of a free vibration: k [N/m^2], b_t [N m s/rad], 1/(mu F_N) [1/N], then angle [rad] and

@@ -25,13 +25,12 @@ from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MIN_SAMPLES, Table
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of
 from symbolic.tables.vehicle_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
 from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

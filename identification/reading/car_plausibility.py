@@ -4,17 +4,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.reading.signal_map import SignalSource, mending_map
 from identification.reading.table import Table
 from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 from symbolic.plausible_signals import MAX_RETURNED_WORK
 from symbolic.vehicle.steering import jacking, lever, mean_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 
-Array = NDArray[np.float64]
 MIN_RACK_SPAN = 0.03
 """Way of the rack from end to end from which on force and signs are judged [m]: tyres that stand twisted
 unwind within half of it, and give work."""

@@ -20,11 +20,11 @@ from identification.reading.table import (
     CAR_COLUMNS,
     OPTIONAL_COLUMNS,
     REQUIRED_COLUMNS,
-    Array,
     columns_of,
 )
 from identification.reading.units import bare_name, factor_of, is_unit, unit_at_end, unit_of_name
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 from symbolic.tables.parsing import excerpt
 
 COLUMNS = (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)

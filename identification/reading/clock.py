@@ -15,9 +15,10 @@ from identification.reading.channels import (
 )
 from identification.reading.chosen_map import fitting_map, unit_by_name
 from identification.reading.signal_map import SignalMap, SignalSource
-from identification.reading.table import MAX_SAMPLES, Array, Table
+from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import bare_name, is_unit, unit_of_name
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 from symbolic.tables.parsing import naming
 
 _FASTER = 1.5
@@ -36,12 +37,6 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
 
     A channel with a time of its own goes onto the clock of the torque, by linear interpolation between
     its neighbours. Where the angle is sampled faster its instants join, the torque missing there.
-
-    Args:
-        path: the file.
-        file: its channels.
-        needed: columns that the file must hold.
-        signals: where columns come from.
 
     Raises:
         InvalidInputError: a channel is missing, has samples of another number, or an unknown unit.

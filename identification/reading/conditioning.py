@@ -14,14 +14,13 @@ from fractions import Fraction
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
 from identification.reading.smoothing import smoothed_rate
 from symbolic import InvalidInputError, Rig, Tyre
+from symbolic.arrays import Array
 from symbolic.tables.parsing import naming
 
-Array = NDArray[np.float64]
 CHANNELS = ("psi", "M_z", "F_N")
 """Quantities that a recording needs: yaw angle [rad], aligning torque [N m], vertical load [N]."""
 _MIN_QUIET_SAMPLES = 10

@@ -13,16 +13,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.reading.adjusting import at_samples
 from identification.reading.recordings import Recording
+from symbolic.arrays import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_of
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of
 from symbolic.vehicle.steering import jacking, lock_angle
 
-Array = NDArray[np.float64]
 JACKING, GROWTH = 0.08, 0.5
 """Standard deviation of the return torque and of the torque's growth towards the locks as shares of
 them [1]: angles of the kingpin within 1 deg, and the nose that gives way."""

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.reading.signal_map import SignalSource
+from symbolic.arrays import Array
 from symbolic.plausible_signals import (
     MAX_PLAUSIBLE_PERIOD,
     MAX_RETURNED_WORK,
@@ -15,7 +15,6 @@ from symbolic.plausible_signals import (
     MIN_WHEEL_LOAD,
 )
 
-Array = NDArray[np.float64]
 MAX_HANDWHEEL_ANGLE = 4 * np.pi
 """Largest angle of a steering wheel [rad]."""
 MAX_LEVER_ARM = 0.8

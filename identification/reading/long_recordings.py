@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from identification.reading.adjusting import at_samples
 from identification.reading.recordings import Recording
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_SEARCH_SAMPLES = 500_000
 """Samples of all recordings of a search together; a fit of 20 parameters then takes 80 MB for each copy
 of its Jacobian."""

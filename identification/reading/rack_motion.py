@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
+
 SMOOTHING_TIME = 0.06
 """Time over which the parabola is laid [s]."""
 MIN_SAMPLES = 5

@@ -20,6 +20,7 @@ from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import MIN_SAMPLES, Table, require_valid_samples, required_columns
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError, Rig, Tyre
+from symbolic.arrays import Array
 from symbolic.tables.notebook_html import html_table
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Recording", "read_recording", "read_rig"]
 
-Array = NDArray[np.float64]
 _LOG = logging.getLogger(__name__)
 
 
@@ -107,9 +107,6 @@ class Recording:
 
         Args:
             axes: of matplotlib, to draw into; new ones of pyplot without.
-
-        Returns:
-            The axes.
         """
         steering = self.M is not None and not np.isfinite(self.M_z).any()
         torque = self.M if steering else self.M_z

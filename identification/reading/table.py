@@ -12,8 +12,7 @@ from identification.reading.guessed_units import infer_units
 from identification.reading.signal_map import SignalSource, mending_map
 from identification.reading.units import UNITS, unit_by_size
 from symbolic import InvalidInputError
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 MIN_SAMPLES = 10
 MAX_SAMPLES = 10_000_000

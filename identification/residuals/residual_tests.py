@@ -4,15 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from identification.residuals.signatures import MIN_STRUCTURE_SHARE, Signatures
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_NOISE_RATIO = 1.15
 """Largest rms of residuals that counts as noise, over the noise of the torque channel [1]."""
 

@@ -4,13 +4,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.reading.long_recordings import MIN_REVERSAL
 from identification.reading.recordings import Recording
 from symbolic import Effect, InvalidInputError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 MIN_MOVING_SHARE = 0.05
 """Below this share of its rms yaw rate the wheel counts as resting [1]."""
 

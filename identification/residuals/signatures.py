@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from identification.fits.fitting import Fit
@@ -29,8 +28,8 @@ from identification.residuals.signals import (
     motion_of,
 )
 from symbolic import EFFECTS, Effect
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 MAX_LAG = 2.0
 """Longest lag of the autocorrelation that is kept [s]."""
 MIN_STRUCTURE_SHARE = 1.5e-3

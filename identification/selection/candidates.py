@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from identification.fits.ended_at_bound import ends_at_bound
+from identification.fits.fitting import ends_at_bound
 from identification.reading.recordings import Recording
 from identification.selection.criteria import SelectionCriteria, distinguishable, flattered
 from identification.selection.trial_runner import Effects

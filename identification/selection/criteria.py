@@ -6,8 +6,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from identification.fits.autocorrelation import effective_samples
-from identification.fits.ended_at_bound import ends_at_bound
-from identification.fits.fitting import Fit
+from identification.fits.fitting import Fit, ends_at_bound
 from identification.fits.loss import influence
 from identification.fits.problem import over_range
 from identification.reading.recordings import Recording

@@ -12,8 +12,8 @@ from identification.fits.problem import over_range, torque_range
 from identification.fits.values import ground_of
 from identification.reading.recordings import Recording
 from symbolic import parameter_name
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-from identification.fits.ended_at_bound import ends_at_bound
+from identification.fits.fitting import ends_at_bound
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.candidates import (

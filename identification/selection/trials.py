@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit, fit
 from identification.fits.loss import LEAST_SQUARES, Loss, rmse_of
@@ -15,8 +14,8 @@ from identification.reading.adjusting import at_samples
 from identification.reading.recordings import Recording
 from identification.selection.leave_one_out_linearised import leave_one_out
 from symbolic import SEARCH_STEPS, Effect, Model
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 CORNERS = 16
 """Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""
 RANKING_STEP = 0.02

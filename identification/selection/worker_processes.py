@@ -33,11 +33,7 @@ ENDED = (
 
 
 class WorkerProcesses(Executor):
-    """A pool of processes, started when there is work for them.
-
-    Attributes:
-        count: the number of processes.
-    """
+    """A pool of processes, started when there is work for them."""
 
     def __init__(self, count: int) -> None:
         """Nothing is started yet."""

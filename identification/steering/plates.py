@@ -15,19 +15,18 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.fits.values import ParameterEstimate
 from identification.reading.car import RackRecording
 from identification.reading.car_plausibility import MOVING
 from identification.reading.smoothing import smoothed_rate
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import Contact
 from symbolic.vehicle.steering import jacking, lever, mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 
-Array = NDArray[np.float64]
 PLATE_FRICTION = 0.005
 """Friction of plates goes up to it [1]; its mean is taken off the gear's."""
 MIN_SPEED_SHARE, STEADY_SHARE = 0.5, 0.6

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, fit
@@ -27,7 +26,6 @@ from symbolic.parameters import Tolerances
 from symbolic.vehicle.mean_wheel import friction_shares
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle, VehicleTolerances
 
-Array = NDArray[np.float64]
 DAMPING_TOLERANCE = 0.95
 """Of the damping [1]: the gear's is in it, which the vehicle file does not declare."""
 FULL_SLIDE = 0.97

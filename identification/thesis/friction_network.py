@@ -15,12 +15,11 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 Inputs = Callable[[Recording], Array]
 """Inputs of a network over a recording, a row for each sample: shape (n, inputs), finite."""
 MIN_LABELLED_SAMPLES = 100
@@ -97,10 +96,7 @@ class LabelMean:
     """The mean of the training labels, whatever is measured: the baseline of every method.
 
     Attributes:
-        mu: that mean [1].
-        name: what tables call it.
-        works_beyond_five_zones: whether it does not assume five zones at most.
-        gives_deviation: whether it gives a standard deviation.
+        mu: that mean [1]; the others are as of `FrictionNetwork`.
     """
 
     mu: float

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from identification.reading.files import read_text
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 COLUMNS = (
     "t",
     "psi",

@@ -13,14 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.free_decay.likelihood import contact_of
 from identification.free_decay.onset import FreeVibration, find_vibration
 from identification.free_decay.recording import Decay
 from identification.free_decay.vibration import stiffness
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 _FINE = 0.01
 """Distance of two frequencies of the padded transform [Hz]; [Györök 2022] has one over the duration."""

@@ -10,13 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from identification.fits.values import ParameterEstimate
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 MIN_TOWS = 4
 """Two parameters, and two more tows for their deviation."""
 MIN_LOAD_VARIATION = 0.05

@@ -99,7 +99,9 @@ def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> 
     for pattern, replacement in COMPARISONS:
         text = pattern.sub(replacement, text)
     text = STATIC_FUNCTION.sub(_initialised, text)
-    text = in_type(_without_unused_tables(text), real)
+    # Each table has a macro that gives it its prefix, and its definition; those not used are left out.
+    count = count_names(text)
+    text = in_type(TABLE.sub(lambda match: match.group() if count[match[1]] > 2 else "", text), real)
     _check(text, names, real)
     return EmbeddedCode(text=text, arg=arg, res=res, iw=iw, w=w)
 
@@ -174,12 +176,6 @@ def _initialised(match: re.Match[str]) -> str:
     unused = "".join(f"  (void) {name};\n" for name in declared if name not in used)
     body = SCALARS.sub(lambda line: re.sub(r"\b(w\d+)(?=[,;])", r"\1=0", line.group()), body)
     return f"{head}({parameters}) {{\n{unused}{body}}}"
-
-
-def _without_unused_tables(text: str) -> str:
-    count = count_names(text)
-    # Each has a macro that gives it its prefix, and its definition.
-    return TABLE.sub(lambda match: match.group() if count[match[1]] > 2 else "", text)
 
 
 def _check(text: str, names: frozenset[str], real: Real) -> None:

@@ -25,7 +25,6 @@ from observers.embedded.reference_samples import reference_table
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
 from observers.embedded.scalar_function import with_meanings
 from observers.embedded.scalar_type import SINGLE, Real, in_type
-from observers.embedded.status import STATUS_FLAGS
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.angle_derivative import FILTER_TIME_CONSTANT
@@ -38,6 +37,7 @@ from observers.protocol import (
     SAMPLE,
     UNINFORMED,
     FunctionObserver,
+    Status,
 )
 from observers.quality.plausibility import START, build_evidence
 from observers.quality.screening import SLACK
@@ -45,6 +45,20 @@ from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
 from symbolic.compilation.scalar_c import c_function
 from symbolic.tables.found_model import units_of
+
+REFUSED = 128
+"""Status of a sample that generated code ignores; Python raises an error there."""
+STATUS_FLAGS = (
+    *((str(flag.name), int(flag), flag.remedy) for flag in Status if flag & ~Status.NO_ROOT),
+    (
+        "REFUSED",
+        REFUSED,
+        "dt out of range, the sample was ignored; or an estimate was not finite; or the state is none"
+        " of this code",
+    ),
+)
+"""Name, number and remedy of every status that generated code can set."""
+
 
 TORQUE_MEANING = {
     "M_z": "aligning torque, moment of the ground on the wheel",
@@ -95,7 +109,8 @@ def source_texts(
             f" Functions, got {type(observer).__name__} without {', '.join(absent)}"
         )
     terms = template_placeholders(observer, real, name, tunable=tunable)
-    body = _body(observer, real, terms)
+    patch = compact_patch(observer, real, tunable)
+    body = _casadi_body(observer, real, terms) if patch is None else compact_body(patch, terms)
     result = "result" if body.supervised else "output"
     terms |= {
         **vars(body),
@@ -185,8 +200,10 @@ def template_placeholders(
         "informed_below": real.literal(observer.informed_below),
         "uninformed": UNINFORMED,
         "checked": getattr(observer, "is_checked", True),
-        "evidence": _evidence_code(observer, real),
-        "evidence_start": [_start_literal(value, real) for value in START],
+        "evidence": c_function("gather_evidence", build_evidence(observer.channel), real.c_type),
+        "evidence_start": [
+            real.literal(value) if isfinite(value) else f"({real.c_type})NAN" for value in START
+        ],
         "half_length": real.literal(observer.rig.a),
         "rate_time_constant": repr(FILTER_TIME_CONSTANT),
         "limits": [real.literal(limit) for limit in getattr(observer, "sample_limits", Tuning().limits)],
@@ -205,22 +222,6 @@ def _rig_comment(observer: FunctionObserver, tunable: Tunable) -> str:
     given += [f"a = {rig.a:g} m", f"e = {rig.e:g} m"]
     later = "; others at run time" if tunable == "all" else ""
     return f"For {', '.join(given)}{later}."
-
-
-def _evidence_code(observer: FunctionObserver, real: Real) -> str:
-    """C of the evidence of a wrong unit, sign or sensor."""
-    return c_function("gather_evidence", build_evidence(observer.channel), real.c_type)
-
-
-def _start_literal(value: float, real: Real) -> str:
-    return real.literal(value) if isfinite(value) else f"({real.c_type})NAN"
-
-
-def _body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
-    """The compact code where there is one for the observer, else CasADi's own."""
-    if (patch := compact_patch(observer, real, terms["tunable"])) is not None:
-        return compact_body(patch, terms)
-    return _casadi_body(observer, real, terms)
 
 
 def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:

@@ -8,9 +8,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from observers.embedded.constants import Constants, Tunable
-from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.filter import compact_filter
-from observers.embedded.estimators.sample_functions import advances_at_corrected_state, sample_functions
+from observers.embedded.estimators.sample_functions import (
+    EstimatorCode,
+    sample_functions,
+)
 from observers.embedded.estimators.supervision import (
     acquisition_and_scale_functions,
     rolled_verdict,
@@ -26,7 +28,7 @@ from observers.embedded.templating import Body, render
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.estimators.model_observer import ModelObserver
-from observers.measurement.linearisation import directions
+from observers.measurement.linearisation import angle_is_state, directions
 from observers.measurement.measurement_model import CLEAN
 from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
@@ -81,7 +83,7 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
     values = {
         **terms, **patch.terms, "clean": len(CLEAN), "counts": len(COUNTS),
         "monitor": len(monitor_fields(model)), "states": len(model.states),
-        "advances_at_corrected_state": advances_at_corrected_state(model),
+        "advances_at_corrected_state": angle_is_state(model),
         "follows_mu": patch.follows_mu,
         "slides": patch.torque_model.slides, **estimator.terms,
     }  # fmt: skip

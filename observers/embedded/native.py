@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.embedded.codegen import generate
 from observers.embedded.scalar_type import SINGLE, Real
@@ -16,10 +15,10 @@ from observers.estimates import Estimates
 from observers.interfaces.run import as_estimates
 from observers.protocol import ESTIMATE, FunctionObserver
 from symbolic import InvalidInputError, compiler
+from symbolic.arrays import Array
 from symbolic.compilation.operating_system import LIBRARY_SUFFIX
 from symbolic.compilation.toolchain import library_line, run_compiler
 
-Array = NDArray[np.float64]
 COMPILER_FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")
 """The flags of a target: no instructions of one processor."""
 _NAME = "native"

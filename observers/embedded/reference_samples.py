@@ -3,15 +3,14 @@
 from math import isfinite, nan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.embedded.generated_files import mark
 from observers.embedded.scalar_type import Real
 from observers.interfaces.loop import Loop
 from observers.protocol import ESTIMATE, FunctionObserver, Sample
 from symbolic import simulate
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 INPUTS = ("psi", "psi_dot", "M_z", "M", "F_N", "dt")
 COUNT, SAMPLE_PERIOD, SEED = 400, 0.01, 20
 COMMENT = """\
@@ -24,21 +23,14 @@ def reference_table(observer: FunctionObserver, real: Real) -> str:
     """The samples and the expected estimates as CSV, with the one torque that the observer uses."""
     samples = real.round(reference_samples(observer))
     inputs = [name for name in INPUTS if name not in {"M_z", "M"} - {observer.channel}]
-    columns = [
-        *(samples[INPUTS.index(name)] for name in inputs),
-        *expected_estimates(observer, samples),
-    ]
+    loop = Loop(observer)
+    sequence = (Sample(**dict(zip(INPUTS, column, strict=True))) for column in samples.T.tolist())
+    expected = np.array([loop(sample).numbers for sample in sequence]).T
+    columns = [*(samples[INPUTS.index(name)] for name in inputs), *expected]
     comment = COMMENT.format(mu=reference_friction(observer), seed=SEED).splitlines()
     lines = [f"# {mark()}", *(f"# {line}" for line in comment), ",".join((*inputs, *ESTIMATE))]
     lines += [",".join(_number(v, real) for v in row) for row in zip(*columns, strict=True)]
     return "\n".join(lines) + "\n"
-
-
-def expected_estimates(observer: FunctionObserver, samples: Array) -> Array:
-    """Estimates of `observers.Loop` after each sample, rows as in `ESTIMATE`, one column each."""
-    loop = Loop(observer)
-    sequence = (Sample(**dict(zip(INPUTS, column, strict=True))) for column in samples.T.tolist())
-    return np.array([loop(sample).numbers for sample in sequence]).T
 
 
 def reference_samples(observer: FunctionObserver) -> Array:

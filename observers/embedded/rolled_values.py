@@ -9,11 +9,10 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from symbolic import BrushgripError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 REDUCTIONS = {ca.OP_DOT: "0.0", ca.OP_MMAX: "-({real})INFINITY"}
 """Operations that make a scalar of vectors, and what they begin with."""
 CHOICE = ca.OP_GETNONZEROS

@@ -7,7 +7,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.compiled_step import (
     CompiledStep,
@@ -24,10 +23,8 @@ from observers.quality.plausibility import EVIDENCE, START
 from observers.quality.screening import SCREEN, build_screened_step, initial_screen, is_first
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
+from symbolic.arrays import Array
 from symbolic.tables.found_model import units_of
-
-Array = NDArray[np.float64]
-
 
 _AT_REST = Sample(psi=0.0, psi_dot=0.0, F_N=1000.0, dt=0.01, M_z=0.0, M=0.0)
 """A wheel that stands, whatever is measured."""

@@ -140,7 +140,11 @@ def _step(
     x, factor = correct(test.innovation, test.H)
     for _ in range(0 if measurement_model.is_linear else iterations - 1):
         patch = _update_patch(sample, memory, x)
-        x, factor = correct(*_linearised_again(sample, predicted, x, patch))
+        # Linearised again at the corrected states.
+        residual, H, *_ = build_measurement(measurement_model)(
+            x, patch["M_z"], patch["slopes"], sample.now, sample.rig, sample.tuning
+        )
+        x, factor = correct(residual - ca.dot(H, predicted - x), H)
     M_z = test.expected
     if follows_angle:
         patch = _update_patch(sample, memory, x)
@@ -205,13 +209,3 @@ def _correction(
         return clip_to_bounds(sample.measurement_model, x + K * innovation, sample.tuning), factor_next
 
     return correct
-
-
-def _linearised_again(
-    sample: StepSample, predicted: ca.MX, x: ca.MX, patch: Parts
-) -> tuple[ca.MX, ca.MX]:
-    """Innovation and H of the predicted states, linearised at the corrected ones, x."""
-    residual, H, *_ = build_measurement(sample.measurement_model)(
-        x, patch["M_z"], patch["slopes"], sample.now, sample.rig, sample.tuning
-    )
-    return residual - ca.dot(H, predicted - x), H

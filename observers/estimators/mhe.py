@@ -7,17 +7,56 @@ up in the arrival, mean and covariance, which a filter takes along behind the wi
 the window made of them. On a linear problem with Gaussian noise every window gives the Kalman filter.
 Huber's loss differs: here the residual is that of the fitted states, there the innovation less its prior
 variance.
-`observers.estimators.mhe_step` has the cost and its references.
+
+The window holds the last N samples, the states x_i at each of them, the memory of the patch, and mean
+and covariance of x_1 given all samples that have left the window (the arrival). Gauss-Newton steps
+minimise
+
+    |x_1 - mean|^2 / P  +  sum_i |x_{i+1} - f_i(x_i)|^2 / Q_i  +  sum_i rho(r_i),
+    r_i = (y_i - h_i(x_i)) / R_i^(1/2),
+
+with the motion f, the measurement y and their noises of the measurement model, and no r_i where y_i is
+missing or rejected; mu is clipped to its bounds after each step. rho is Huber's function. Where the
+ground has changed, Q_i of ln mu includes the variance between two grounds, and samples that were
+rejected before are accepted again.
+
+The memory of the patch is stored with every sample, see `observers.patch.history`.
+
+An empty place, before the window is full, has dt = 0: no motion, no measurement, no turn.
+
+Sources: Rao, Rawlings, Mayne, Constrained state estimation for nonlinear discrete-time systems, IEEE
+Trans. Automatic Control 48 (2003) 246, with the arrival cost of a filter; Huber, Robust Statistics
+(1981), for the weights.
 """
 
 from dataclasses import dataclass
+from functools import cache, partial
 
 import casadi as ca
 
-from observers.estimators.mhe_step import build_window_step, layout
+from observers.estimators.mhe_terms import (
+    arrival_jump,
+    build_acceptance,
+    build_backward,
+    build_forward,
+    build_prediction,
+    has_not_converged,
+)
 from observers.estimators.model_observer import ModelObserver
-from observers.layout import Layout
+from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
+from observers.layout import Layout, Parts, symbols
+from observers.measurement.linearisation import angle_is_state, directions
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.patch.history import PatchHistory
+from observers.patch.patch_protocol import PatchModel
+from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
+from observers.protocol import OUTPUT
+from observers.quality.directional_monitor import monitor_fields
+from observers.quality.innovation_gate import COUNTS
+from observers.tuning import TUNING_FIELDS
+from observers.udu import add_variance
 from symbolic import InvalidInputError
+from symbolic.functions import named_function
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,3 +98,138 @@ class Mhe(ModelObserver):
     def estimator_step(self) -> ca.Function:
         """One sample, without the supervision."""
         return build_window_step(self.model, self.measurement_model, self.window, self.iterations)
+
+
+@cache
+def layout(model: PatchModel, measurement_model: MeasurementModel, window: int) -> Layout:
+    """The parts of the estimator's state."""
+    n = len(measurement_model.states)
+    return Layout(
+        (
+            *PatchHistory(model=model, measurement_model=measurement_model, window=window).fields,
+            ("samples", len(ROWS), window),
+            ("x", n, window),
+            ("mean", n, 1),
+            ("factor", n, n),
+            ("P_newest", n, n),
+            ("counts", len(COUNTS), 1),
+            ("monitor", len(monitor_fields(measurement_model)), 1),
+            ("output", len(OUTPUT), 1),
+        )
+    )
+
+
+@cache
+def build_smoother(measurement_model: MeasurementModel, window: int) -> ca.Function:
+    """One Gauss-Newton step about x: minimiser over the window, covariance of its newest state.
+
+    (mean, factor, x, M_z, slopes, samples, rig, tuning) -> (x_next, P_newest); inputs of all samples in
+    columns, x (n, N).
+    """
+    forward, backward = build_forward(measurement_model), build_backward(measurement_model)
+    n = len(measurement_model.states)
+    inputs = symbols(
+        ca.MX, mean=n, factor=(n, n), x=(n, window), M_z=(1, window),
+        slopes=(len(directions(measurement_model)), window), samples=(len(ROWS), window),
+        rig=len(RIG), tuning=len(TUNING_FIELDS),
+    )  # fmt: skip
+    mean, factor, x, M_z, slopes, samples, rig, tuning = inputs.values()
+    constants = [ca.repmat(vector, 1, window) for vector in (rig, tuning)]
+    onward = ca.horzcat(samples[:, 1:], samples[:, -1])
+    _, _, filtered, P, K, score, H, A = forward.mapaccum("forward_window", window, 2, {})(
+        mean, factor, x, M_z, slopes, samples, onward, *constants
+    )
+    reverse = list(range(window - 1, -1, -1))
+    blocks = [n * i + j for i in reverse for j in range(n)]
+    _, smoothed = backward.mapaccum("backward_window", window, 1, {})(
+        ca.DM.zeros(n), filtered[:, reverse], P[:, blocks], K[:, reverse], score[:, reverse],
+        H[:, reverse], A[:, blocks], constants[1],
+    )  # fmt: skip
+    return named_function("smoother", inputs, {"x_next": smoothed[:, reverse], "P_newest": P[:, -n:]})
+
+
+@cache
+def build_window_step(
+    model: PatchModel, measurement_model: MeasurementModel, window: int, iterations: int
+) -> ca.Function:
+    """One sample of the estimator: (state, sample, constants) -> (state_next, output)."""
+    parts = layout(model, measurement_model, window)
+    inputs = step_symbols(model, parts)
+    before = parts.split(inputs["state"])
+    last = before["samples"][: len(CLEAN), -1]
+    sample = StepSample.of(model, measurement_model, inputs, last)
+    patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
+    torques = partial(patch.torques, theta=sample.theta, rig=sample.rig)
+    samples = ca.horzcat(before["samples"], ca.vertcat(sample.now, 1, 0))
+    mean, factor = _arrival(sample, before, samples, torques(before, before["x"][:, 0]))
+    torque = torques(patch.newest(before), before["x"][:, -1])
+    predicted, P, retention = _predict(sample, before, last, torque)
+    append = partial(patch.append, before, retention, sample.now, theta=sample.theta, rig=sample.rig)
+    # A measured angle does not depend on the patch at the sample itself; a measured torque does.
+    follows_angle = angle_is_state(measurement_model)
+    history = patch.without_oldest(before) if follows_angle else append(x=predicted)
+    x = ca.horzcat(before["x"][:, 1:], predicted)
+    M_z, slopes = torques(history, x)
+    test = sample.test(before, predicted, P, M_z[-1], slopes[:, -1])
+    # A memory that depends on the old friction does not fit samples of the new ground: they stay
+    # rejected.
+    run = 1 if memory_depends_on_tyre(model, measurement_model) else test.run
+    samples = _update_acceptance(
+        samples[:, 1:], ca.MX(ca.vertcat(test.accepted, test.reset, run)), sample.change
+    )
+    at = sample.at
+    factor = add_variance(factor, at, arrival_jump(window, test.reset, run, sample.change))
+    smoother, given = build_smoother(measurement_model, window), (samples, sample.rig, sample.tuning)
+    for i in range(iterations):
+        M_z, slopes = torques(history, x) if i > 0 else (M_z, slopes)
+        previous = x[:, -1]
+        x, P = smoother(mean, factor, x, M_z, slopes, *given)
+    x_newest, M_z = x[:, -1], test.expected
+    unsettled = has_not_converged(measurement_model, x_newest, previous, P)
+    if follows_angle:
+        history = append(x=x_newest)
+        M_z, _ = torques(patch.newest(history), x_newest)
+    old = reset_retention(test.reset, before["P_newest"][at, at], sample.change)
+    memory = patch.newest(history)["memory"]
+    output = sample.output(x_newest, P, memory, M_z, vars(test), unsettled=unsettled)
+    state_next = {
+        **patch.scale_newest_sensitivity(history, old), "samples": samples, "x": x, "mean": mean,
+        "factor": factor, "P_newest": P, "counts": test.counts_next,
+        "monitor": test.monitor_next, "output": output,
+    }  # fmt: skip
+    return named_function("mhe_step", inputs, {"state_next": parts.join(state_next), "output": output})
+
+
+def _predict(
+    sample: StepSample, before: Parts, last: ca.MX, torque: tuple[ca.MX, ca.MX]
+) -> tuple[ca.MX, ca.MX, ca.MX]:
+    """The newest states before the sample is measured, their P, and the sensitivity's retention.
+
+    torque is M_z and its slopes at the last sample.
+    """
+    x_last, P_last = before["x"][:, -1], before["P_newest"]
+    x, P, Q = build_prediction(sample.measurement_model)(
+        x_last, P_last, *torque, last, sample.now, sample.rig, sample.tuning
+    )
+    retention = sensitivity_retention(sample.measurement_model, P_last, Q, x_last, sample.now)
+    return x, P, retention
+
+
+def _arrival(
+    sample: StepSample, before: Parts, samples: ca.MX, torque: tuple[ca.MX, ca.MX]
+) -> tuple[ca.MX, ca.MX]:
+    """Mean and factor of the arrival after the oldest sample, linearised at its smoothed states."""
+    mean, factor, *_ = build_forward(sample.measurement_model)(
+        before["mean"], before["factor"], before["x"][:, 0], *torque, samples[:, 0], samples[:, 1],
+        sample.rig, sample.tuning,
+    )  # fmt: skip
+    return clip_to_bounds(sample.measurement_model, mean, sample.tuning), factor
+
+
+def _update_acceptance(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:
+    """The samples of the window after the newest one's test, see `build_acceptance`."""
+    window, ages = samples.shape[1], ca.DM(range(samples.shape[1] - 1, -1, -1)).T
+    rows = (samples[ROWS.index("accepted"), :], samples[ROWS.index("jump"), :])
+    acceptance = build_acceptance().map(window) if window > 1 else build_acceptance()
+    constant = [ca.repmat(vector, 1, window) for vector in (test, variance)]
+    return ca.vertcat(samples[: len(CLEAN), :], *acceptance(*rows, ages, *constant))

@@ -7,7 +7,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.initial_state import build_initial_state
@@ -19,9 +18,9 @@ from observers.quality.equivalent_patch import equivalent_patch
 from observers.quality.tolerances import with_tolerances
 from observers.tuning import TUNING_FIELDS, Tuning
 from symbolic import InvalidInputError, Model, Rig
+from symbolic.arrays import Array
 from symbolic.compliance import deflection_of
 
-Array = NDArray[np.float64]
 RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")
 
 

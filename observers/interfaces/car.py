@@ -13,10 +13,10 @@ from observers.interfaces.run import as_estimates, run
 from observers.measurement.rack_force import RackForce
 from observers.protocol import ESTIMATE, Observer, Status
 from symbolic import InvalidInputError, Model
+from symbolic.arrays import Array
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle
 
-Array = NDArray[np.float64]
 Kind = TypeVar("Kind", bound=ModelObserver)
 HOLDING = ("mu", "mu_std", "mu_eff", "mu_eff_std", "M_slide")
 """Values that are held while the car rolls."""

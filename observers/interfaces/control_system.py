@@ -7,14 +7,12 @@ It stands outside `import observers`, as control loads matplotlib and takes a se
 
 import control
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.estimators.casadi_observer import CasadiObserver
 from observers.layout import ObserverState
 from observers.protocol import ESTIMATE, Sample
 from symbolic import InvalidInputError
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 
 def as_system(

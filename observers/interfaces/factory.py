@@ -63,7 +63,8 @@ def from_files(
     found = FoundModel(model=Model(), tyre={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model, effects)
-    if tuning is not None or by_hand or (found.error is not None and _has_tuning(kind)):
+    has_tuning = "tuning" in getattr(kind, "__dataclass_fields__", {})
+    if tuning is not None or by_hand or (found.error is not None and has_tuning):
         settings["tuning"] = tuning_for(
             found, tuning, by_hand,
             by_direction=isinstance(settings.get("measurement_model"), DirectionalFriction),
@@ -74,10 +75,6 @@ def from_files(
         rig=geometry,
         **settings,
     )
-
-
-def _has_tuning(kind: Callable[..., Any]) -> bool:
-    return "tuning" in getattr(kind, "__dataclass_fields__", {})
 
 
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.compiled_step import first_sample
 from observers.estimates import Estimates
@@ -18,8 +17,7 @@ from observers.protocol import (
 )
 from observers.quality.screening import beyond_limits, sample_limits_of, screened_angles
 from symbolic import InvalidInputError
-
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
 
 
 def run(

@@ -13,7 +13,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.estimates import Estimates
@@ -28,8 +27,8 @@ from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import variance_between_grounds
 from observers.udu import covariance_of
 from symbolic import GEOMETRY, InvalidInputError
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 MARGIN = 1e-6
 """Share by which a prior stays within the bounds of mu [1]."""
 

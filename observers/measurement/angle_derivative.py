@@ -1,9 +1,9 @@
 """The yaw rate of an angle, from the past alone."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from symbolic.arrays import Array
+
 FILTER_TIME_CONSTANT = 0.03
 """Time over which the past fades [s]; it lags by as much and takes the steps off an encoder."""
 

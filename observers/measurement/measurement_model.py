@@ -18,15 +18,16 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import (
+    NOISE,
     SENSOR,
     huber_scale,
     independent_share,
     is_known,
     model_error_variance,
+    noise_after,
     sensor_variance,
     white_variance,
 )
-from observers.measurement.torque_noise import NOISE, noise_after, sample_variance
 from observers.protocol import SAMPLE
 from observers.tuning import REFERENCE_STEP, STATES, TUNING_FIELDS
 from symbolic import Model, Rig, full_slide_torque
@@ -220,7 +221,8 @@ class AligningTorque:
         stated = (named(TUNING_FIELDS, tuning)["noise"] * slide) ** 2
         usual = ca.if_else(is_known(values["noise"]), declared, stated)
         after = noise_after(before, M_z, dt, usual, (SENSOR * slide) ** 2)
-        seen = sample_variance(after["variance"], dt)
+        # That of one sample, from that of `REFERENCE_STEP`.
+        seen = after["variance"] * ca.fmax(1, REFERENCE_STEP / dt)
         return after, sample["psi"], M_z, ca.fmax(declared, seen)
 
     def check(self, rig: Rig, model: Model) -> None:

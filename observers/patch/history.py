@@ -29,13 +29,7 @@ from symbolic import GEOMETRY, SIGNALS
 
 @dataclass(frozen=True, kw_only=True)
 class PatchHistory:
-    """The patch over a window; parts hold one block of columns per sample, oldest first.
-
-    Attributes:
-        model: the model.
-        measurement_model: states and measurement.
-        window: samples stored, N.
-    """
+    """The patch over a window of samples; parts hold one block of columns per sample, oldest first."""
 
     model: PatchModel
     measurement_model: MeasurementModel

@@ -26,9 +26,9 @@ from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
 from observers.quality.tolerances import friction_floor
 from symbolic import full_slide_torque
-from symbolic.compilation.buffered import BufferedCall
+from symbolic.arrays import Array
+from symbolic.functions import BufferedCall
 
-Array = NDArray[np.float64]
 SAMPLES_PER_CALL = 25
 """Samples of one compiled call; between two calls a forecast may end."""
 MU, STD, TORQUE, STATUS = (OUTPUT.index(n) for n in ("mu", "mu_std", "M_z_predicted", "status"))
@@ -108,11 +108,7 @@ class Forecast:
 
 
 class Forecaster:
-    """Forecasts of an observer; the step of a filter costs about 10 microseconds a sample and friction.
-
-    Attributes:
-        observer: an `Ekf` or `Mhe`.
-    """
+    """Forecasts of an `Ekf` or `Mhe`; the filter costs about 10 microseconds a sample and friction."""
 
     def __init__(self, observer: ModelObserver) -> None:
         """Compile what it needs, or take it from the cache."""

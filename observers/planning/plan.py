@@ -17,7 +17,6 @@ from math import ceil, floor, hypot, log2, log10
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import Forecast, Forecaster, least_deviation
@@ -25,9 +24,9 @@ from observers.planning.path import SteeringLimits, SteeringPath, steer
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 from symbolic.parameters import FRICTION
 
-Array = NDArray[np.float64]
 Objective = Literal["travel", "time", "angle"]
 Over = Literal["worst", "mean"]
 MUS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.2)

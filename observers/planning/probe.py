@@ -15,22 +15,19 @@ from itertools import cycle, islice
 from math import exp, hypot, inf, isfinite, log, nan, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.estimators.ekf import Ekf
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.loop import Loop
 from observers.layout import ObserverState
-from observers.planning.changes import KINDS, PathNow, changed
 from observers.planning.forecast import Forecaster, Lane, least_deviation
-from observers.planning.path import SteeringLimits, SteeringPath
+from observers.planning.path import KINDS, PathNow, SteeringLimits, SteeringPath, changed
 from observers.planning.plan import MUS, NEVER, REST, Plan, plan
 from observers.protocol import Estimate, Sample
 from observers.quality.acquisition import OVER, OWN
 from observers.quality.verdict import VERDICT
 from symbolic import InvalidInputError
 
-Array = NDArray[np.float64]
 EVERY = 0.1
 """Time between two plans [s]."""
 HORIZON = 3.0

@@ -3,7 +3,6 @@
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.estimators.ekf import Ekf
@@ -12,9 +11,9 @@ from observers.planning.forecast import least_deviation
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality.acquisition import OWN
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 from symbolic.trajectory import SAMPLES_PER_CALL
 
-Array = NDArray[np.float64]
 SLOPE = "slope of the torque that k does not explain"
 """How much the torque grows with the angle, beyond what k and its tolerance say."""
 REST = "noise and the model's error"

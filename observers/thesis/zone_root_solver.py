@@ -16,15 +16,14 @@ from dataclasses import dataclass, field, replace
 from math import isfinite, nan
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import fsolve, minimize_scalar
 
 from observers.measurement.torque_error import SENSIBLE
 from observers.protocol import Estimate, Sample, Status
 from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
 from symbolic import InvalidInputError, Rig, Tyre, full_slide_arm, full_slide_torque
+from symbolic.arrays import Array
 
-Array = NDArray[np.float64]
 CLOSE = 1e-6
 """Share of the full-slide torque at mu = 1 below which f counts as zero [1]."""
 SHOWS = 0.1

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.arrays import Array
 from symbolic.compilation.bristle_functions import (
     SHARED,
     patch_of,
@@ -32,8 +32,6 @@ from symbolic.model import Model
 
 if TYPE_CHECKING:
     from jinja2 import Template
-
-Array = NDArray[np.float64]
 
 
 class CompiledRecordingRun:

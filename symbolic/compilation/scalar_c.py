@@ -62,7 +62,7 @@ class _Writer:
 
     def named(self, term: Term, about: str = "") -> Term:
         """The term as a variable of its own, unless it is a name or a number already."""
-        if is_atom(term.text):
+        if re.fullmatch(r"[\w.[\]]+", term.text):
             begin = (f"    const {self.real} {term.text} = ", f"    const bool {term.text} = ")
             for i, statement in enumerate(self.statements):
                 if statement.startswith(begin) and about not in statement:
@@ -232,11 +232,6 @@ def number(value: float, real: str) -> str:
     if np.isinf(value):
         return f"({'-' if value < 0 else ''}({real})INFINITY)"
     return f"({value!r})" if value < 0 else repr(float(value))
-
-
-def is_atom(text: str) -> bool:
-    """True for a name, an element or a number."""
-    return re.fullmatch(r"[\w.[\]]+", text) is not None
 
 
 def _is_number(text: str) -> bool:

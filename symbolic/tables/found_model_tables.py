@@ -12,8 +12,7 @@ from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
 from symbolic.parameters import TOLERATED
-from symbolic.tables.found_model import FoundModel, ModelBasis, units_of
-from symbolic.tables.model_error import ModelError
+from symbolic.tables.found_model import FoundModel, ModelBasis, ModelError, units_of
 from symbolic.tables.parsing import excerpt, floats, naming, shown
 
 MODEL_VERSION = 1

@@ -27,12 +27,11 @@ from functools import cache
 from math import sin
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.arrays import Array
 from symbolic.vehicle.steering import lock_angle
 from symbolic.vehicle.vehicle import Vehicle
 
-Array = NDArray[np.float64]
 ALONG, ACROSS = 2.5, 8.0
 """Pressure ~ (1 - |x/a|^n) (1 - |y/b|^m): flatter than a parabola along it, with rounded shoulders."""
 NOSE = 0.3

@@ -21,8 +21,8 @@ from functools import cache
 from math import hypot
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.arrays import Array
 from symbolic.deformation import full_slide_arm, unit_moment
 from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
 from symbolic.vehicle.kingpin import Contact, bristles, growth_of, kingpin_axis
@@ -37,7 +37,6 @@ from symbolic.vehicle.steering import (
 )
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle, VehicleTolerances
 
-Array = NDArray[np.float64]
 OFFSET = 0.7
 """Caster of the line over its half-length [1]."""
 COMPLIANCE = 0.9

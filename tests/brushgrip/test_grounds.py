@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.inputs.grounds import grounds_by_name
+from brushgrip.inputs.recordings import grounds_by_name
 from tests.brushgrip.helpers import Run, Write
 from tests.refusal import refused
 

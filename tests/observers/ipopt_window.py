@@ -2,7 +2,7 @@
 
 Multiple shooting: the states at every sample are unknowns of their own; the motion between two of them
 costs what its disturbances cost, and a constant state is an equality constraint. IPOPT minimises the
-cost of `observers.estimators.mhe_step` with exact gradients: the same arrival, the same patch history,
+cost of `observers.estimators.mhe` with exact gradients: the same arrival, the same patch history,
 the same loss.
 
 Sources: Bock and Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
@@ -16,8 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.estimators.mhe import Mhe
-from observers.estimators.mhe_step import layout
+from observers.estimators.mhe import Mhe, layout
 from observers.estimators.step_terms import STIFFNESS_BOUNDS
 from observers.layout import ObserverState, symbols
 from observers.measurement.linearisation import build_measurement, build_motion, state_index

@@ -1,24 +1,26 @@
 """Logs of a CAN bus (BLF, ASC, candump) with the database of its signals, by python-can and cantools."""
 
 import re
+import zlib
 from array import array
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from struct import error as StructError
+from struct import unpack_from
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.channels import ChannelFile, Samples, resolve
-from identification.reading.files import read_text, require_readable
-from identification.reading.formats.blf import require_bounded
+from identification.reading.files import MAX_FILE_SIZE, read_text, require_readable
 from identification.reading.formats.opening import library, require_size
 from identification.reading.signal_map import SignalMap, SignalSource
-from identification.reading.table import Array
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 
 MAX_DATABASE_SIZE = 20_000_000
 """Largest DBC file that is read [bytes]."""
@@ -118,14 +120,15 @@ def _decoded(
     times, columns = array("d"), {signal.name: array("d") for signal in message.signals}
     extended = is_extended(message)
     buses: dict[str, None] = {}
-    other_kind = False
+    other_kind, counts = False, path.suffix.lower() != ".log"
     for frame in log:
         if frame.arbitration_id != message.frame_id or frame.is_error_frame or frame.is_remote_frame:
             continue
         if frame.is_extended_id != extended:
             other_kind = True
             continue
-        here = _bus_of(path, frame)
+        # As the file calls it: python-can counts from 0 what BLF and ASC files count from 1.
+        here = str(frame.channel + 1 if counts and isinstance(frame.channel, int) else frame.channel)
         buses[here] = None
         if here != (bus or next(iter(buses))):
             continue
@@ -151,12 +154,6 @@ def is_extended(message: Any) -> bool:
 
 def _title(message: Any) -> str:
     return f"{message.name} ({message.frame_id:#x})"
-
-
-def _bus_of(path: Path, frame: Any) -> str:
-    """The bus as the file calls it; python-can counts from 0 what BLF and ASC files count from 1."""
-    counted = isinstance(frame.channel, int) and path.suffix.lower() != ".log"
-    return str(frame.channel + 1 if counted else frame.channel)
 
 
 def _on_bus(bus: str, message: Any, places: dict[str, Any], signals: SignalMap) -> str:
@@ -222,3 +219,59 @@ def database_beside(path: Path) -> Path:
             f"{path}: {len(found)} databases (.dbc) beside it; name one, such as --map dbc=car.dbc"
         )
     return found[0]
+
+
+_CONTAINER, _MAX_CONTAINER_SIZE = 10, 64_000_000
+_METHODS = {0: False, 2: True}
+"""Whether a container is compressed, by its method."""
+_OBJECT_HEADER = 16
+"""Least length of an object [bytes]."""
+
+
+def require_bounded(path: Path) -> None:
+    """Refuses a BLF file whose parts are larger than files may be, or that python-can reads for ever.
+
+    Raises:
+        InvalidInputError: they are, or the file is damaged.
+    """
+    total, rest = 0, b""
+    try:
+        for part, compressed in _containers(path.read_bytes()):
+            inflater = zlib.decompressobj()
+            unpacked = inflater.decompress(part, _MAX_CONTAINER_SIZE) if compressed else part
+            total += len(unpacked)
+            if inflater.unconsumed_tail or total > MAX_FILE_SIZE:
+                raise InvalidInputError(f"{path}: holds more than {MAX_FILE_SIZE / 1e6:.3g} MB unpacked")
+            rest = _after_objects(path, rest + unpacked)
+    except (StructError, zlib.error) as error:
+        raise InvalidInputError(f"{path}: is damaged, or no .blf file: {error}") from None
+
+
+def _after_objects(path: Path, data: bytes) -> bytes:
+    """Bytes behind the last whole object of some containers, which belong to the next one.
+
+    Raises:
+        InvalidInputError: an object is shorter than its header; it would be its own successor.
+    """
+    at = 0
+    while (begin := data.find(b"LOBJ", at, at + 8)) >= 0 and begin + _OBJECT_HEADER <= len(data):
+        (size,) = unpack_from("<I", data, begin + 8)
+        if size < _OBJECT_HEADER:
+            raise InvalidInputError(f"{path}: is damaged, an object of it has a length of {size}")
+        if begin + size > len(data):
+            break
+        at = begin + size
+    return data[at:]
+
+
+def _containers(content: bytes) -> Iterator[tuple[bytes, bool]]:
+    """Parts of a BLF file, as python-can walks them, and whether they are compressed."""
+    (at,) = unpack_from("<I", content, 4)
+    while at + 16 <= len(content):
+        signature, _, _, size, kind = unpack_from("<4sHHII", content, at)
+        if signature != b"LOBJ" or size < 16:
+            return
+        method = unpack_from("<H", content, at + 16)[0] if kind == _CONTAINER else -1
+        if method in _METHODS:
+            yield content[at + 32 : at + size], _METHODS[method]
+        at += size + size % 4

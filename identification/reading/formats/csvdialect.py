@@ -73,12 +73,7 @@ class Numbers:
 
 
 def units_in(row: Sequence[str], places: Mapping[str, int]) -> dict[str, str] | None:
-    """Units of the columns where a row holds units and no number; None where it does not.
-
-    Args:
-        row: the fields behind the header.
-        places: index of each column.
-    """
+    """Units of the columns where a row holds units and no number; None where it does not."""
     if max(places.values()) >= len(row):
         return None
     texts = {column: row[index].strip() for column, index in places.items()}

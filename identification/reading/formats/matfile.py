@@ -21,8 +21,9 @@ from identification.reading.clock import tabulate
 from identification.reading.files import read_bytes, require_readable
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import MAX_SAMPLES, Array, Table
+from identification.reading.table import MAX_SAMPLES, Table
 from symbolic import TOLERATED, InvalidInputError
+from symbolic.arrays import Array
 from symbolic.tables.parsing import naming
 
 VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}

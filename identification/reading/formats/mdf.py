@@ -1,14 +1,14 @@
 """MDF 3 and 4 (ASAM), as INCA, CANape and vehicle loggers write it, by asammdf."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
 from identification.reading.channels import ChannelFile, Samples
-from identification.reading.formats.opening import closing, library, require_size
+from identification.reading.formats.opening import library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 

@@ -82,12 +82,3 @@ def require_size(path: Path, name: str, samples: int) -> None:
         raise InvalidInputError(
             f"{path}: {name} holds {samples} samples, at most {MAX_SAMPLES} allowed; cut it, or thin it"
         )
-
-
-@contextmanager
-def closing(file: Any) -> Iterator[Any]:
-    """Closes a file of any library, whatever happens."""
-    try:
-        yield file
-    finally:
-        file.close()

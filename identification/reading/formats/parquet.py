@@ -1,12 +1,12 @@
 """Parquet, as pandas, polars and Spark write it, by pyarrow."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
 from identification.reading.channels import ChannelFile, Samples
-from identification.reading.formats.opening import closing, library, require_size
+from identification.reading.formats.opening import library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt

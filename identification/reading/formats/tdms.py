@@ -12,8 +12,8 @@ import numpy as np
 from identification.reading.channels import ChannelFile, Samples
 from identification.reading.formats.opening import library, require_size
 from identification.reading.signal_map import SignalMap
-from identification.reading.table import Array
 from symbolic import InvalidInputError
+from symbolic.arrays import Array
 
 _LEAD_IN = 28
 """Of every segment: tag, contents, version, length of all that follows and of its metadata [bytes]."""

@@ -7,10 +7,9 @@ scalars, with the parameters as numbers.
 import casadi as ca
 
 from observers.embedded.constants import Constants
-from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
-    advances_at_corrected_state,
+    EstimatorCode,
     effective_friction,
     function_of_symbols,
     retentions,
@@ -22,7 +21,7 @@ from observers.estimators.ekf import build_commented_step, layout
 from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.measurement.directional_friction import EXCHANGED, OTHER
-from observers.measurement.linearisation import directions, state_index
+from observers.measurement.linearisation import angle_is_state, directions, state_index
 from observers.measurement.measurement_model import CLEAN
 from observers.udu import covariance
 
@@ -45,7 +44,7 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
     if patch.follows_mu:
         factor = ca.MX.sym("factor", *parts.places["factor"][1])
         functions.append(retentions(observer, constants, factor, covariance(factor), predicted=True))
-    if advances_at_corrected_state(model) and patch.torque_model.slides:
+    if angle_is_state(model) and patch.torque_model.slides:
         functions.append(effective_friction(patch))
     before = stiffness_of(model, "before->x")
     other = state_index(model, OTHER) if OTHER in model.states else 0

@@ -1,7 +1,9 @@
 """Functions of a sample that the filter and the window share."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import casadi as ca
 
@@ -12,7 +14,6 @@ from observers.estimators.mhe_terms import build_forward
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
 from observers.measurement.linearisation import (
-    angle_is_state,
     build_clean,
     build_motion,
     directions,
@@ -25,6 +26,30 @@ from observers.protocol import SAMPLE
 from observers.quality.innovation_monitor import variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatorCode:
+    """An estimator on a patch as C; NAME stands for the name of the code.
+
+    Attributes:
+        template: defines `begin` and `advance`, which the public functions call.
+        functions: Functions of scalars that it calls, beside those of every estimator.
+        names: names of the elements of its vectors.
+        terms: values of its placeholders.
+        types: types of the state, C of the header.
+        private: fields of the state, the patch among them.
+        bytes: of these without the patch.
+    """
+
+    template: str
+    functions: Sequence[ca.Function]
+    names: Mapping[str, Sequence[str]]
+    terms: Mapping[str, Any]
+    types: str = ""
+    private: str
+    bytes: int
+
 
 TORQUE = {"log_mu": "BY_MU", "stiffness": "BY_STIFFNESS", "psi": "BY_ANGLE"}
 """Index constant in C of the torque's derivative, by the state: mu, k over nominal, the angle."""
@@ -104,11 +129,6 @@ def memory_with(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
     """A memory of the linear torque of which only the slide is known."""
     known = dict(zip(("slide", "beside"), ca.vertsplit(slide), strict=True))
     return {name: known.get(name, ca.MX(0)) for name, _, _ in patch.torque_model.layout.fields}
-
-
-def advances_at_corrected_state(model: MeasurementModel) -> bool:
-    """True where the patch is advanced at the corrected states, not at the sample."""
-    return angle_is_state(model)
 
 
 @cache

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import casadi as ca
 
 from observers.embedded.constants import Constants
-from observers.embedded.estimators.estimator_code import EstimatorCode
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
+    EstimatorCode,
     function_of_symbols,
     memory_with,
     retentions,
@@ -105,12 +105,7 @@ def elimination_parts(model: MeasurementModel) -> Layout:
 
 @dataclass(frozen=True)
 class WindowFunctions:
-    """The Functions that C calls at each sample of a window.
-
-    Attributes:
-        patch: the patch, and with it the observer.
-        window: how many samples these are.
-    """
+    """The Functions that C calls at each sample of a window."""
 
     patch: PatchCode
     window: int

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.special import wrightomega
 
 from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
-from observers.embedded.patches.linear_torque import LinearTorque
-from observers.embedded.patches.patch_code import PatchCode, angle_is_state, window_of
+from observers.embedded.patches.patch_code import LinearTorque, PatchCode, window_of
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
+from observers.measurement.linearisation import angle_is_state
 from symbolic import Model
 from symbolic.bristles import SPAN
 from symbolic.compilation.scalar_c import c_function, c_records
@@ -56,7 +56,12 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     table = bristle_constants(effects, terms)
     arrays = (4 if terms["relaxation"] else 2) + terms["compliant"]
     numbers = effects.own + 7 + terms["compliant"] * (2 + terms["relaxation"])
-    kept = ["M_z", "by_mu", "mu", *(("angle", "by_angle") if angle_is_state(observer) else ())]
+    kept = [
+        "M_z",
+        "by_mu",
+        "mu",
+        *(("angle", "by_angle") if angle_is_state(observer.measurement_model) else ()),
+    ]
     tried = tried_bristles_code(table, terms["coarse"], real) if terms["coarse"] else ""
     return PatchCode(
         observer=observer,
@@ -84,7 +89,8 @@ def bristle_placeholders(effects: EffectExpressions, real: Real) -> dict[str, An
     slide = patch.effective_friction(effects.inputs(speed=rig.slide_rate))
     return {
         "bristles": patch.bristles, "with_rig": False, "effects": True, "own": effects.own,
-        "angle_is_state": angle_is_state(effects.observer), "a": repr(float(rig.a)), "terms": TERMS,
+        "angle_is_state": angle_is_state(effects.observer.measurement_model),
+        "a": repr(float(rig.a)), "terms": TERMS,
         "gained": "(1.0 + terms[TERM_GAIN]) * " if branched else "",
         "shared": " * limits->share" if branched else "",
         "branched": " + branch" if branched else "",

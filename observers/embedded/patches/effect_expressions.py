@@ -19,46 +19,12 @@ from symbolic.bristles import SPAN, BristlePatch
 from symbolic.compliance import deflection_of
 from symbolic.effects.base import Signals
 from symbolic.full_slide import build_full_slide
-from symbolic.model import sample_at_the_patch
+from symbolic.model import add_torques, sample_at_the_patch
 from symbolic.patch_interface import PatchInputs
 
 TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "torque", "torque_by_psi",
          "slide", "beside")  # fmt: skip
 """Effects of a sample on all bristles alike, in the order of C."""
-
-
-@dataclass(frozen=True)
-class _SlidingPatch:
-    """A patch of which only the effective friction is known, per mu and factor."""
-
-    value: float
-
-    def effective_friction(self, inputs: PatchInputs) -> Any:
-        return inputs.mu * inputs.factor * self.value
-
-
-@dataclass(frozen=True)
-class _Sliding:
-    """The model for `build_full_slide`, on a patch whose effective friction is mu times the factor."""
-
-    model: Model
-
-    @property
-    def memory_size(self) -> int:
-        return self.model.memory_size
-
-    def patch(self, theta: Any = None) -> _SlidingPatch:
-        del theta
-        return _SlidingPatch(1.0)
-
-    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
-        return self.model.symbols()
-
-    def values(self, theta: Any) -> Any:
-        return self.model.values(theta)
-
-    def split(self, memory: Any) -> Any:
-        return self.model.split(memory)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,12 +73,10 @@ class EffectExpressions:
         memory = ca.vertcat(ca.MX.zeros(1 + model.patch().size), own)
         at_patch, memories, factor = sample_at_the_patch(model, model.split(memory)[2], signals, theta)
         after = ca.vertcat(ca.MX.zeros(1 + model.patch().size), *memories)
-        torque = ca.MX(0)
-        for effect, values in model.values(theta):
-            torque = torque + effect.torque(at_patch, values)
+        torque = add_torques(ca.MX(0), model, at_patch, theta)
         growth, reach, decay, gain = self._of_bristles(at_patch, factor, theta)
         geometry = ca.DM([rig.a, rig.e])
-        sliding, load = build_full_slide(_Sliding(model)), signals[SIGNALS.index("F_N")]
+        sliding, load = build_full_slide(model, _mu_times_factor), signals[SIGNALS.index("F_N")]
         slides = sliding(after, load, theta, geometry, rig.slide_rate)[0]
         zero_mu = theta * ca.DM([0] + [1] * (theta.numel() - 1))
         beside = sliding(after, load, zero_mu, geometry, rig.slide_rate)[0]
@@ -186,3 +150,8 @@ class EffectExpressions:
 
     def _numbers(self) -> NDArray[np.float64]:
         return np.asarray(self.theta).ravel()
+
+
+def _mu_times_factor(inputs: PatchInputs) -> Any:
+    """Effective friction of a patch that slides as the declared one."""
+    return inputs.mu * inputs.factor

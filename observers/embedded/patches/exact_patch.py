@@ -9,10 +9,10 @@ expressions, once a sample.
 import casadi as ca
 
 from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
-from observers.embedded.patches.linear_torque import LinearTorque
-from observers.embedded.patches.patch_code import PatchCode, angle_is_state, window_of
+from observers.embedded.patches.patch_code import LinearTorque, PatchCode, window_of
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
+from observers.measurement.linearisation import angle_is_state
 from symbolic import Model, full_slide_level
 from symbolic.compilation.scalar_c import c_function
 from symbolic.compliance import deflection_of
@@ -36,7 +36,7 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, with_rig: bool = Fa
     effects, a, e = bool(observer.model.effects), observer.rig.a, observer.rig.e
     with_rig, k = with_rig and not effects, repr(float(observer.values["k"]))
     expressions, window = EffectExpressions(observer), window_of(observer)
-    by_angle = angle_is_state(observer)
+    by_angle = angle_is_state(observer.measurement_model)
     functions = {"unit_moment": build_corner_moment(observer, with_rig=with_rig)}
     if effects:
         functions |= {

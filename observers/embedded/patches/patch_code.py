@@ -4,9 +4,93 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from observers.embedded.patches.linear_torque import LinearTorque
+import casadi as ca
+
 from observers.embedded.scalar_type import Real
 from observers.estimators.model_observer import ModelObserver
+from observers.layout import Layout
+from symbolic import DECLARED, GEOMETRY, SIGNALS, Model
+from symbolic.deformation import full_slide_arm
+
+
+@dataclass(frozen=True)
+class LinearTorque:
+    """A `PatchModel` whose memory, see `layout`, is an input of every step.
+
+    Attributes:
+        by_stiffness: the torque depends on k, which is a state.
+        slides: the effective friction is in the memory too; otherwise it is that of the declared model.
+    """
+
+    by_stiffness: bool
+    slides: bool
+
+    @property
+    def layout(self) -> Layout:
+        """The memory.
+
+        M_z [N m] and its derivative by mu, at mu [1]; its derivative by k, at k [N/m^2]; effective
+        friction over mu, and what is beside it [1].
+        """
+        stiffness = ("by_k", "k") if self.by_stiffness else ()
+        slide = ("slide", "beside") if self.slides else ()
+        return Layout(tuple((n, 1, 1) for n in ("M_z", "by_mu", "mu", *stiffness, *slide)))
+
+    @property
+    def memory_size(self) -> int:
+        """Length of the memory."""
+        return self.layout.size
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Those of the declared model."""
+        return tuple(parameter.name for parameter in DECLARED)
+
+    @property
+    def initial(self) -> ca.Function:
+        """(signals, theta, geometry) -> zeros."""
+        return ca.Function("start", self._symbols()[1:], [ca.MX(ca.DM.zeros(self.memory_size))])
+
+    @property
+    def advance(self) -> ca.Function:
+        """The memory as it is: (memory, signals, theta, geometry) -> (memory_next, seen)."""
+        memory, signals, *_ = inputs = self._symbols()
+        return ca.Function("advance", inputs, [memory, signals])
+
+    @property
+    def torque(self) -> ca.Function:
+        """The torque to first order: (memory, seen, theta, geometry) -> M_z."""
+        memory, _, theta, _ = inputs = self._symbols()
+        at = self.layout.split(memory)
+        values = dict(zip(self.coordinates, ca.vertsplit(theta), strict=True))
+        M_z = at["M_z"] + at["by_mu"] * (values["mu"] - at["mu"])
+        if self.by_stiffness:
+            M_z = M_z + at["by_k"] * (values["k"] - at["k"])
+        return ca.Function("torque", inputs, [M_z])
+
+    @property
+    def full_slide(self) -> ca.Function:
+        """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide)."""
+        memory, _, theta, geometry = self._symbols()
+        F_N, rate = ca.MX.sym("F_N"), ca.MX.sym("rate")
+        if self.slides:
+            at = self.layout.split(memory)
+            mu_eff = theta[self.coordinates.index("mu")] * at["slide"] + at["beside"]
+            slide = [mu_eff, mu_eff * F_N * full_slide_arm(geometry[0], geometry[1])]
+        else:
+            declared = Model()
+            memoryless = ca.MX(declared.memory_size, 1)
+            slide = [*declared.full_slide(memoryless, F_N, theta, geometry, rate)]
+        return ca.Function("full_slide", [memory, F_N, theta, geometry, rate], slide)
+
+    def memory_depends_on(self, coordinate: str) -> bool:
+        """False: C carries the derivative of the memory."""
+        del coordinate
+        return False
+
+    def _symbols(self) -> list[ca.MX]:
+        sizes = (self.memory_size, len(SIGNALS), len(self.coordinates), len(GEOMETRY))
+        return [ca.MX.sym(f"in{i}", size) for i, size in enumerate(sizes)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,11 +132,6 @@ class PatchCode:
     kept_bytes: int
     follows_mu: bool
     takes_rig: bool
-
-
-def angle_is_state(observer: ModelObserver) -> bool:
-    """True where the angle is a state, so that the slope of the torque by it matters."""
-    return "psi" in observer.states
 
 
 def window_of(observer: ModelObserver) -> int:

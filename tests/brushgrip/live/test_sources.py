@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from brushgrip.live.bus import CanSource
-from brushgrip.live.line_parser import MAX_LINE_LENGTH, LineParser
 from brushgrip.live.mapped_columns import Columns
-from brushgrip.live.sources import LineSource, Source, UdpSource
+from brushgrip.live.sources import MAX_LINE_LENGTH, LineParser, LineSource, Source, UdpSource
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
 from tests.processes import wait_for

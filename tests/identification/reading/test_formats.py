@@ -13,7 +13,7 @@ import pytest
 
 from identification import Recording, read_recording, read_rig
 from identification.reading.channels import ChannelFile, Samples
-from identification.reading.formats import blf
+from identification.reading.formats import can
 from identification.reading.formats.opening import read_format
 from identification.reading.signal_map import NO_MAP, SignalMap
 from tests.identification.reading.logs import OWN_CLOCK, WRITERS, as_logged
@@ -137,9 +137,9 @@ def test_a_blf_file_that_unpacks_to_far_more_is_refused(
     path = tmp_path / "bomb.blf"
     path.write_bytes(header + body)
 
-    blf.require_bounded(path)
-    monkeypatch.setattr(blf, "_MAX_CONTAINER_SIZE", 1_000_000)
-    assert re.search(r"bomb\.blf: holds more than .* unpacked", refused(blf.require_bounded, path))
+    can.require_bounded(path)
+    monkeypatch.setattr(can, "_MAX_CONTAINER_SIZE", 1_000_000)
+    assert re.search(r"bomb\.blf: holds more than .* unpacked", refused(can.require_bounded, path))
 
 
 def test_more_data_than_records_are_refused(tmp_path: Path) -> None:

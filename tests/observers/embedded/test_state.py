@@ -10,7 +10,7 @@ import pytest
 
 from observers import ESTIMATE
 from observers.embedded import SINGLE
-from observers.embedded.status import REFUSED
+from observers.embedded.codegen import REFUSED
 from reference_rig import RigRecording
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import covariance_of
-from observers.estimators.window_least_squares import build_backward_pass, build_window_update
+from observers.estimators.mhe_terms import build_backward_pass, build_window_update
 from tests.observers.chains import Chain, dense, factor_of, textbook
 
 Array = NDArray[np.float64]

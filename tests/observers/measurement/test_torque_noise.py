@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from observers import Ekf, Status, run
 from observers.layout import named, vector_of
-from observers.measurement.torque_noise import NOISE, noise_after
+from observers.measurement.torque_error import NOISE, noise_after
 from reference_rig import RigTyre, free_path, simulate_bristles
 from symbolic import Model, Rig
 from tests.observers.conftest import K
