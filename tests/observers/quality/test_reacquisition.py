@@ -32,7 +32,7 @@ from reference_rig import RigTyre, friction_step, make_ground_recording, make_re
 from symbolic import SIGNALS, Model, Rig, simulate
 from symbolic.masing import virgin_torque
 from tests.observers.conftest import RIG, K
-from tests.observers.factories import columns_of
+from tests.observers.factories import acquiring_ekf, columns_of, wrong_and_usable
 
 
 @pytest.mark.parametrize("direction", [-1.0, 0.0, 1.0])
@@ -84,7 +84,7 @@ def test_another_ground_is_known_soon(before: float, after: float, seed: int) ->
     change = friction_step(5.0, before, after)
     tyre = RigTyre(a=RIG.a, e=RIG.e, k=K, mu=before)
     made = make_ground_recording(seed, change, tyre=tyre, duration=12.0)
-    found = run(Ekf(model=Model(), values={"k": K}, rig=RIG), **columns_of(made))
+    found = run(acquiring_ekf(), **columns_of(made))
     late = made.t > 11.0
 
     assert found.usable[(made.t > 4.5) & (made.t < 5.0)].all()
@@ -97,7 +97,7 @@ def test_a_model_that_has_failed_for_long_explains_no_other_ground(seed: int) ->
     """A zero that drifts by 0.1 N m/s is `INCONSISTENT` for seconds, then seems a new ground."""
     made = make_recording(seed, mu=0.3, k=K, load=400.0, bristles=500, duration=14.0)
     torque = made.M_z + 0.1 * made.t
-    found = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, torque)
+    found = run(acquiring_ekf(), made.t, made.psi, made.F_N, torque)
     new = np.flatnonzero(found.status & Status.RESET)
 
     assert new.size > 0
@@ -112,7 +112,7 @@ def test_another_ground_begins_with_the_scale_that_was_found() -> None:
         duration=10.0,
     )  # fmt: skip
     rows = columns_of(made)
-    loop, scales = Loop(Ekf(model=Model(), values={"k": K}, rig=RIG)), []
+    loop, scales = Loop(acquiring_ekf()), []
     for psi, F_N, M_z in zip(rows["psi"], rows["F_N"], rows["M_z"], strict=True):
         loop(Sample(psi=psi, F_N=F_N, M_z=M_z, psi_dot=np.nan, dt=0.01))
         own = np.asarray(loop.state["own"]).ravel()
@@ -168,7 +168,7 @@ def test_what_the_scale_may_be_off_by_widens_the_band(
 def test_the_search_for_the_scale_goes_on_until_friction_is_confirmed() -> None:
     """On ice the deviation of ln s is 0.19 at handover, 0.09 once friction is confirmed."""
     made = make_recording(560_011, mu=0.05, k=1.1 * K, bristles=500, duration=6.0)
-    loop, after = Loop(Ekf(model=Model(), values={"k": K}, rig=RIG)), []
+    loop, after = Loop(acquiring_ekf()), []
     for i in range(made.t.size):
         loop(Sample(psi=made.psi[i], F_N=made.F_N[i], M_z=made.M_z[i], psi_dot=0.0, dt=0.01))
         after.append(np.asarray(loop.state["own"]).ravel())
@@ -195,7 +195,7 @@ def test_a_wheel_that_stands_confirms_nothing(behind: float, later: int) -> None
         theta = np.asarray(Model().theta({"mu": 0.5, "k": K})).ravel()
         signals = np.vstack([rows[name] for name in SIGNALS])
         M_z = simulate(Model(), signals, theta, np.array([RIG.a, RIG.e])).M_z
-        loop, own = Loop(Ekf(model=Model(), values={"k": K}, rig=RIG)), []
+        loop, own = Loop(acquiring_ekf()), []
         for angle, torque in zip(psi, M_z, strict=True):
             loop(Sample(psi=angle, psi_dot=0.0, F_N=400.0, M_z=torque, dt=0.01))
             own.append(np.asarray(loop.state["own"]).ravel())
@@ -235,12 +235,9 @@ def test_of_the_noise_a_smoothed_innovation_has_a_part() -> None:
 @pytest.mark.parametrize("duration", [5.0, 14.0])
 def test_a_zero_that_drifts_is_no_new_ground(duration: float) -> None:
     """It moves friction until the ground seems to have changed, beyond all that a zero may be."""
-    tyre = RigTyre(a=0.045, e=0.009, k=K, mu=0.05)
-    made = make_recording(
-        5002, a=tyre.a, e=tyre.e, k=tyre.k, mu=tyre.mu, load=400.0, duration=duration, bristles=500
-    )
+    made = make_recording(5002, mu=0.05, k=K, load=400.0, duration=duration, bristles=500)
     M_z = made.M_z + 0.5 * made.t
     ekf = Ekf(model=Model(), values={"k": K}, rig=Rig(a=0.045, e=0.009))
     estimates = run(ekf, made.t, made.psi, made.F_N, M_z)
-    wrong = estimates.usable & (np.abs(estimates.mu - 0.05) > 3 * estimates.mu_std)
-    assert np.mean(wrong) < 0.01
+
+    assert np.mean(wrong_and_usable(estimates, 0.05)) < 0.01
