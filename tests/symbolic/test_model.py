@@ -118,6 +118,14 @@ def test_theta_refuses(values: dict[str, float], message: str) -> None:
         Model().theta(values)
 
 
+def test_effects_are_found_by_name() -> None:
+    assert effects_named(["pretwist", "stribeck"]) == (EFFECTS["pretwist"], EFFECTS["stribeck"])
+    with pytest.raises(InvalidInputError, match="unknown effect 'magic'; known are asymmetric_friction"):
+        effects_named(["magic"])
+    with pytest.raises(InvalidInputError, match="'pretwist' is named twice"):
+        effects_named(["pretwist", "pretwist"])
+
+
 def test_parameter_refuses_a_start_outside_its_bounds() -> None:
     with pytest.raises(
         InvalidInputError, match=r"parameter c: start must lie in \[0.0, 1.0\] 1, got 2.0"
