@@ -1,9 +1,12 @@
 """A simple car for tests, of its own code: bristles on two wheels, dry friction in the gear."""
 
+import tomllib
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from symbolic import Vehicle, vehicle_from_tables
 
 Array = NDArray[np.float64]
 DT = 0.01
@@ -58,6 +61,11 @@ def vehicle_text(**more: object) -> str:
         "lever_loss": 0.0, "damping": 0.0,
     } | more  # fmt: skip
     return "[vehicle]\n" + "".join(f"{name} = {value}\n" for name, value in values.items())
+
+
+def declared_vehicle(**more: object) -> Vehicle:
+    """The vehicle that `vehicle_text` declares."""
+    return vehicle_from_tables(tomllib.loads(vehicle_text(**more)))
 
 
 def steering(seconds: float = 14.0, reach: float = 0.06) -> tuple[Array, Array]:

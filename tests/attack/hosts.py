@@ -27,8 +27,6 @@ from tests.attack.command_lines import outcome_of
 CONTENT = {"one.mat": b"first" * 400, "two.mat": b"second" * 300, "three.csv": b"3,3\n" * 200}
 LONGEST = 20.0
 """No fetch takes longer, with time limits of a second [s]."""
-LARGEST = 100_000_000
-"""Nor keeps more on the disk [bytes]."""
 Host = http.server.BaseHTTPRequestHandler
 
 

@@ -13,6 +13,7 @@ from brushgrip.wording.declared_values import rests_on
 from identification.reading.car import read_vehicle
 from symbolic.vehicle.effects import CAR_EFFECTS
 from tests.brushgrip.helpers import Run, table_of
+from tests.columns import write_columns
 from tests.identification.reading.logs import write_frames
 from tests.simulated_car import SimulatedCar, steering, vehicle_text
 
@@ -128,8 +129,8 @@ def test_code_is_of_a_rig_or_of_a_car(run: Run, tmp_path: Path) -> None:
 )
 def test_what_is_not_for_a_car(run: Run, tmp_path: Path, options: list[str], said: str) -> None:
     t, rack = steering(seconds=1.0)
-    columns = np.column_stack([t, rack, SimulatedCar().force(rack)])
-    np.savetxt(tmp_path / "car.csv", columns, delimiter=",", header="t,rack,F_rack", comments="")
+    columns = {"t": t, "rack": rack, "F_rack": SimulatedCar().force(rack)}
+    write_columns(tmp_path / "car.csv", columns)
     (tmp_path / "car.toml").write_text(vehicle_text())
     vehicle = ["--vehicle", tmp_path / "car.toml"]
 
@@ -156,8 +157,7 @@ def test_messages_mend_the_log_of_an_assisted_car(run: Run, tmp_path: Path) -> N
         "Time": t, "LWI_Winkel Lenkrad": np.degrees(-100 * rack - bar / 115),
         "EPS_TorsBarTrq": 1e3 * bar, "EPS_MotTrq": bar * 12 / 20,
     }  # fmt: skip
-    table = np.column_stack(list(shown.values()))
-    np.savetxt(tmp_path / "car.csv", table, delimiter=",", header=",".join(shown), comments="")
+    write_columns(tmp_path / "car.csv", shown)
     command = ["estimate", "--vehicle", tmp_path / "car.toml", tmp_path / "car.csv"]
     pasted, said = list[str](), list[str]()
     while (outcome := run(*command, *pasted)).status:

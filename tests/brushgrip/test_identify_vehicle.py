@@ -5,7 +5,6 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from brushgrip.outputs.rig_and_vehicle_files import with_plates, with_tyres
@@ -15,13 +14,13 @@ from identification.steering.tyres import TyresResult
 from symbolic import InvalidInputError, vehicle_from_tables
 from symbolic.vehicle.steering import jacking
 from tests.brushgrip.helpers import Run, table_of
-from tests.simulated_car import SimulatedCar, on_plates, steering, vehicle_text
+from tests.columns import write_columns
+from tests.simulated_car import SimulatedCar, declared_vehicle, on_plates, steering, vehicle_text
 
 
 def test_the_vehicle_file_is_written_with_what_was_found(run: Run, tmp_path: Path) -> None:
     t, s, force = on_plates()
-    shown = np.column_stack([t, 1e3 * s, force])
-    np.savetxt(tmp_path / "p.csv", shown, delimiter=",", header="t,RackTravel,F_rack", comments="")
+    write_columns(tmp_path / "p.csv", {"t": t, "RackTravel": 1e3 * s, "F_rack": force})
     signals = '[signals]\nrack = { channel = "RackTravel", unit = "mm" }\n'
     text = vehicle_text(inclination=0.2, brakes="true") + signals
     (tmp_path / "car.toml").write_text(text)
@@ -60,7 +59,7 @@ def test_a_rig_and_a_car_are_told_apart(run: Run, arguments: list[str]) -> None:
 
 
 def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
-    car = vehicle_from_tables(tomllib.loads(vehicle_text(inclination=0.2)))
+    car = declared_vehicle(inclination=0.2)
     values = {"gear_friction": 200.0, "damping": 3000.0, "return_torque": -0.5, "zero": 90.0}
     found = {name: ParameterEstimate(value=value, std=2.0, unit="") for name, value in values.items()}
     result = PlatesResult(**found, samples=1000, rms=10.0)
@@ -81,8 +80,7 @@ def ground_log(folder: Path, **of_file: object) -> list[object]:
     """The arguments for a car that steered from lock to lock on ground of mu 0.8, its file written."""
     t, rack = steering()
     force = SimulatedCar(mu=(0.8, 0.8)).force(rack)
-    table = np.column_stack([t, rack, force])
-    np.savetxt(folder / "g.csv", table, delimiter=",", header="t,rack,F_rack", comments="")
+    write_columns(folder / "g.csv", {"t": t, "rack": rack, "F_rack": force})
     (folder / "car.toml").write_text(vehicle_text(**of_file))
     return ["--vehicle", folder / "car.toml", "--lock-to-lock", folder / "g.csv"]
 
@@ -122,7 +120,7 @@ def test_a_doubtful_slide_factor_is_warned_of(run: Run, tmp_path: Path) -> None:
 
 def test_tyres_are_written_with_room_for_fuel_and_the_length_under_the_load() -> None:
     weighed = {"front_axle_load": "{ value = 9600.0, tolerance = 96.0 }", "slide_load": 8000.0}
-    car = vehicle_from_tables(tomllib.loads(vehicle_text(slide_factor=1.1, **weighed)))
+    car = declared_vehicle(slide_factor=1.1, **weighed)
     one = ParameterEstimate(value=1.1, std=0.05, unit="1")
     found = TyresResult(slide_factor=one, stiffness=one, samples=9, rms=1.0, rest=0.02, deviations=0.5)
     changes = with_tyres(car, found)
@@ -143,8 +141,7 @@ def test_friction_stays_usable_under_the_load_that_is_declared_since(run: Run, t
     (tmp_path / "loaded.toml").write_text(changed)
     t, rack = steering()
     force = SimulatedCar(mu=(0.8, 0.8), load=4800.0, half_length=0.066).force(rack)
-    table = np.column_stack([t, rack, force])
-    np.savetxt(tmp_path / "l.csv", table, delimiter=",", header="t,rack,F_rack", comments="")
+    write_columns(tmp_path / "l.csv", {"t": t, "rack": rack, "F_rack": force})
     run(
         "estimate",
         "--vehicle",

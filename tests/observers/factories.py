@@ -14,6 +14,7 @@ from observers import (
     AligningTorque,
     Ekf,
     Estimate,
+    Estimates,
     Mhe,
     Observer,
     Sample,
@@ -64,6 +65,16 @@ MODEL_OBSERVERS: dict[str, Callable[[], Ekf | Mhe]] = {
     ),
 }
 """Observers of the declared model, made when they are asked for."""
+
+
+def acquiring_ekf() -> Ekf:
+    """A filter of the declared model that acquires friction, all else as it is by default."""
+    return Ekf(**DECLARED, rig=RIG)
+
+
+def wrong_and_usable(estimates: Estimates, mu: float | Array) -> NDArray[np.bool_]:
+    """Where a usable estimate is off the true friction by more than three standard deviations."""
+    return estimates.usable & (np.abs(estimates.mu - mu) > 3 * estimates.mu_std)
 
 
 def slide(F_N: float = 400.0) -> float:

@@ -57,17 +57,6 @@ def test_measurement_is_the_textbook_update(n: int, weight: float, known: int) -
 
 
 @pytest.mark.parametrize("n", SIZES)
-def test_no_measurement_changes_nothing(n: int) -> None:
-    rng = np.random.default_rng(n)
-    factor = random_factor(rng, n)
-    after, K, share = build_update_covariance(n)(factor, rng.standard_normal(n), 0.0)
-
-    np.testing.assert_array_equal(after, factor)
-    np.testing.assert_array_equal(np.asarray(K), 0.0)
-    assert float(share) == 0
-
-
-@pytest.mark.parametrize("n", SIZES)
 @pytest.mark.parametrize("known", [0, 1])
 @pytest.mark.parametrize("still", ["none", "some", "all"])
 @pytest.mark.parametrize("rank", ["full", "one less"])

@@ -1,6 +1,8 @@
-"""Every effect of the rig against its own law, worked out by hand where a closed form exists."""
+"""Effects of the rig against closed forms.
 
-from collections.abc import Mapping
+`tests/symbolic/test_effects.py` holds those that the library has too against it, law by law.
+"""
+
 from dataclasses import replace
 
 import numpy as np
@@ -46,10 +48,6 @@ def run(drive: RigDrive, tyre: RigTyre, planted: EffectValues | None = None) -> 
     return simulate_bristles(drive, tyre, build_effects(planted or {}))
 
 
-def last_torque(drive: RigDrive, tyre: RigTyre, **planted: Mapping[str, float]) -> float:
-    return float(run(drive, tyre, planted).M_z[-1])
-
-
 def slid(psi_dot: float = 0.1, load: float = LOAD) -> RigDrive:
     return turn([0.0, 500.0], psi_dot, load)
 
@@ -61,13 +59,6 @@ def test_neutral_effect_changes_nothing(name: str) -> None:
     M_z = run(drive, TRAILED, {name: {}}).M_z
 
     np.testing.assert_allclose(M_z, run(drive, TRAILED).M_z, rtol=0, atol=1e-12)
-
-
-def test_rate_friction_adds_the_same_for_every_decade() -> None:
-    slow = last_torque(slid(1.0), CENTRED, rate_friction={"c": 0.04})
-    fast = last_torque(slid(10.0), CENTRED, rate_friction={"c": 0.04})
-
-    assert fast - slow == pytest.approx(-0.04 * np.log(10) * SLIDE, rel=1e-3)
 
 
 GROWN = 1 + 0.3 * (1 - np.exp(-np.array([500.0, 1500.0]) / 400.0))
@@ -107,7 +98,9 @@ def steady(psi_dot: float, angle: float = 6.0) -> RigDrive:
 
 
 def test_frictional_creep_adds_the_same_for_every_decade() -> None:
-    slow, fast = (last_torque(steady(w), CENTRED, frictional_creep={"c": 0.04}) for w in (2.0, 20.0))
+    slow, fast = (
+        run(steady(w), CENTRED, {"frictional_creep": {"c": 0.04}}).M_z[-1] for w in (2.0, 20.0)
+    )
 
     assert fast - slow == pytest.approx(-0.04 * np.log(10) * SLIDE, rel=2e-3)
 
@@ -128,65 +121,13 @@ def test_a_bristle_that_is_no_longer_driven_creeps() -> None:
     assert M_z[-1] == pytest.approx(at_rest * SLIDE, rel=1e-3)
 
 
-def test_carcass_twists_in_series() -> None:
-    drive = hand_path(2, 8.0, rate=100.0)
-
-    history = run(drive, TRAILED, {"carcass_torsion": {"k_t": 150.0}})
-
-    np.testing.assert_allclose(history.psi_patch, drive.psi + history.M_z / 150.0, atol=1e-12)
-    np.testing.assert_allclose(
-        run(replace(drive, psi=history.psi_patch), TRAILED).M_z, history.M_z, atol=1e-10
-    )
-
-
-def test_compliances_add_while_sticking() -> None:
-    small = 1e-9
-    patch = -last_torque(turn([0.0, small]), TRAILED) / small
-
-    both = -last_torque(turn([0.0, small]), TRAILED, carcass_torsion={"k_t": 200.0}) / small
-
-    assert 1 / both == pytest.approx(1 / patch + 1 / 200.0, rel=1e-3)
-
-
-def test_width_stiffens() -> None:
-    a, e, k, b, small = TRAILED.a, TRAILED.e, TRAILED.k, 0.03, 1e-7
-
-    M_z = last_torque(turn([0.0, small]), TRAILED, patch_width={"half_width": b})
-
-    assert -M_z / small == pytest.approx(2 * a * k * (a**2 / 3 + e**2 + b**2 / 3), rel=2e-3)
-
-
-def test_width_raises_the_slide_by_the_mean_lever() -> None:
-    b, x = 0.03, np.linspace(-1, 1, 2001) * CENTRED.a
-    y = np.linspace(-1, 1, 401) * b
-    lever = np.trapezoid(np.hypot(x[:, None], y[None, :]), y, axis=1) / (2 * b)
-    pressure = 3 * LOAD / (4 * CENTRED.a) * (1 - (x / CENTRED.a) ** 2)
-    expected = -CENTRED.mu * np.trapezoid(pressure * lever, x)
-
-    assert last_torque(slid(), CENTRED, patch_width={"half_width": b}) == pytest.approx(
-        expected, rel=1e-3
-    )
-
-
-def test_pressure_skew_moves_the_load_along() -> None:
-    skew, a, e = 0.5, TRAILED.a, TRAILED.e
-    x = np.linspace(-a, a, 20001)
-    pressure = 3 * LOAD / (4 * a) * (1 - (x / a) ** 2) * (1 + skew * x / a)
-    expected = -TRAILED.mu * np.trapezoid(pressure * np.abs(x - e), x)
-
-    assert last_torque(slid(), TRAILED, pressure_skew={"skew": skew}) == pytest.approx(
-        expected, rel=1e-5
-    )
-    assert expected > last_torque(slid(), TRAILED)
-
-
 def test_relaxation_fades_at_rest() -> None:
-    law, small = {"gain": 0.6, "time": 0.5}, 1e-8
+    small = 1e-8
     drive = turn(np.full(101, small))
     drive = replace(drive, psi=np.concatenate([[0.0, small], np.full(99, small)]))
-    elastic = last_torque(turn([0.0, small]), TRAILED)
+    elastic = run(turn([0.0, small]), TRAILED).M_z[-1]
 
-    M_z = run(drive, TRAILED, {"viscoelastic_relaxation": law}).M_z
+    M_z = run(drive, TRAILED, {"viscoelastic_relaxation": BRANCH}).M_z
 
     since = drive.t[1:] - drive.t[1]
     kept = 0.5 * (1 - np.exp(-0.01 / 0.5)) / 0.01
@@ -200,7 +141,7 @@ def test_branch_of_a_long_slide_is_empty() -> None:
     t = np.append(np.arange(1001) * 0.01, 60.0)
     drive = replace(turn(np.minimum(t, 10.0) * 5.0), t=t)
 
-    M_z = run(drive, CENTRED, {"viscoelastic_relaxation": {"gain": 0.6, "time": 0.5}}).M_z
+    M_z = run(drive, CENTRED, {"viscoelastic_relaxation": BRANCH}).M_z
 
     np.testing.assert_allclose(M_z[-2:], -SLIDE, rtol=1e-5)
 
@@ -225,53 +166,6 @@ def test_torques_beside_the_patch() -> None:
         np.testing.assert_allclose(
             run(drive, TRAILED, {name: {parameter[name]: 2.0}}).M_z, torque, atol=1e-12
         )
-
-
-def test_delay_shifts_the_torque_with_all_that_made_it() -> None:
-    drive = hand_path(3, 6.0, rate=100.0)
-    damping = {"contact_damping": {"c": 2.0}}
-    M_z = run(drive, TRAILED, damping).M_z
-
-    late = run(drive, TRAILED, {"sensor_delay": {"delay": 0.03}} | damping).M_z
-
-    np.testing.assert_allclose(late[3:], M_z[:-3], atol=1e-9)
-    assert np.all(late[:3] == M_z[0])
-
-
-def test_pretwist_is_a_turn_before_the_first_sample() -> None:
-    turned = run(turn([0.0, 0.04, 0.06, 0.01]), TRAILED).M_z[1:]
-    drive = turn([0.0, 0.02, -0.03])
-
-    M_z = run(drive, TRAILED, {"pretwist": {"psi_0": 0.04}}).M_z
-
-    np.testing.assert_allclose(M_z, turned, atol=1e-11)
-
-
-def test_backlash_is_crossed_at_no_torque() -> None:
-    """The patch is driven at one flank, relaxes between them, and is driven at the other."""
-    psi, gap = np.concatenate([np.linspace(0, 0.1, 40), np.linspace(0.1, -0.1, 400)]), 0.03
-
-    history = run(turn(psi), TRAILED, {"backlash": {"gap": gap}})
-
-    behind = history.psi_patch - psi
-    free = np.abs(history.M_z) < 1e-9 * SLIDE
-    flank = np.where(history.M_z < 0, -gap / 2, gap / 2)
-    np.testing.assert_allclose(behind[~free], flank[~free], rtol=0, atol=1e-12)
-    assert np.all(np.abs(behind[free]) <= gap / 2)
-    assert np.ptp(psi[free & (np.arange(psi.size) > 40)]) == pytest.approx(gap, abs=2e-3)
-    np.testing.assert_allclose(
-        history.M_z, run(turn(history.psi_patch), TRAILED).M_z, rtol=0, atol=1e-12
-    )
-
-
-def test_backlash_acts_beside_a_carcass() -> None:
-    drive, gap, k_t = hand_path(2, 8.0, rate=100.0), 0.03, 150.0
-
-    history = run(drive, TRAILED, {"backlash": {"gap": gap}, "carcass_torsion": {"k_t": k_t}})
-
-    lost = history.psi_patch - drive.psi - history.M_z / k_t
-    loaded = np.abs(history.M_z) > 1e-6
-    np.testing.assert_allclose(lost[loaded], gap / 2 * np.sign(history.M_z[loaded]), atol=1e-9)
 
 
 def test_play_is_a_lost_way() -> None:
@@ -312,9 +206,6 @@ def test_one_branch_only() -> None:
         simulate_bristles(turn([0.0, 0.1]), TRAILED, [*branch, *branch])
 
 
-TYRE = RigTyre(e=0.009)
-
-
 def drive(psi: Array, dt: float = 0.01) -> RigDrive:
     """Angles at an even clock under a constant load."""
     rate = np.gradient(psi, dt)
@@ -323,7 +214,7 @@ def drive(psi: Array, dt: float = 0.01) -> RigDrive:
 
 
 def torque(path: RigDrive, **planted: dict[str, float]) -> Array:
-    return simulate_bristles(path, TYRE, build_effects(planted), bristles=200).M_z
+    return simulate_bristles(path, TRAILED, build_effects(planted), bristles=200).M_z
 
 
 def test_a_free_branch_relaxes_and_outgrows_friction() -> None:

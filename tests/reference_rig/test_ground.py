@@ -12,11 +12,9 @@ from reference_rig import (
     friction_between,
     friction_step,
     full_slide_moment,
-    hand_path,
     jitter_instants,
     make_ground_recording,
     make_recording,
-    simulate_bristles,
     simulate_ground,
 )
 
@@ -37,14 +35,6 @@ def stopped(turned: float, limits: list[float]) -> float:
         q_cr = 3 * LOAD * mu / (4 * TYRE.a**3 * TYRE.k) * (TYRE.a**2 - x**2)
         q = np.clip(q, -q_cr, q_cr)
     return float(TYRE.k * np.sum(q * (x - TYRE.e)) * 2 * TYRE.a / 400)
-
-
-def test_constant_friction_is_the_steady_rig() -> None:
-    drive = hand_path(3, 10.0)
-
-    M_z = simulate_ground(drive, constant_friction(1.3)(drive.t), TYRE)
-
-    np.testing.assert_allclose(M_z, simulate_bristles(drive, TYRE, bristles=400).M_z, rtol=0, atol=1e-11)
 
 
 def test_recording_on_constant_ground_is_the_rigs() -> None:

@@ -31,7 +31,6 @@ from reference_rig import (
 )
 
 LOAD = 400.0
-TYRE = RigTyre()
 
 
 def steady(psi: Array) -> RigDrive:
@@ -67,44 +66,6 @@ def test_first_turn_follows_the_integral(e: float) -> None:
     expected = [virgin_torque(angle, tyre) if angle else 0.0 for angle in psi]
     np.testing.assert_allclose(M_z, expected, atol=3e-6 * np.ptp(expected))
     assert np.all(M_z[1:] < 0)
-
-
-def test_torque_does_not_depend_on_the_step() -> None:
-    coarse, fine = np.linspace(0, 0.3, 4), np.linspace(0, 0.3, 301)
-
-    np.testing.assert_allclose(
-        simulate_bristles(steady(coarse), TYRE).M_z,
-        simulate_bristles(steady(fine), TYRE).M_z[::100],
-        atol=1e-11,
-    )
-
-
-def test_grid_converges() -> None:
-    psi = np.array([0.0, 0.07])
-
-    errors = [
-        abs(simulate_bristles(steady(psi), TYRE, bristles=n).M_z[-1] - virgin_torque(0.07, TYRE))
-        for n in (100, 2000)
-    ]
-
-    assert errors[1] < errors[0] / 50
-
-
-def test_masing_and_madelung() -> None:
-    back = np.array([0.2, 0.15, 0.05, 0.12, 0.05, -0.1, 0.2, 0.3])
-
-    M_z = simulate_bristles(steady(np.concatenate([[0.0], back])), TYRE, bristles=4000).M_z[1:]
-
-    def virgin(psi: float) -> float:
-        return virgin_torque(psi, TYRE)
-
-    down = [virgin(0.2) - 2 * virgin((0.2 - psi) / 2) for psi in (0.15, 0.05, -0.1)]
-    nested = down[1] + 2 * virgin((0.12 - 0.05) / 2)
-    closed = down[2] + 2 * virgin((0.2 + 0.1) / 2)
-    expected = [virgin(0.2), down[0], down[1], nested, down[1], down[2], closed]
-    np.testing.assert_allclose(M_z[:-1], expected, atol=5e-5)
-    # The loop has closed and is forgotten: the patch goes on as if it had never turned back.
-    assert M_z[-1] == pytest.approx(virgin(0.3), abs=5e-5)
 
 
 @pytest.mark.parametrize("seed", range(8))

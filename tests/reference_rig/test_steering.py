@@ -8,7 +8,6 @@ from reference_rig import (
     Array,
     Grip,
     Hand,
-    RigDrive,
     RigTyre,
     SteeredMotion,
     SteeringRecording,
@@ -18,7 +17,6 @@ from reference_rig import (
     hand_path,
     jitter_instants,
     make_steering_recording,
-    simulate_bristles,
     simulate_steering,
 )
 
@@ -58,16 +56,6 @@ def clean(seed: int = 3, **settings: object) -> SteeringRecording:
     return make_steering_recording(seed, noise=0.0, encoder_step=0.0, **settings)  # type: ignore[arg-type]
 
 
-def test_undamped_wheel_swings_on_its_bristles() -> None:
-    motion = plucked(Wheel(b_t=0.0))
-    energy = 0.5 * WHEEL.J_A * motion.psi_dot**2 + 0.5 * STIFFNESS * motion.psi**2
-
-    period = np.diff(crossings(motion)).mean()
-
-    assert 2 * np.pi / period == pytest.approx(np.sqrt(STIFFNESS / WHEEL.J_A), rel=2e-5)
-    np.testing.assert_allclose(energy[20:], energy[20], rtol=2e-5)
-
-
 def test_damped_wheel_decays() -> None:
     motion = plucked(WHEEL)
     decay = WHEEL.b_t / (2 * WHEEL.J_A)
@@ -79,32 +67,6 @@ def test_damped_wheel_decays() -> None:
     np.testing.assert_allclose(np.diff(times), period, rtol=1e-4)
     np.testing.assert_allclose(np.diff(np.log(speeds)), -decay * period, rtol=1e-3)
     assert len(times) > 8
-
-
-def test_rest_is_a_balance() -> None:
-    t = np.arange(60001) * STEP
-    motion = push(0.7 * FULL * np.minimum(t, 1.0))
-
-    assert abs(motion.psi_dot[-1]) < 1e-6
-    assert motion.M_z[-1] == pytest.approx(-motion.M[-1], abs=1e-6)
-    assert motion.psi[-1] > 0
-
-
-def test_wheel_runs_away_in_full_slide() -> None:
-    motion = push(np.full(40001, FULL + 2.0))
-
-    assert motion.M_z[-1] == pytest.approx(-FULL, rel=1e-4)
-    assert motion.M_z.min() >= -FULL * (1 + 1e-4)
-    assert motion.psi_dot[-1] == pytest.approx(2.0 / WHEEL.b_t, rel=1e-3)
-
-
-def test_patch_is_the_rigs() -> None:
-    motion = push(swaying(10001, 0.9 * FULL))
-    drive = RigDrive(t=motion.t, psi=motion.psi, psi_dot=motion.psi_dot, F_N=motion.F_N, psi_virgin=0.0)
-
-    M_z = simulate_bristles(drive, TYRE, bristles=400).M_z
-
-    np.testing.assert_allclose(motion.M_z, M_z, rtol=0, atol=1e-10)
 
 
 def test_work_is_motion_damping_and_friction() -> None:
@@ -121,26 +83,6 @@ def test_work_is_motion_damping_and_friction() -> None:
     # A virgin patch has nothing to give.
     assert into_patch.min() > -1e-12
     assert into_patch[-1] > 1.0
-
-
-@pytest.mark.long
-def test_order_of_the_integration() -> None:
-    finest, *others = (
-        clean(duration=4.0, rate=100.0, step=step) for step in (1.25e-5, 1e-4, 2e-4, 4e-4)
-    )
-
-    errors = [np.max(np.abs(other.M_z_true - finest.M_z_true)) for other in others]
-
-    assert errors[0] < 5e-7 * np.ptp(finest.M_z_true)
-    assert errors[2] > 9 * errors[0]
-
-
-@pytest.mark.long
-def test_bristles_are_enough() -> None:
-    coarse, fine = clean(), clean(bristles=4000)
-
-    assert np.max(np.abs(coarse.M_z_true - fine.M_z_true)) < 1e-4 * np.ptp(fine.M_z_true)
-    assert np.max(np.abs(coarse.psi_true - fine.psi_true)) < 1e-5
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(1, 6))])

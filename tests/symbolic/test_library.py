@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from symbolic import EFFECTS, Effect, InvalidInputError, Model, Parameter, effects_in, effects_named
-from symbolic.tables.found_model_tables import MODEL_VERSION, model_from_tables
+from symbolic import EFFECTS, Effect, InvalidInputError, Parameter, effects_in, effects_named
 from tests.refusal import refused
 
 
@@ -20,13 +19,6 @@ class Stop(Effect):
     parameters: tuple[Parameter, ...] = (
         Parameter(name="c", unit="N m", neutral=0.0, start=0.1, lower=0.0, upper=9.0, scale=1.0),
     )
-
-
-DOCUMENT = {
-    "version": MODEL_VERSION,
-    "effects": ["pretwist", "stop"],
-    "shared": {"k": 2e6, "stop.c": 0.5},
-}
 
 
 def module(**content: Any) -> ModuleType:
@@ -81,14 +73,3 @@ def test_a_module_declares_its_effects() -> None:
 )
 def test_faults_of_a_module(content: dict[str, Any], fault: str) -> None:
     assert refused(effects_in, module(**content)).startswith(fault)
-
-
-def test_a_model_file_names_only_effects_that_are_given() -> None:
-    stop = Stop()
-    found = model_from_tables(DOCUMENT, [stop])
-
-    assert found.model == Model(effects=(EFFECTS["pretwist"], stop))
-    assert found.tyre["stop.c"] == 0.5
-    assert [effect.name for effect in found.model.effects] == DOCUMENT["effects"]
-    with pytest.raises(InvalidInputError, match="unknown effect 'stop'"):
-        model_from_tables(DOCUMENT)

@@ -1,6 +1,5 @@
 """Whole recordings: the published files, and derivatives against finite differences at every kink."""
 
-from dataclasses import replace
 from pathlib import Path as FilePath
 
 import casadi as ca
@@ -149,20 +148,6 @@ def test_derivative_at_no_delay_is_the_mean_of_its_sides() -> None:
     late = simulate(model, samples, np.array([*theta[:2], h]), GEOMETRY, np.eye(3)).M_z
     after = (late - simulate(model, samples, theta, GEOMETRY, np.eye(3)).M_z) / h
     np.testing.assert_allclose(exact, after / 2, rtol=0, atol=1e-3 * np.max(np.abs(after)))
-
-
-@pytest.mark.parametrize("model", [Model(), Model(discretised=True)], ids=["zones", "bristles"])
-def test_derivative_in_mu_is_eulers_identity(model: Model) -> None:
-    """M_z is homogeneous of degree one in (psi, mu): mu dM/dmu = M - dM(s psi)/ds at s = 1."""
-    path, h = random_path(8), 1e-6
-    along_mu = np.array([[1.0], [0.0]])
-    torque = run(model, path, directions=along_mu)
-
-    ends = [run(model, replace(path, psi=s * path.psi)).M_z for s in (1 + h, 1 - h)]
-
-    expected = torque.M_z - (ends[0] - ends[1]) / (2 * h)
-    made = path.tyre.mu * torque.sensitivities[:, 0]
-    np.testing.assert_allclose(made, expected, rtol=0, atol=1e-6 * np.ptp(torque.M_z))
 
 
 def test_directions_are_columns_of_the_jacobian() -> None:

@@ -9,7 +9,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from symbolic import EFFECTS, InvalidInputError, Model
-from symbolic.zones import NEAR, ZonePatch, clip_polyline, thin_out
+from symbolic.zones import NEAR, ZonePatch
 from tests.symbolic.oracles import (
     GEOMETRY,
     GO,
@@ -190,60 +190,6 @@ def test_memory_is_one_corner_a_turning_point() -> None:
     assert used == len(turns)
     np.testing.assert_allclose(xi[:used], level * np.array([1, 2, 2, 2, 2]) / turns, rtol=1e-12)
     np.testing.assert_allclose(np.abs(r[used - 1]), level, rtol=1e-15)
-
-
-def test_untouched_patch_makes_no_torque() -> None:
-    path = Path(psi=np.full(50, 0.3), F_N=wandering_load(np.random.default_rng(1), 50), tyre=TYRE)
-
-    assert not np.any(run(Model(), path).M_z)
-
-
-def test_clipped_polyline_is_the_polyline_clipped() -> None:
-    """Against dense sampling, with corners left over where the load has dropped onto the inside."""
-    n, rng = 24, np.random.default_rng(7)
-    symbols = [ca.MX.sym("xi", n), ca.MX.sym("r", n), ca.MX.sym("turn"), ca.MX.sym("level")]
-    clip = ca.Function("clip", symbols, clip_polyline(*symbols))
-    for _ in range(200):
-        used = int(rng.integers(0, 7))
-        xi = np.pad(np.cumsum(rng.uniform(0.05, 1, used)), (1, 0))
-        r = np.pad(rng.uniform(-1, 1, used), (1, 0))
-        turn, level = rng.choice([-1.0, 0.0, 1.0]) * rng.uniform(0.01, 2), rng.uniform(0.1, 1.2)
-        fill = n - used
-        packed = [np.append(part[1:], np.full(fill, part[-1])) for part in (xi, r)]
-
-        new_xi, new_r = (
-            np.asarray(part).ravel()
-            for part in clip(packed[0], packed[1] - packed[0] * turn, turn, level)
-        )
-
-        at = np.linspace(0, 40, 4001)
-        clipped = np.clip(np.interp(at, xi, r) - at * turn, -level, level)
-        assert np.all(np.diff(new_xi) >= 0)
-        np.testing.assert_allclose(
-            np.interp(at, np.append(0, new_xi), np.append(0, new_r))[at <= reach(new_xi, turn)],
-            clipped[at <= reach(new_xi, turn)],
-            atol=1e-12,
-        )
-
-
-def reach(xi: Array, turn: float) -> float:
-    """The polyline is flat beyond its last corner, except at rest where nothing was ever clipped."""
-    return 40.0 if turn or xi[-1] else 0.0
-
-
-def test_thinning_takes_the_corner_that_the_torque_feels_least_and_only_when_full() -> None:
-    n, a = 8, TYRE.a
-    corners = 10.0 * np.arange(1, 6)
-    r = np.array([1.0, -1.0, -0.9, 0.9, -1.0])
-    # Corner 3 hardly leaves the chord between its neighbours once 2 and 4 stand at its sides.
-    r[2] = 0.5 * (r[1] + r[3]) + 1e-3
-    for used, expected in ((5, corners), (6, np.delete(np.append(corners, 60.0), 2))):
-        xi = np.append(corners, [60.0] * 3) if used == 6 else np.append(corners, [50.0] * 3)
-        values = np.append(r, [1.0] * 3) if used == 6 else np.append(r, [r[-1]] * 3)
-        kept, _ = thin_out(ca.MX(ca.DM(xi)), ca.MX(ca.DM(values)), ca.MX(1.0), ca.MX(a))
-        kept = np.asarray(ca.evalf(kept)).ravel()
-        np.testing.assert_array_equal(np.unique(kept), expected)
-        assert len(kept) == n
 
 
 @pytest.mark.parametrize("corners", [3, 0, -1])

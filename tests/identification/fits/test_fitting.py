@@ -4,7 +4,7 @@ import pytest
 from identification import Fit, FitOptions, Recording, Values, fit, initial_guess
 from identification.fits.covariance import standard_deviations
 from identification.fits.options import COARSE_FIT
-from identification.fits.problem import signals_of, torque_range
+from identification.fits.problem import torque_range
 from identification.selection.trials import ROUGH, fit_own_parameters, thin
 from identification.selection.trials import model_of as ranked_model
 from reference_rig import Campaign
@@ -16,9 +16,7 @@ from symbolic import (
     Parameter,
     effects_named,
     full_slide_torque,
-    simulate,
 )
-from symbolic.effects.base import parameter_name
 from tests.identification.factories import read_campaign, with_torque
 
 Given = tuple[Campaign, list[Recording]]
@@ -240,47 +238,3 @@ def test_a_solver_at_a_bound_stays_within_it(parameter: Parameter) -> None:
     low, high = sorted(parameter.to_coordinate(v) / scale for v in (parameter.lower, parameter.upper))
     for end in (low, np.nextafter(low, high), np.nextafter(high, low), high):
         assert parameter.lower <= parameter.to_coordinate(float(end * scale)) <= parameter.upper
-
-
-@pytest.mark.long
-def test_jacobian_is_the_slope_of_the_residuals() -> None:
-    _, recordings = read_campaign("torque_offset", 2, duration=5.0)
-    effects = effects_named(["torque_offset", "contact_damping", "carcass_torsion"])
-    model = Model(effects=effects, corners=6)
-    fitted = fit(model, recordings, options=FitOptions(tolerance=1e-2))
-    assert fitted.labels == (
-        (None, "k"),
-        (None, "contact_damping.c"),
-        (None, "carcass_torsion.k_t"),
-        *((r.name, name) for r in recordings for name in ("mu", "torque_offset.M_0")),
-    )
-    for column, (owner, name) in enumerate(fitted.labels):
-        number = [parameter_name(e, p) for e, p in model.parameters].index(name)
-        step = 1e-3 * fitted.scales[column]
-        ends = [stacked(model, recordings, fitted.values, owner, number, s) for s in (step, -step)]
-        slope = (ends[0] - ends[1]) / 2e-3
-        error = np.abs(slope - fitted.jacobian[:, column])
-        size = np.abs(slope).max()
-        assert np.median(error) < 1e-5 * size, (owner, name)
-        # Deep in nested loops corners are merged; which ones may change within the step.
-        assert np.quantile(error, 0.99) < 0.05 * size, (owner, name)
-
-
-def stacked(
-    model: Model,
-    recordings: list[Recording],
-    values: Values,
-    owner: str | None,
-    number: int,
-    step: float,
-) -> np.ndarray:
-    """Simulated torque over range, one coordinate moved by a step where it belongs."""
-    parts = []
-    for recording in recordings:
-        theta = np.asarray(model.theta(values.of(recording))).ravel()
-        theta[number] += step if owner in (None, recording.name) else 0.0
-        geometry = np.array([recording.rig.a, recording.rig.e])
-        # With derivatives, as in the fit, so that nothing else has to be compiled.
-        made = simulate(model, signals_of(recording), theta, geometry, np.eye(theta.size))
-        parts.append(made.M_z / torque_range(recording))
-    return np.concatenate(parts)

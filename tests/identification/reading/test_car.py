@@ -1,21 +1,22 @@
 """Recordings of a car: columns, units, standstills, and what is refused."""
 
 import shlex
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from identification import read_recording, read_signals, read_vehicle
-from symbolic import InvalidInputError, vehicle_from_tables
+from symbolic import InvalidInputError
+from tests.columns import write_columns
 from tests.refusal import refused
-from tests.simulated_car import vehicle_text
+from tests.simulated_car import declared_vehicle, vehicle_text
 
 T = 0.01 * np.arange(60)
 RACK = 0.035 * np.sin(5 * T)
 FORCE = 1000 * np.sign(np.cos(5 * T))
-CAR = vehicle_from_tables(tomllib.loads(vehicle_text()))
+CAR = declared_vehicle()
+MOTOR = {"steering_ratio": 12.5, "motor_ratio": 20.0, "motor_efficiency": 1.0}
 
 
 def late(signal: np.ndarray) -> np.ndarray:
@@ -24,11 +25,7 @@ def late(signal: np.ndarray) -> np.ndarray:
 
 
 def write(path: Path, **columns: object) -> Path:
-    table = np.column_stack(
-        [np.broadcast_to(np.asarray(c, dtype=float), T.shape) for c in columns.values()]
-    )
-    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="")
-    return path
+    return write_columns(path, columns)
 
 
 def test_the_mean_wheel_of_a_recording(tmp_path: Path) -> None:
@@ -54,8 +51,7 @@ def test_units_and_names_of_a_log(tmp_path: Path) -> None:
 
 
 def test_from_torsion_bar_and_motor(tmp_path: Path) -> None:
-    text = vehicle_text(steering_ratio=12.5, torsion_bar=100.0, motor_ratio=20.0, motor_efficiency=1.0)
-    car = vehicle_from_tables(tomllib.loads(text))
+    car = declared_vehicle(**MOTOR, torsion_bar=100.0)
     bar = 0.2 * np.sign(FORCE)
     path = write(
         tmp_path / "car.csv",
@@ -71,12 +67,11 @@ def test_from_torsion_bar_and_motor(tmp_path: Path) -> None:
 
 
 def test_drag_and_inertia_are_taken_off_where_they_act(tmp_path: Path) -> None:
-    text = vehicle_text(damping=16.0, rack_mass=400.0)
     way, speed, acceleration = 1.6e-2 * T**2, 3.2e-2 * T, 3.2e-2 + 0 * T
     # 16 N m s and 1 kg m^2 of each of two wheels, through a lever of 0.125 m.
     force = FORCE + 2 * 16 / 0.125**2 * speed + (400 + 2 / 0.125**2) * acceleration
     path = write(tmp_path / "car.csv", t=T, rack=way, F_rack=force)
-    recording = read_recording(path, vehicle=vehicle_from_tables(tomllib.loads(text)))
+    recording = read_recording(path, vehicle=declared_vehicle(damping=16.0, rack_mass=400.0))
 
     np.testing.assert_allclose(recording.M_z[6:], -0.125 / 2 * late(FORCE)[6:], rtol=1e-6)
 
@@ -112,9 +107,8 @@ def test_what_is_refused(tmp_path: Path, columns: dict[str, object], said: str) 
 
 def test_the_handwheel_is_not_taken_off_a_force_on_the_rack(tmp_path: Path) -> None:
     path = write(tmp_path / "car.csv", t=T, rack=RACK, F_rack=FORCE)
-    text = vehicle_text(handwheel_inertia=0.035)
 
-    said = refused(read_recording, path, vehicle=vehicle_from_tables(tomllib.loads(text)))
+    said = refused(read_recording, path, vehicle=declared_vehicle(handwheel_inertia=0.035))
     assert "F_rack is measured below the handwheel" in said
 
 
@@ -158,8 +152,7 @@ def spoilt(**factors: float) -> dict[str, object]:
 def test_what_a_message_proposes_mends_the_recording(
     tmp_path: Path, columns: dict[str, object], said: str
 ) -> None:
-    text = vehicle_text(steering_ratio=12.5, motor_ratio=20.0, motor_efficiency=1.0, torsion_bar=115.0)
-    car = vehicle_from_tables(tomllib.loads(text))
+    car = declared_vehicle(**MOTOR, torsion_bar=115.0)
     path = write(tmp_path / "car.csv", t=T, **columns)
     message = refused(lambda one: read_recording(one, vehicle=car), path)
     (remedy,) = shlex.split(message.partition("--map ")[2])
@@ -188,11 +181,8 @@ def test_a_handwheel_that_the_motor_drags_along_is_no_fault(tmp_path: Path) -> N
     rate = np.gradient(ASSISTED["handwheel"], T)
     dragged = -0.05 * rate - 0.02 * np.gradient(rate, T)
     motor = (FORCE / 100 - dragged) / 20
-    text = vehicle_text(steering_ratio=12.5, motor_ratio=20.0, motor_efficiency=1.0)
     columns = {"handwheel": 100 * RACK, "T_bar": dragged, "T_motor": motor}
-    read_recording(
-        write(tmp_path / "car.csv", t=T, **columns), vehicle=vehicle_from_tables(tomllib.loads(text))
-    )
+    read_recording(write(tmp_path / "car.csv", t=T, **columns), vehicle=declared_vehicle(**MOTOR))
 
 
 @pytest.mark.parametrize(
@@ -207,6 +197,6 @@ def test_a_handwheel_that_the_motor_drags_along_is_no_fault(tmp_path: Path) -> N
 )  # fmt: skip
 def test_what_is_no_other_unit_and_no_other_sign(tmp_path: Path, columns: dict[str, object]) -> None:
     motor = {"motor_ratio": 20.0, "steering_ratio": 12.5} if "T_motor" in columns else {}
-    car = vehicle_from_tables(tomllib.loads(vehicle_text(**motor)))
+    car = declared_vehicle(**motor)
 
     read_recording(write(tmp_path / "car.csv", t=T, **columns), vehicle=car)

@@ -99,23 +99,6 @@ def test_hum_leaks_in_at_the_ends_by_less_than_half(name: str) -> None:
     assert max(error[:5].max(), error[-5:].max()) < 0.4 * HUM * abs(VOLTS[name])
 
 
-def test_nothing_is_shifted_in_time() -> None:
-    got, truth = recording().M_z, raw_and_truth().truth["M_z"]
-    shifts = range(-5, 6)
-    off = [rms((np.roll(got, -shift) - truth)[10:-10]) for shift in shifts]
-
-    assert shifts[int(np.argmin(off))] == 0
-
-
-def test_a_sine_in_the_pass_band_keeps_size_and_phase() -> None:
-    t = np.arange(8000) / RATE
-    sine = np.sin(2 * np.pi * 2 * t)
-    after = Pipeline((LowPass(cutoff=20), Resampled(rate=100)))(Channel(values=sine, rate=RATE))
-
-    assert after.rate == 100
-    np.testing.assert_allclose(after.values[20:-20], sine[::EVERY][20:-20], atol=2e-3)
-
-
 def test_hum_is_down_by_what_the_filter_says() -> None:
     hum = np.sin(2 * np.pi * 50 * np.arange(8000) / RATE)
     after = LowPass(cutoff=20, order=4)(Channel(values=hum, rate=RATE)).values[1000:-1000]

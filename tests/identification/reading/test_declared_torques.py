@@ -1,6 +1,5 @@
 """What a vehicle declares beside the tyres' torque: taken off, and known to its tolerance in a fit."""
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,19 +12,19 @@ from identification.fits.problem import Problem
 from identification.fits.values import initial_guess
 from identification.reading.adjusting import trimmed
 from identification.reading.declared_torques import declared_torques, without_gear
-from symbolic import Model, vehicle_from_tables
-from tests.simulated_car import SimulatedCar, steering, vehicle_text
+from symbolic import Model
+from tests.columns import write_columns
+from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 
 def recorded(path: Path, *, rolls: bool = False, **declared: object) -> Recording:
     """The car of the tests, its gear of 200 N; with `rolls` it drives a while after 2 s."""
-    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(**declared)))
+    vehicle = declared_vehicle(**declared)
     t, rack = steering(seconds=6.0)
     speed = np.where(rolls & (t > 2.0) & (t < 2.5), 1.0, 0.0)
-    table = np.column_stack([t, rack, SimulatedCar().force(rack), speed])
-    np.savetxt(path, table, delimiter=",", header="t,rack,F_rack,speed", comments="")
+    write_columns(path, {"t": t, "rack": rack, "F_rack": SimulatedCar().force(rack), "speed": speed})
     return read_recording(path, vehicle=vehicle)
 
 

@@ -13,6 +13,7 @@ from identification import Recording, read_recording
 from identification.reading.signal_map import as_option
 from symbolic import Rig, Tyre
 from tests import refusal
+from tests.columns import write_columns
 
 RIG = (Rig(a=0.045, e=0.009), Tyre(k=2.4e6))
 N = 60
@@ -336,13 +337,6 @@ def test_times_of_every_kind_in_parquet(kind: str, tmp_path: Path) -> None:
         assert "t: has a unit of its own; write --map t=t" in refused(path, "t=t:ms")
 
 
-def write_csv(path: Path, **columns: Any) -> Path:
-    np.savetxt(
-        path, np.column_stack([*columns.values()]), "%.9g", ",", header=",".join(columns), comments=""
-    )
-    return path
-
-
 @pytest.mark.parametrize(("columns", "signals", "remedy"), [
     ({"Load [t]": COLUMNS["F_N"]}, "F_N=Load", "F_N=Load:N"),
     ({"load_kN": COLUMNS["F_N"]}, "F_N=load_kN:MN", "F_N=load_kN:kN"),
@@ -354,7 +348,7 @@ def test_every_error_of_a_unit_or_a_sign_prints_a_map_that_mends_it(
     columns: dict[str, Any], signals: str, remedy: str, tmp_path: Path
 ) -> None:
     rest = {n: v for n, v in COLUMNS.items() if f"{n}=" not in signals and n not in columns}
-    path = write_csv(tmp_path / "run.csv", t=T, **rest, **columns)
+    path = write_columns(tmp_path / "run.csv", {"t": T} | rest | columns)
 
     assert as_option([remedy]) in refused(path, signals)
     read(path, remedy)

@@ -22,6 +22,7 @@ from identification.reading.signal_map import NO_MAP
 from identification.reading.table import REQUIRED_COLUMNS, Table, require_valid_samples
 from identification.reading.units import factor_of
 from symbolic import InvalidInputError, Rig, Tyre
+from tests.columns import write_columns
 from tests.refusal import refused
 
 RIG = (Rig(a=0.045, e=0.009), Tyre(k=2.4e6))
@@ -131,8 +132,8 @@ def test_a_proposal_has_time_units_and_the_steering_ratio(tmp_path: Path) -> Non
 def test_a_proposal_has_units_and_sign_by_the_numbers_of_the_file(sign: int, tmp_path: Path) -> None:
     path, t = tmp_path / "run.csv", np.linspace(0, 4, 200)
     psi = 30 * np.sin(2 * t)
-    table = np.column_stack([1e3 * t, psi, -sign * 20 * np.sign(np.cos(2 * t)), 0.4 + 0 * t])
-    np.savetxt(path, table, delimiter=",", header="Time,Angle,Moment,Load", comments="")
+    moment = -sign * 20 * np.sign(np.cos(2 * t))
+    write_columns(path, {"Time": 1e3 * t, "Angle": psi, "Moment": moment, "Load": 0.4})
     message = refused(read_recording, path, RIG)
     option = f"t=Time:ms,psi=Angle:deg,M_z={'-' * (sign < 0)}Moment,F_N=Load:kN"
     assert message.endswith(f"such as --map {option}")

@@ -12,9 +12,9 @@ from identification.steering.plates import identify_on_plates
 from reference_rig import CAR_STEP, FleetCar, draw_car, record_car, simulate_car
 from symbolic import InvalidInputError, vehicle_from_tables
 from symbolic.vehicle.steering import jacking, lever, mean_angle, rack_force, rack_position
-from tests.simulated_car import BOTH_WAYS, Array, drive, on_plates, vehicle_text
+from tests.simulated_car import BOTH_WAYS, Array, declared_vehicle, drive, on_plates
 
-CAR = vehicle_from_tables(tomllib.loads(vehicle_text()))
+CAR = declared_vehicle()
 PLATES = 0.002
 """Friction of turntables [1]."""
 

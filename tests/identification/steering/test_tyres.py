@@ -15,9 +15,10 @@ from identification.steering.tyres import TyresResult, identify_tyres
 from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import InvalidInputError, Vehicle, full_slide_arm, rig_of, vehicle_from_tables
 from symbolic.vehicle.mean_wheel import friction_shares
-from tests.simulated_car import SimulatedCar, steering, vehicle_text
+from tests.columns import write_columns
+from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 
-CAR = vehicle_from_tables(tomllib.loads(vehicle_text(brakes="true")))
+CAR = declared_vehicle(brakes="true")
 MU = 0.8
 """Friction of the ground [1]."""
 
@@ -27,9 +28,8 @@ def lock_to_lock(
 ) -> Recording:
     t, rack = steering(reach=reach)
     force = SimulatedCar(**{"mu": (MU, MU)} | of_car).force(rack)  # type: ignore[arg-type]
-    shown = np.column_stack([t, rack, force])
-    np.savetxt(folder / "c.csv", shown, delimiter=",", header="t,rack,F_rack", comments="")
-    return read_recording(folder / "c.csv", vehicle=vehicle)
+    path = write_columns(folder / "c.csv", {"t": t, "rack": rack, "F_rack": force})
+    return read_recording(path, vehicle=vehicle)
 
 
 def identified(recording: Recording, vehicle: Vehicle = CAR, friction: float = MU) -> TyresResult:
@@ -39,7 +39,7 @@ def identified(recording: Recording, vehicle: Vehicle = CAR, friction: float = M
 def test_load_half_length_and_stiffness_come_back_as_product_and_k(tmp_path: Path) -> None:
     # The car is heavier than declared, and its contacts are shorter.
     off = {"front_axle_load": 7300.0, "half_length": 0.06, "stiffness": 7e6}
-    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(brakes="true", **off)))
+    vehicle = declared_vehicle(brakes="true", **off)
     found = identified(lock_to_lock(tmp_path, vehicle), vehicle)
     new = replace(vehicle, slide_factor=found.slide_factor.value, stiffness=found.stiffness.value)
     (rig, tyre), (true, true_tyre) = (rig_of(each, brakes=True) for each in (new, CAR))
@@ -95,9 +95,8 @@ def test_a_clipped_force_is_refused_and_one_in_steps_of_10_n_is_not(
     force = SimulatedCar(mu=(MU, MU), noise=noise).force(rack)
 
     def read(shown: np.ndarray) -> Recording:
-        table = np.column_stack([t, rack, gain * shown])
-        np.savetxt(tmp_path / "c.csv", table, delimiter=",", header=f"t,rack,{column}", comments="")
-        return read_recording(tmp_path / "c.csv", vehicle=vehicle)
+        path = write_columns(tmp_path / "c.csv", {"t": t, "rack": rack, column: gain * shown})
+        return read_recording(path, vehicle=vehicle)
 
     most = np.abs(force).max()
     stepped = identified(read(10 * np.round(force / 10)), vehicle).slide_factor
@@ -142,7 +141,7 @@ def rig_slide(vehicle: Vehicle) -> float:
 def test_gear_friction_and_return_torque_are_not_taken_for_the_tyres(
     tmp_path: Path, off: dict[str, float]
 ) -> None:
-    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(brakes="true")))
+    vehicle = declared_vehicle(brakes="true")
     wrong = replace(vehicle, **off)  # type: ignore[arg-type]
     found = identified(lock_to_lock(tmp_path, wrong), wrong).slide_factor
     share = vehicle.front_axle_load / wrong.front_axle_load

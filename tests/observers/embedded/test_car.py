@@ -1,7 +1,6 @@
 """The observer of a car in C: equal to Python, its sensors too, within its budget on a Cortex-M4F."""
 
 import ctypes
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ from benchmarks.embedded import adversarial
 from observers import Ekf, Mhe, car_observer
 from observers.embedded import DOUBLE, SINGLE, generate, generate_vehicle
 from observers.embedded.cost import ERROR, estimated_cost
-from symbolic import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
 from symbolic.vehicle.steering import mean_angle
 from tests.compile_once import compile_once
@@ -20,9 +18,9 @@ from tests.observers.embedded.cortex.target import M4F, TOOLS, run_on, tools_ins
 from tests.observers.embedded.fmu_instance import instances
 from tests.observers.embedded.generated_code import python_estimates
 from tests.observers.embedded.ordinary_steering import samples_at_the_cap
-from tests.simulated_car import SimulatedCar, steering, vehicle_text
+from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 
-CAR = vehicle_from_tables(tomllib.loads(vehicle_text(inclination=0.2, caster=0.1, lever_loss=0.2)))
+CAR = declared_vehicle(inclination=0.2, caster=0.1, lever_loss=0.2)
 MOST_INSTRUCTIONS, MOST_MEMORY = 20_000, 4096
 """Of a step, and of state and stack together [bytes]."""
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import exp, inf, nan
+from math import exp, nan
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,6 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 Array = NDArray[np.float64]
 Make = Callable[..., Ekf]
-AT_REST: dict[str, float] = {"psi": 0.0, "psi_dot": 0.0, "F_N": 400.0, "dt": 0.01}
 
 
 def assert_equals_filterpy(observer: Ekf, samples: list[Sample], close: float) -> None:
@@ -143,41 +142,3 @@ def test_iterations_find_the_minimum_of_the_cost_of_one_sample(
 def _one_step(observer: Ekf, samples: list[Sample]) -> Array:
     *_, last = states_of(observer, [*(replace(s, M_z=nan) for s in samples[:-1]), samples[-1]])
     return np.asarray(last["x"])
-
-
-def test_wheel_at_rest_leaves_the_textbook_filter_of_the_torque_zero(ekf: Make) -> None:
-    observer = ekf(noise=0.02, error=inf, gate=inf, zero_walk=0.05)
-    tuning, level = observer.tuning, slide(AT_REST["F_N"])
-    noise = 0.02 * level
-    torques = 0.3 + noise * np.random.default_rng(4).standard_normal(400)
-    samples = [Sample(**AT_REST, M_z=M_z) for M_z in torques]
-    zero, variance = 0.0, (tuning.zero_std * level) ** 2
-    for count, (state, M_z) in enumerate(zip(states_of(observer, samples), torques, strict=True), 1):
-        variance += 0.01 * (tuning.zero_walk * level) ** 2
-        gain = variance / (variance + noise**2)
-        zero, variance = zero + gain * (M_z - zero), (1 - gain) * variance
-        np.testing.assert_allclose(state["x"], [0.0, zero], rtol=0, atol=1e-12)
-        of_mu = tuning.mu_std**2 + count * 0.01 * tuning.mu_walk**2
-        P = covariance_of(state["factor"])
-        np.testing.assert_allclose(P, np.diag([of_mu, variance]), rtol=1e-11, atol=1e-15)
-    assert zero == pytest.approx(0.3, abs=0.1)
-    assert not observer.estimate(state).informed
-
-
-@pytest.mark.parametrize(
-    "measurement_model", [AligningTorque(stiffness=True), AligningTorque()], ids=repr
-)
-def test_variances_stay_positive(
-    recording: RigRecording, ekf: Make, measurement_model: AligningTorque
-) -> None:
-    observer = ekf(
-        measurement_model=measurement_model,
-        noise=1e-4,
-        error=inf,
-        gate=inf,
-        mu_walk=0.0,
-        zero_walk=0.0,
-        stiffness_walk=0.0,
-    )
-    for state in states_of(observer, samples_of(columns_of(recording)) * 3):
-        assert (np.diag(state["factor"]) > 0).all()

@@ -5,15 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from observers import AligningTorque, Ekf, Mhe, run
+from observers import Ekf, Mhe, run
 from reference_rig import RigRecording, make_recording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (
     CLEAN_RIG,
-    FIELDS,
     columns_of,
     first_full_slide,
     samples_of,
@@ -21,53 +19,8 @@ from tests.observers.factories import (
 )
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-Array = NDArray[np.float64]
 KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {}, id="mhe")]
 NOISES = [pytest.param({}, id="as it stands"), pytest.param(CLEAN_RIG, id="clean rig")]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("kind", "settings"), KINDS)
-@pytest.mark.parametrize("missing", [pytest.param("none", marks=pytest.mark.long), "a fifth"])
-@pytest.mark.parametrize(
-    ("seed", "mu"),
-    [
-        (22, 0.7),
-        pytest.param(23, 1.9, marks=pytest.mark.long),
-        pytest.param(21, 1.4, marks=pytest.mark.long),
-        pytest.param(24, 1.1, marks=pytest.mark.long),
-    ],
-)
-def test_converges_to_the_true_friction(
-    kind: Any, settings: Any, seed: int, mu: float, missing: str
-) -> None:
-    made = make_recording(seed, mu=mu, k=K, bristles=1000)
-    columns = columns_of(made)
-    if missing == "a fifth":
-        gone = np.random.default_rng(seed).random(made.t.size) < 0.2
-        columns["M_z"] = np.where(gone, np.nan, made.M_z)
-    estimates = run(make(kind, **CLEAN_RIG, **settings), **columns)
-    slid = first_full_slide(made)
-
-    assert all(np.isfinite(getattr(estimates, name)).all() for name in FIELDS if name != "nis")
-    np.testing.assert_array_equal(np.isfinite(estimates.nis), np.isfinite(columns["M_z"]))
-    assert estimates.informed[slid:].all()
-    error = np.abs(estimates.mu - mu)[slid:]
-    assert error.max() < 0.03 * mu
-    assert np.mean(error < 3 * estimates.mu_std[slid:]) > 0.95
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("kind", "settings"), KINDS)
-def test_stiffness_is_found_too(recording: RigRecording, kind: Any, settings: Any) -> None:
-    wrong = {"values": {"k": 1.25 * K}, "measurement_model": AligningTorque(stiffness=True)}
-    observer = make(kind, **wrong, **CLEAN_RIG, **settings)
-    *_, state = states_of(observer, samples_of(columns_of(recording)))
-    found = state["x"] if kind is Ekf else state["x"][:, -1]
-    said = observer.estimate(state)
-
-    assert found[2] == pytest.approx(0.8, abs=0.02)
-    assert said.mu == pytest.approx(1.4, abs=0.02)
 
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS)

@@ -1,13 +1,10 @@
 """The estimator against the filter, dense least squares and a general optimiser, and on the rig."""
 
-from collections.abc import Callable
-from dataclasses import replace
 from math import inf, nan
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, run
@@ -28,8 +25,6 @@ from tests.observers.oracles import WindowOracle
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-Array = NDArray[np.float64]
-Make = Callable[..., Mhe]
 LONG = pytest.mark.long
 WINDOWS = [(1, 1), pytest.param(2, 1, marks=LONG), pytest.param(20, 1, marks=LONG), (7, 3)]
 
@@ -48,31 +43,6 @@ def test_wheel_at_rest_leaves_the_kalman_filter(window: int, iterations: int) ->
     for name in FIELDS:
         np.testing.assert_allclose(getattr(estimated, name), getattr(filtered, name), rtol=0, atol=1e-9)
     assert filtered.M_z_predicted[-1] == pytest.approx(0.3, abs=0.1)
-
-
-@pytest.mark.parametrize(("window", "iterations"), WINDOWS)
-def test_sticking_wheel_leaves_the_kalman_filter(window: int, iterations: int) -> None:
-    # So weak a push that the patch is a spring: angle and rate are a linear problem.
-    t, rng = np.arange(200) / 200, np.random.default_rng(5)
-    M = 3e-5 * np.sin(20 * t) + 1e-6 * rng.standard_normal(t.size)
-    psi = 1e-8 * rng.standard_normal(t.size)
-    psi[rng.random(t.size) < 0.2] = nan
-    psi[0] = 0.0
-    columns = {"t": t, "psi": psi, "F_N": np.full(t.size, 400.0), "M": M}
-    believed = {"noise": 1e-6, "psi_noise": 1e-8, "psi_dot_std": 1e-6, "error": inf, "gate": inf}
-    settings = {"measurement_model": SteeringTorque(), **believed}
-    filter_, estimator = (
-        make(Ekf, **settings), make(Mhe, window=window, iterations=iterations, **settings)
-    )  # fmt: skip
-    samples = samples_of({**columns, "psi": np.nan_to_num(psi)})
-    samples = [s if np.isfinite(p) else replace(s, psi=nan) for s, p in zip(samples, psi, strict=True)]
-    for ours, theirs in zip(states_of(estimator, samples), states_of(filter_, samples), strict=True):
-        x = ours["x"].reshape(4, -1)[:, -1]
-        for name, atol in (("psi", 1e-12), ("psi_dot", 1e-10)):
-            at = filter_.states.index(name)
-            np.testing.assert_allclose(x[at], theirs["x"][at], rtol=0, atol=atol)
-        one, other = (o.estimate(s) for o, s in ((estimator, ours), (filter_, theirs)))
-        assert one.mu_std == pytest.approx(other.mu_std, rel=1e-6)
 
 
 ORACLES = [
@@ -128,21 +98,6 @@ def test_converged_window_is_the_minimum_that_a_general_optimiser_finds(
     assert np.abs(np.diff(state["x"][0])).max() > 1e-4, "nothing walked"
 
 
-@pytest.mark.parametrize("window", [1, 20])
-def test_a_clean_rig_leaves_little_between_window_and_filter(
-    recording: RigRecording, window: int
-) -> None:
-    columns = columns_of(recording)
-    filtered = run(make(Ekf, **CLEAN_RIG), **columns)
-    estimated = run(make(Mhe, window=window, **CLEAN_RIG), **columns)
-    late = slice(first_full_slide(recording), None)
-
-    apart = np.abs(estimated.mu - filtered.mu)[late] / filtered.mu_std[late]
-    assert apart.max() < 0.5
-    assert np.median(apart) < 0.05
-    np.testing.assert_allclose(estimated.mu_std[late], filtered.mu_std[late], rtol=0.05)
-
-
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 def test_follows_a_change_of_ground(kind: Any) -> None:
     estimates = run(make(kind, noise=0.3, error_travel=0.0, mu_walk=0.02), *change_of_ground())
@@ -160,7 +115,7 @@ def test_huber_bears_bouts_of_model_error(recording: RigRecording, error: float)
     observer = make(Mhe, **{**CLEAN_RIG, "error": error})
     worst = np.abs(run(observer, **{**columns, "M_z": M_z}).mu[late] - 1.4).max()
 
-    assert worst < 0.1 if error < 1 else worst > 0.15
+    assert worst < 0.01 if error < 1 else worst > 0.15
 
 
 @pytest.mark.parametrize("name", ["carcass_torsion", pytest.param("backlash", marks=LONG)])

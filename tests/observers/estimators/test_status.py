@@ -113,6 +113,17 @@ def test_without_a_measurement_there_is_only_the_walk(kind: Any, settings: Any, 
     assert not any(e.informed for e in said)
 
 
+@pytest.mark.parametrize(("kind", "settings"), KINDS)
+def test_the_zero_of_the_angle_does_not_matter(kind: Any, settings: Any, samples: Any) -> None:
+    observer = make(kind, **settings)
+    mine = samples[type(observer.measurement_model)][:120]
+    turned = [replace(sample, psi=sample.psi + 0.3) for sample in mine]
+    one, other = estimates_of(observer, mine), estimates_of(observer, turned)
+
+    np.testing.assert_allclose([e.mu for e in other], [e.mu for e in one], rtol=1e-8)
+    np.testing.assert_allclose([e.mu_std for e in other], [e.mu_std for e in one], rtol=1e-8)
+
+
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 def test_the_angle_alone_may_be_lost_for_a_while(kind: Any, samples: Any) -> None:
     observer = make(kind, **CLEAN_RIG)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import covariance_of
 from observers.estimators.mhe_terms import build_backward_pass, build_window_update
-from tests.observers.chains import Chain, dense, factor_of, textbook
+from tests.observers.chains import Chain, dense, textbook
 
 Array = NDArray[np.float64]
 
@@ -63,12 +62,6 @@ def close(made: Array, expected: Array, within: float) -> None:
     np.testing.assert_allclose(made, expected, rtol=0, atol=within * max(1.0, np.abs(expected).max()))
 
 
-def test_factor_of_the_oracle_is_one() -> None:
-    for seed in range(5):
-        chain = random_chain(seed, 4)
-        close(covariance_of(factor_of(chain.P)), chain.P, 1e-13)
-
-
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("n", [1, 2, 3, 5])
 @pytest.mark.parametrize(
@@ -113,18 +106,3 @@ def terms(chain: Chain, start: int, stop: int) -> tuple[Array, ...]:
     """Some samples, z to Q as the Functions take them."""
     rows = {name: getattr(chain, name)[start:stop] for name in ("z", "H", "weight", "A", "b", "Q")}
     return Chain(mean=chain.mean, root=chain.root, **rows).arguments[2:]
-
-
-def test_update_says_what_its_docstring_says() -> None:
-    chain = random_chain(9, 3, N=1, missing=0.0)
-    made = build_window_update(3)(*chain.arguments)
-    mean, factor, x, spread, K, score = (np.asarray(part) for part in made)
-    S = chain.H[0] @ chain.P @ chain.H[0] + 1 / chain.weight[0]
-    filtered, covariances, _, _ = textbook(chain)
-
-    close(x.ravel(), filtered[0], 1e-13)
-    close(spread, covariances[0], 1e-13)
-    close(K.ravel(), chain.P @ chain.H[0] / S, 1e-13)
-    assert score.item() == pytest.approx((chain.z[0] - chain.H[0] @ chain.mean) / S, rel=1e-12)
-    close(mean.ravel(), chain.A[0] @ filtered[0] + chain.b[0], 1e-13)
-    close(covariance_of(factor), chain.A[0] @ covariances[0] @ chain.A[0].T + np.diag(chain.Q[0]), 1e-13)

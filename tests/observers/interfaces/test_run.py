@@ -13,7 +13,6 @@ from symbolic import InvalidInputError, Model
 from tests.interpreted import without_machine_code
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (
-    CLEAN_RIG,
     FIELDS,
     assert_steps_are_the_run,
     columns_of,
@@ -121,32 +120,6 @@ def test_rate_may_be_given(recording: RigRecording) -> None:
     for observer in (make(Ekf), make(Ekf, model=model)):
         given = run(observer, **columns, psi_dot=found)
         np.testing.assert_array_equal(given.mu, run(observer, **columns).mu)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("kind", "settled"), [(Ekf, 1e-12), (Mhe, 1e-5)])
-def test_a_gap_is_bridged_by_prediction(recording: RigRecording, kind: Any, settled: float) -> None:
-    observer, columns = make(kind, **CLEAN_RIG), columns_of(recording)
-    estimates = run(observer, **changed(columns, "M_z", slice(600, 800), nan))
-    whole = run(observer, **columns)
-
-    assert all(np.isfinite(getattr(estimates, name)).all() for name in FIELDS if name != "nis")
-    assert np.isnan(estimates.nis[600:800]).all()
-    np.testing.assert_array_equal(estimates.status[600:800], int(Status.MISSING))
-    np.testing.assert_allclose(estimates.mu[600:800], estimates.mu[599], rtol=0, atol=settled)
-    assert (np.diff(estimates.mu_std[599:800]) > 0).all()
-    assert estimates.mu_std[800] < estimates.mu_std[799]
-    in_gap = estimates.M_z_predicted[600:800] - recording.M_z_true[600:800]
-    assert np.sqrt(np.mean(in_gap**2)) < 0.02 * np.ptp(recording.M_z)
-    assert estimates.mu[-1] == pytest.approx(whole.mu[-1], abs=0.01)
-
-
-def test_irregular_sampling_changes_little(recording: RigRecording) -> None:
-    chosen = np.sort(np.random.default_rng(2).choice(recording.t.size, 700, replace=False))
-    estimates = run(make(Ekf, **CLEAN_RIG), **{n: c[chosen] for n, c in columns_of(recording).items()})
-
-    assert estimates.mu[-1] == pytest.approx(1.4, abs=0.02)
-    assert abs(estimates.mu[-1] - 1.4) < 3 * estimates.mu_std[-1]
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])

@@ -147,35 +147,6 @@ def test_walks_grow_with_time_and_not_with_samples(measurement_model: Measuremen
             assert variance == pytest.approx(expected[name], rel=0.01), name
 
 
-def test_zero_fades_with_its_time() -> None:
-    measurement_model, x = AligningTorque(), np.array([1.0, 0.4])
-    for _ in range(100):
-        x, *_ = motion_of(measurement_model, x, 0.0, np.zeros(1), now=clean(dt=0.03))
-
-    np.testing.assert_allclose(x, [1.0, 0.4 * np.exp(-1)], rtol=1e-12)
-
-
-def test_noise_of_a_torque_counts_by_time() -> None:
-    weights = [
-        float(build_measurement(AligningTorque())(
-            usual_x(AligningTorque()), 0.0, np.zeros(1), clean(dt=dt), NUMBERS, TUNING.vector
-        )[2])
-        for dt in (0.01, 0.02)
-    ]  # fmt: skip
-
-    assert weights == pytest.approx([(0.5 * slide(410.0)) ** -2, 2 * (0.5 * slide(410.0)) ** -2])
-
-
-def test_angle_has_its_own_noise() -> None:
-    read = build_measurement(SteeringTorque(zero=False))
-    _, _, weight, _, huber_scale, _ = read(
-        np.zeros(3), 0.0, np.zeros(2), clean(), NUMBERS, TUNING.vector
-    )
-
-    assert float(weight) == pytest.approx(TUNING.psi_noise**-2)
-    assert float(huber_scale) == np.inf
-
-
 def test_a_held_steering_torque_is_worth_less_the_longer_it_is_held() -> None:
     x, slopes = np.zeros(3), np.zeros(2)
     doubt = {

@@ -1,6 +1,5 @@
 """Friction from the force on a car's rack, against bristles and dry friction of their own."""
 
-import tomllib
 from typing import Any
 
 import numpy as np
@@ -21,12 +20,12 @@ from observers import (
 from observers import run_standstills as over_standstills
 from observers.quality.acquisition import OWN
 from observers.udu import covariance_of
-from symbolic import Vehicle, vehicle_from_tables
+from symbolic import Vehicle
 from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
 from symbolic.vehicle.steering import mean_angle
-from tests.simulated_car import SimulatedCar, steering, vehicle_text
+from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 
-CAR = vehicle_from_tables(tomllib.loads(vehicle_text()))
+CAR = declared_vehicle()
 
 
 def estimates(car: SimulatedCar, vehicle: Vehicle = CAR, kind: Any = Ekf) -> Estimates:
@@ -75,7 +74,7 @@ def test_ice_under_a_heavy_gear(gear: float) -> None:
     "wrong", [{"gear_friction": 800.0}, pytest.param({"half_length": 0.03}, marks=pytest.mark.long)]
 )
 def test_what_is_declared_wrong_is_not_usable_and_wrong(wrong: dict[str, float]) -> None:
-    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(**wrong)))
+    vehicle = declared_vehicle(**wrong)
     found = estimates(SimulatedCar(mu=(0.3, 0.3)), vehicle)
     away = np.abs(found.mu - 0.3) / found.mu_std
 
@@ -85,7 +84,7 @@ def test_what_is_declared_wrong_is_not_usable_and_wrong(wrong: dict[str, float])
 def test_all_declared_values_off_at_once() -> None:
     off = {"front_axle_load": 7200.0, "half_length": 0.04675, "contact_width": 0.1552,
            "steering_arm": 0.12875, "gear_friction": 100.0}  # fmt: skip
-    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(**off)))
+    vehicle = declared_vehicle(**off)
     found, std = final(SimulatedCar(mu=(0.8, 0.8)), vehicle=vehicle)
 
     assert 0.15 < abs(found - 0.8) < 1.96 * std

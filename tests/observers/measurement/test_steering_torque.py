@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import Ekf, Estimates, Mhe, SteeringTorque, run
 from reference_rig import RigTyre, SteeringRecording, make_steering_recording
@@ -15,7 +14,6 @@ from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, 
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-Array = NDArray[np.float64]
 KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {"window": 20}, id="mhe")]
 MEASUREMENT_MODELS = [
     SteeringTorque(),
@@ -66,20 +64,6 @@ def test_friction_is_found_as_the_tuning_stands(
 
     assert np.abs(estimates.mu - made.mu_true)[late].max() < 0.1
     np.testing.assert_array_equal(estimates.status & ~np.int64(32), 0)
-
-
-@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
-def test_window_and_filter_agree(made: SteeringRecording, measurement_model: SteeringTorque) -> None:
-    filtered, windowed = (
-        estimated(kind, made, measurement_model=measurement_model, **CLEAN_RIG, **settings)
-        for kind, settings in ((Ekf, {}), (Mhe, {"window": 20}))
-    )
-    late = slid(made)
-    apart = np.abs(windowed.mu - filtered.mu)[late] / filtered.mu_std[late]
-
-    assert apart.max() < 0.5
-    assert np.median(apart) < 0.1
-    np.testing.assert_allclose(windowed.mu_std[late], filtered.mu_std[late], rtol=0.05)
 
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS)

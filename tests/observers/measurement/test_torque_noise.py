@@ -14,6 +14,7 @@ from observers.measurement.torque_error import NOISE, noise_after
 from reference_rig import RigTyre, free_path, simulate_bristles
 from symbolic import Model, Rig
 from tests.observers.conftest import K
+from tests.observers.factories import wrong_and_usable
 
 Array = NDArray[np.float64]
 SLIDE = 0.375 * 400.0 * 0.045
@@ -88,7 +89,7 @@ def test_undeclared_noise_at_any_rate_leaves_friction_usable(
 
     assert estimates.usable.mean() > 0.25
     assert np.mean(estimates.status & Status.INCONSISTENT != 0) < 0.05
-    assert not (estimates.usable & (np.abs(estimates.mu - mu) > 3 * estimates.mu_std)).any()
+    assert not wrong_and_usable(estimates, mu).any()
 
 
 def test_the_torque_of_a_lifted_wheel_is_not_its_noise() -> None:

@@ -33,7 +33,16 @@ from reference_rig import RigTyre, friction_step, make_ground_recording, make_re
 from symbolic import SIGNALS, Model, Rig, simulate
 from symbolic.masing import virgin_torque
 from tests.observers.conftest import RIG, K
-from tests.observers.factories import columns_of
+from tests.observers.factories import acquiring_ekf, columns_of, wrong_and_usable
+
+
+def own_states(psi: Any, F_N: Any, M_z: Any) -> dict[str, Any]:
+    """What the acquisition keeps after each sample, by name."""
+    loop, own = Loop(acquiring_ekf()), []
+    for angle, load, torque in zip(psi, F_N, M_z, strict=True):
+        loop(Sample(psi=angle, psi_dot=0.0, F_N=load, M_z=torque, dt=0.01))
+        own.append(np.asarray(loop.state["own"]).ravel())
+    return dict(zip(OWN, np.array(own).T, strict=True))
 
 
 @pytest.mark.parametrize("direction", [-1.0, 0.0, 1.0])
@@ -88,7 +97,7 @@ def test_another_ground_is_known_soon(before: float, after: float, seed: int) ->
     change = friction_step(5.0, before, after)
     tyre = RigTyre(a=RIG.a, e=RIG.e, k=K, mu=before)
     made = make_ground_recording(seed, change, tyre=tyre, duration=12.0)
-    found = run(Ekf(model=Model(), values={"k": K}, rig=RIG), **columns_of(made))
+    found = run(acquiring_ekf(), **columns_of(made))
     late = made.t > 11.0
 
     assert found.usable[(made.t > 4.5) & (made.t < 5.0)].all()
@@ -136,7 +145,7 @@ def test_a_model_that_has_failed_for_long_explains_no_other_ground() -> None:
     """A zero that drifts by 0.1 N m/s is `INCONSISTENT` for seconds, then seems a new ground."""
     made = make_recording(570_001, mu=0.3, k=K, load=400.0, bristles=500, duration=14.0)
     torque = made.M_z + 0.1 * made.t
-    found = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, torque)
+    found = run(acquiring_ekf(), made.t, made.psi, made.F_N, torque)
     new = np.flatnonzero(found.status & Status.RESET)
 
     assert new.size > 0
@@ -150,16 +159,11 @@ def test_another_ground_begins_with_the_scale_that_was_found() -> None:
         680_001, friction_step(6.0, 0.8, 0.3), tyre=RigTyre(a=RIG.a, e=RIG.e, k=0.8 * K, mu=0.8),
         duration=10.0,
     )  # fmt: skip
-    rows = columns_of(made)
-    loop, scales = Loop(Ekf(model=Model(), values={"k": K}, rig=RIG)), []
-    for psi, F_N, M_z in zip(rows["psi"], rows["F_N"], rows["M_z"], strict=True):
-        loop(Sample(psi=psi, F_N=F_N, M_z=M_z, psi_dot=np.nan, dt=0.01))
-        own = np.asarray(loop.state["own"]).ravel()
-        scales.append(own[OWN.index("scale")] if not own[OWN.index("acquiring")] else np.nan)
-    before, after = scales[590], scales[-1]
+    own = own_states(made.psi, made.F_N, made.M_z)
 
-    assert before < 0.97
-    assert after < 0.97
+    for at in (590, -1):
+        assert not own["acquiring"][at]
+        assert own["scale"][at] < 0.97
 
 
 @pytest.mark.parametrize(("again", "handed"), [(0, True), (1, False), (2, True)])
@@ -207,14 +211,9 @@ def test_what_the_scale_may_be_off_by_widens_the_band(
 def test_the_search_for_the_scale_goes_on_until_friction_is_confirmed() -> None:
     """On ice the deviation of ln s is 0.19 at handover, 0.09 once friction is confirmed."""
     made = make_recording(560_011, mu=0.05, k=1.1 * K, bristles=500, duration=6.0)
-    loop, after = Loop(Ekf(model=Model(), values={"k": K}, rig=RIG)), []
-    for i in range(made.t.size):
-        loop(Sample(psi=made.psi[i], F_N=made.F_N[i], M_z=made.M_z[i], psi_dot=0.0, dt=0.01))
-        after.append(np.asarray(loop.state["own"]).ravel())
-    phase, excess, confirmed, acquiring = (
-        np.array(after)[:, OWN.index(name)] for name in ("phase", "excess", "confirmed", "acquiring")
-    )
-    handed, known = int(np.argmin(acquiring)), int(np.argmax(confirmed == 2))
+    own = own_states(made.psi, made.F_N, made.M_z)
+    phase, excess = own["phase"], own["excess"]
+    handed, known = int(np.argmin(own["acquiring"])), int(np.argmax(own["confirmed"] == 2))
 
     assert 0 < handed < known
     assert set(phase[handed:known]) == {0, 1}
@@ -229,21 +228,17 @@ def test_a_wheel_that_stands_confirms_nothing(behind: float, later: int) -> None
     """It stops after the handover, as far behind its farthest angle as the angle's noise allows."""
     turned = np.append(np.zeros(20), 0.002 * np.arange(100))
 
-    def weights(psi: Any) -> Any:
+    def own_along(psi: Any) -> dict[str, Any]:
         rows = {"psi": psi, "psi_dot": 0 * psi, "F_N": 400 + 0 * psi, "dt": 0.01 + 0 * psi}
         theta = np.asarray(Model().theta({"mu": 0.5, "k": K})).ravel()
         signals = np.vstack([rows[name] for name in SIGNALS])
         M_z = simulate(Model(), signals, theta, np.array([RIG.a, RIG.e])).M_z
-        loop, own = Loop(Ekf(model=Model(), values={"k": K}, rig=RIG)), []
-        for angle, torque in zip(psi, M_z, strict=True):
-            loop(Sample(psi=angle, psi_dot=0.0, F_N=400.0, M_z=torque, dt=0.01))
-            own.append(np.asarray(loop.state["own"]).ravel())
-        return np.array(own)[:, [OWN.index("acquiring"), OWN.index("weight")]]
+        return own_states(psi, rows["F_N"], M_z)
 
-    handed = int(np.argmin(weights(turned)[:, 0]))
+    handed = int(np.argmin(own_along(turned)["acquiring"]))
     stop = handed + later
     stands = np.concatenate([turned[: stop + 1], np.full(300, turned[stop] - behind)])
-    weight = weights(stands)[:, 1]
+    weight = own_along(stands)["weight"]
     assert 0 < weight[stop] < 1
     assert weight[-1] - weight[stop] < 0.5
 
@@ -274,12 +269,9 @@ def test_of_the_noise_a_smoothed_innovation_has_a_part() -> None:
 @pytest.mark.parametrize("duration", [5.0, 14.0])
 def test_a_zero_that_drifts_is_no_new_ground(duration: float) -> None:
     """It moves friction until the ground seems to have changed, beyond all that a zero may be."""
-    tyre = RigTyre(a=0.045, e=0.009, k=K, mu=0.05)
-    made = make_recording(
-        5002, a=tyre.a, e=tyre.e, k=tyre.k, mu=tyre.mu, load=400.0, duration=duration, bristles=500
-    )
+    made = make_recording(5002, mu=0.05, k=K, load=400.0, duration=duration, bristles=500)
     M_z = made.M_z + 0.5 * made.t
     ekf = Ekf(model=Model(), values={"k": K}, rig=Rig(a=0.045, e=0.009))
     estimates = run(ekf, made.t, made.psi, made.F_N, M_z)
-    wrong = estimates.usable & (np.abs(estimates.mu - 0.05) > 3 * estimates.mu_std)
-    assert np.mean(wrong) < 0.01
+
+    assert np.mean(wrong_and_usable(estimates, 0.05)) < 0.01
