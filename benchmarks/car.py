@@ -38,7 +38,7 @@ from benchmarks.car_files import (
 from observers import Status
 from reference_rig import TOLERANCES, CarRecording, FleetCar, draw_car
 from symbolic import vehicle_from_tables
-from symbolic.vehicle.mean_wheel import friction_shares
+from symbolic.vehicle.mean_wheel import friction_uncertainties
 
 Array = NDArray[np.float64]
 TUNING_SEED, JUDGING_SEED = 0, 10_000
@@ -115,7 +115,7 @@ def bounds_of(drawn: FleetCar, rack: Array, ends: list[int]) -> Array:
 
 def floor_of(text: str, *, brake: bool) -> float:
     """`Judged.floor` by a vehicle file."""
-    shares = friction_shares(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
+    shares = friction_uncertainties(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
     return float(np.linalg.norm(list(shares.values())))
 
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from observers import Tuning
 from symbolic import Model, Vehicle, full_slide_arm, rig_of, simulate
 from symbolic.parameters import EVEN
-from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
-from symbolic.vehicle.steering import jacking, lever, mean_angle
+from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
+from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
 
 Array = NDArray[np.float64]
 RELATIVE_STEP = 1e-3
@@ -43,12 +43,14 @@ VEHICLE_FIELDS = {
 def force_on_rack(vehicle: Vehicle, mu: float, rack: Array) -> Array:
     """F_R [N] along a way of the rack [m], from rest, the gear's bristles unstretched."""
     (rig, tyre), held = rig_of(vehicle), vehicle.brakes
-    psi = patch_angle(vehicle, mean_angle(vehicle, rack), brakes=held)
+    psi = straight_ahead_angle(vehicle, mean_angle(vehicle, rack), brakes=held)
     still = np.zeros_like(psi)
     signals = np.vstack([psi, still, still + vehicle.wheel_load, still + 0.01])
     theta = np.array(Model().theta({"mu": mu, "k": tyre.k})).ravel()
     M_z = simulate(Model(), signals, theta, np.array([rig.a, rig.e])).M_z
-    none, one = (aligning_torque(vehicle, rack, force, brakes=held) for force in (0.0, 1.0))
+    none, one = (
+        aligning_torque_with_friction(vehicle, rack, force, brakes=held) for force in (0.0, 1.0)
+    )
     force, slip = (M_z - none) / (one - none), [0.0]
     for way in np.diff(rack):
         side = 1.0 if way >= 0 else -1.0
@@ -92,7 +94,7 @@ def least_deviations(
     slopes.append(np.ones_like(rack))
     stds.append(EVEN * vehicle.force_zero)
     if returned:
-        lifting = jacking(vehicle, mean_angle(vehicle, rack)) / lever(vehicle, rack)
+        lifting = jacking_torque(vehicle, mean_angle(vehicle, rack)) / lever(vehicle, rack)
         slopes.append(2 * np.asarray(lifting))
         stds.append(returned)
     jacobian, prior = np.array(slopes).T, np.diag(np.array(stds) ** -2.0)

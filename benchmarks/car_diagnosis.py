@@ -26,7 +26,7 @@ from benchmarks.car_files import vehicle_toml, write_recording
 from brushgrip.wording.diagnosis_in_words import headline
 from identification import diagnose, read_recording, read_vehicle
 from reference_rig import Car, FleetCar, draw_car, handwheel_path, record_car, simulate_car
-from symbolic.vehicle.effects import CAR_EFFECTS
+from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 
 PLANTED = {
     "nothing": "",

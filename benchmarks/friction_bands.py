@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
 from brushgrip.estimation.estimates import model_observer, run_observer
-from brushgrip.estimation.friction_outcome import offline_friction
+from brushgrip.estimation.friction_before_and_after import offline_friction
 from brushgrip.inputs.command_inputs import locate_inputs
 from identification import FoundModel, Recording, read_model
 from observers import PROFILES, Ekf, Estimates, Mhe, Status

@@ -28,8 +28,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.bands_on_rig import true_friction
 from observers import PROFILES, Ekf, Estimates, Mhe, SteeringTorque, Tuning, run
 from observers.measurement.measurement_model import GAIN_SHARE
+from observers.quality.hypothesis_mixture import GAIN_FREE
 from observers.quality.tolerances import with_tolerances
-from observers.quality.verdict import GAIN_FREE
 from observers.tuning import REFERENCE_STEP
 from reference_rig import (
     Hand,

@@ -22,9 +22,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.least_steering import DT, LIMITS, LOAD, NOISE, OFF, SLIDE, K, observer_of
 from observers import plan
-from observers.quality.branches import FRACTION, START, sliding_turn
+from observers.quality.branches import FRACTION, START, sliding_onset_turn
 from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MIN_SAMPLES
-from observers.quality.supervision import CONFIRMS
+from observers.quality.supervised_step import CONFIRMS
 from symbolic import virgin_torque
 from symbolic.parameters import EVEN
 
@@ -95,7 +95,7 @@ def least_confirmed(mu: float) -> float:
     to slide; so many independent samples as make `MIN_SAMPLES` while older ones are forgotten are
     spread evenly over some branches.
     """
-    counts_from = CONFIRMS * float(sliding_turn(mu, LOAD, [K, 0.045, 0.009]))
+    counts_from = CONFIRMS * float(sliding_onset_turn(mu, LOAD, [K, 0.045, 0.009]))
     samples = FORGETTING_SAMPLES * np.log(FORGETTING_SAMPLES / (FORGETTING_SAMPLES - MIN_SAMPLES))
     return min(n * counts_from * float(np.exp(samples * FRACTION / n)) for n in range(1, 6))
 

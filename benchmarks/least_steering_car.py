@@ -24,7 +24,7 @@ from observers import Ekf, Probe, Sample, SteeringLimits, plan
 from observers.interfaces.car import car_observer
 from reference_rig import FleetCar, SteeredCar, draw_car
 from symbolic import vehicle_from_tables
-from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import mean_angle
 
 LIMITS = SteeringLimits(angle=0.4, rate=0.25, time=10.0)
@@ -43,7 +43,9 @@ class CarWheel:
         self.drawn, self.brake = drawn, drawn.brake
         self.car, self.rng = SteeredCar(drawn.car, brake=drawn.brake), np.random.default_rng(drawn.seed)
         self.ways = np.linspace(-self.vehicle.rack_travel, self.vehicle.rack_travel, 4001)
-        self.angles = patch_angle(self.vehicle, mean_angle(self.vehicle, self.ways), brakes=self.brake)
+        self.angles = straight_ahead_angle(
+            self.vehicle, mean_angle(self.vehicle, self.ways), brakes=self.brake
+        )
         self.instant_of, self.t = RackMotion(), 0.0
 
     @property
@@ -59,8 +61,10 @@ class CarWheel:
         force = bus.force_step * round(force / bus.force_step)
         way = bus.rack_step * round(self.car.rack / bus.rack_step)
         moved = self.instant_of(self.t, way, force)
-        torque = float(aligning_torque(self.vehicle, *moved, brakes=self.brake))
-        psi = float(patch_angle(self.vehicle, mean_angle(self.vehicle, moved.s), brakes=self.brake))
+        torque = float(aligning_torque_with_friction(self.vehicle, *moved, brakes=self.brake))
+        psi = float(
+            straight_ahead_angle(self.vehicle, mean_angle(self.vehicle, moved.s), brakes=self.brake)
+        )
         return Sample(psi=psi, psi_dot=np.nan, F_N=self.vehicle.wheel_load, dt=DT, M_z=torque)
 
 

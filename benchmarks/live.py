@@ -19,9 +19,9 @@ import numpy as np
 from brushgrip.estimation.estimates import observer_factory
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import locate_inputs
-from brushgrip.live.following import follow
 from brushgrip.live.page import PERIOD, View
 from brushgrip.live.session import Session
+from brushgrip.live.session_setup import follow
 
 RIG = Path(__file__).parent.parent / "examples" / "recordings" / "rig.toml"
 RATE = 1000

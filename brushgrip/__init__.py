@@ -8,7 +8,7 @@ long work to processes. estimation runs observers and models over recordings. Re
 the recordings that can be downloaded.
 """
 
-from brushgrip.cli.door import __getattr__ as __getattr__
+from brushgrip.cli.lazy_exports import __getattr__ as __getattr__
 
 __all__ = ["FrictionTrack", "main", "write_report"]
 __dir__ = __all__.copy

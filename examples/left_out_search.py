@@ -14,7 +14,7 @@ import numpy as np
 
 from brushgrip.wording.formatting import percent, plain
 from identification import Recording, diagnose
-from identification.diagnosis.prediction import unrefitted_residuals
+from identification.diagnosis.unrefitted_prediction import unrefitted_residuals
 from identification.selection.trials import Trial, TrialTask, run_trial
 from published import measured_folder, measured_recordings
 

@@ -44,7 +44,7 @@ from identification import (
     initial_guess,
     recording_from_raw,
 )
-from identification.diagnosis.prediction import predicted_values, residual_of
+from identification.diagnosis.unrefitted_prediction import predicted_values, residual_of
 from symbolic import CANDIDATES, Model, Rig, Tyre, effects_named
 from symbolic.compliance import deflection_of
 

@@ -26,7 +26,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from numpy.typing import NDArray
 
-from brushgrip.comparison.networks import all_inputs, corrected_root, neural_network, plain_inputs
+from brushgrip.comparison.networks import (
+    all_inputs,
+    angle_and_torque_inputs,
+    corrected_root,
+    neural_network,
+)
 from brushgrip.pictures.style import BEFORE, MEASURED, picture
 from observers import Ekf, Mhe, Sample, Tuning
 from observers.thesis.zone_root_solver import CLOSE, nearest
@@ -121,7 +126,10 @@ def surfaces(psi: Array, M: Array) -> dict[str, Surface]:
     mu = root(psi, M)
     # All that the mesh does not vary stays as half way back.
     middle = (BACK.start + BACK.stop) // 2
-    few, many = (np.tile(make(SIMULATION)[middle], (psi.size, 1)) for make in (plain_inputs, all_inputs))
+    few, many = (
+        np.tile(make(SIMULATION)[middle], (psi.size, 1))
+        for make in (angle_and_torque_inputs, all_inputs)
+    )
     for rows in (few, many):
         rows[:, 0], rows[:, 2] = psi, M
     many[:, -1] = mu

@@ -1,7 +1,9 @@
 """Identification: recordings, parameters by nonlinear programming, and the missing effect."""
 
 from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.findings import (
+from identification.diagnosis.model_file import FoundModel, model_text, read_model
+from identification.diagnosis.result import Diagnosis
+from identification.diagnosis.result_parts import (
     Candidate,
     Curve,
     Errors,
@@ -9,8 +11,6 @@ from identification.diagnosis.findings import (
     FoundFamily,
     Series,
 )
-from identification.diagnosis.model_file import FoundModel, model_text, read_model
-from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import Fit, fit
@@ -19,9 +19,9 @@ from identification.fits.options import FitOptions
 from identification.fits.problem import signals_of
 from identification.fits.profile import LIMIT, Profile, profile
 from identification.fits.values import ParameterEstimate, Values, initial_guess, replaced_rig
-from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FittedVibration, FreeDecay
+from identification.free_decay.stiffness_and_damping import identify_free_decay
 from identification.reading.car import Standstills, read_vehicle
 from identification.reading.conditioning import (
     Channel,
@@ -46,7 +46,7 @@ from identification.residuals.signatures import Signature, Signatures, signature
 from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search
-from identification.thesis.towing import Tow, TowedFriction, friction_by_towing
+from identification.thesis.block_towing import Tow, TowedFriction, friction_by_towing
 
 __all__ = [
     "LEAST_SQUARES",

@@ -34,7 +34,7 @@ from observers.protocol import (
 )
 from observers.quality.ground_friction import GroundFriction, ground_friction
 from observers.quality.innovations import Innovations, innovations
-from observers.quality.plausibility import suspicions_of
+from observers.quality.input_plausibility import suspicions_of
 from observers.quality.settling_and_coverage import FrictionQuality, friction_quality, friction_spread
 from observers.thesis.zone_root_solver import ZoneRootSolver, ZoneRootState
 from observers.thesis.zone_state_machine import ZoneHistory, zone_history

@@ -129,18 +129,18 @@ _REMEDIES = {
 }
 
 
-def uninformed_remedy(share: float) -> str:
+def uninformed_remedy(relative_std: float) -> str:
     """Meaning and remedy of an estimate that is not informed and has no flag.
 
     Args:
-        share: deviation of mu over mu [1]; NaN for an observer without one.
+        relative_std: standard deviation of mu over mu [1]; NaN for an observer without one.
     """
-    if not isfinite(share):
+    if not isfinite(relative_std):
         return "the patch has not slid far enough to tell friction: turn further"
     return (
-        f"the deviation of mu is {100 * share:.0f} % of mu, too much to act on: turn further, and where"
-        " that does not help, correct k (stiffness of a vehicle) or narrow its tolerance (brushgrip"
-        " identify), or find what the model lacks (brushgrip diagnose)"
+        f"the deviation of mu is {100 * relative_std:.0f} % of mu, too much to act on: turn further,"
+        " and where that does not help, correct k (stiffness of a vehicle) or narrow its tolerance"
+        " (brushgrip identify), or find what the model lacks (brushgrip diagnose)"
     )
 
 

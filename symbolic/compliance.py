@@ -79,7 +79,7 @@ def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     slope = ca.jtimes(M_z, turn, ca.MX(1))
     tangent = named_function("tangent", given, {"M_z": M_z, "slope": slope})
     slopes = named_function("slopes", given, {"slope": slope, "follows": follows})
-    balanced = balance(deflection)
+    balanced = build_series_torque(deflection)
     # The residual rises with the turn by at least one to one, so its value at rest brackets the root.
     root: Expression = ca.MX(0)
     torque, slope = tangent(before, root, rest)
@@ -104,7 +104,7 @@ def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     return named_function("search", inputs, found, is_diff_out=[False] * len(found))
 
 
-def balance(deflection: ca.Function) -> ca.Function:
+def build_series_torque(deflection: ca.Function) -> ca.Function:
     """(rigid, slope, elements) -> M with M = rigid + slope d(M), the patch being linear.
 
     rigid is the torque of the patch without the elements [N m], slope <= 0 that by its turn [N m/rad].

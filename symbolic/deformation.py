@@ -21,7 +21,7 @@ The moment is linear in r. With r written by its changes of slope, r = sum_j s_j
 
     M_z = k sum_j s_j G(xi_j),     G(z) = int (|xi| - z)_+ p |x - e| dx,
 
-and G is the one integral that `unit_moment` takes, exactly, from the deformation itself.
+and G is the one integral that `unit_corner_moment` takes, exactly, from the deformation itself.
 """
 
 from functools import cache
@@ -47,7 +47,7 @@ def gauss_legendre(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]
     return (nodes + 1.0) / 2.0, weights / 2.0
 
 
-def edge_distance(z: Expression, a: Expression, arm: Expression) -> Expression:
+def boundary_edge_distance(z: Expression, a: Expression, arm: Expression) -> Expression:
     """Distance w from a patch edge at which |xi| = z, without cancellation [m].
 
     Solves z w (2 a - w) = arm - w, the quadratic of the zone boundary ([Györök 2022], appendix), in the
@@ -62,7 +62,7 @@ def edge_distance(z: Expression, a: Expression, arm: Expression) -> Expression:
     return 2 * arm / (b + ca.sqrt(b * b - 4 * z * arm))
 
 
-def unit_moment(z: Expression, a: Expression, e: Expression) -> Expression:
+def unit_corner_moment(z: Expression, a: Expression, e: Expression) -> Expression:
     """G(z) = int (|xi| - z)_+ (a^2 - x^2) |x - e| dx over both ends of the patch [m^3].
 
     M_z of the virgin patch turned by psi > 0 is -k psi (G(0) - G(c / psi)), [Györök 2022], (2.3)
@@ -74,16 +74,17 @@ def unit_moment(z: Expression, a: Expression, e: Expression) -> Expression:
         a: half-length of the contact patch [m].
         e: caster length [m], |e| < a.
     """
-    return sum(edge_moment(z, edge_distance(z, a, arm), a, arm) for arm in (a - e, a + e))
+    return sum(edge_strip_moment(z, boundary_edge_distance(z, a, arm), a, arm) for arm in (a - e, a + e))
 
 
-def edge_moment(z: Expression, width: Expression, a: Expression, arm: Expression) -> Expression:
+def edge_strip_moment(z: Expression, width: Expression, a: Expression, arm: Expression) -> Expression:
     """Int (|xi| - z) (a^2 - x^2) |x - e| dx from a patch edge to `width` from it [m^3].
 
-    The integrand vanishes at `edge_distance`, so there the derivative by z is that at a fixed width.
+    The integrand vanishes at `boundary_edge_distance`, so there the derivative by z is that at a fixed
+    width.
 
     Args:
-        z: as for `unit_moment` [1/m].
+        z: as for `unit_corner_moment` [1/m].
         width: distance from the edge [m].
         a: half-length of the contact patch [m].
         arm: distance of that edge from the kingpin [m].
@@ -98,15 +99,15 @@ def edge_moment(z: Expression, width: Expression, a: Expression, arm: Expression
     return total
 
 
-def moment_of_corner(z: ca.SX, a: ca.SX, e: ca.SX) -> ca.SX:
-    """`unit_moment` of scalars and its derivative by z, with the integrals multiplied out.
+def corner_moment_and_derivative(z: ca.SX, a: ca.SX, e: ca.SX) -> ca.SX:
+    """`unit_corner_moment` of scalars and its derivative by z, with the integrals multiplied out.
 
     With w the distance of the edge at which |xi| = z, the derivative is that at a fixed w,
     -int p |x - e| dx, and G = int (x - e)^2 dx + z dG/dz: a third of the operations of the quadrature.
     """
     moment, by_z = ca.SX(0), ca.SX(0)
     for arm in (a - e, a + e):
-        w = edge_distance(z, a, arm)
+        w = boundary_edge_distance(z, a, arm)
         moment += w * (arm * (arm - w) + w * w * (1 / 3))
         by_z -= w * w * (a * arm + w * (w * 0.25 - (2 * a + arm) * (1 / 3)))
     return ca.vertcat(moment + z * by_z, by_z)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symbolic.arrays import Array
-from symbolic.deformation import edge_distance, full_slide_level, unit_moment
+from symbolic.deformation import boundary_edge_distance, full_slide_level, unit_corner_moment
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import Rig, Tyre
 from symbolic.patch_interface import Expression
@@ -44,7 +44,7 @@ def virgin_torque(
     """
     slope = full_slide_level(F_N, a) * mu / k
     boundary = slope / ca.fmax(ca.fabs(psi), slope / FAR)
-    return -k * psi * (unit_moment(0, a, e) - unit_moment(boundary, a, e))
+    return -k * psi * (unit_corner_moment(0, a, e) - unit_corner_moment(boundary, a, e))
 
 
 def branch_torque(psi: Expression, branch: Expression, *constants: Expression) -> Expression:
@@ -145,8 +145,8 @@ def zone_boundaries(psi: float, memory: TurningPoints, F_N: float, rig: Rig, tyr
     turns = np.abs(np.diff([*memory.psi, psi]))
     scales = np.where(np.arange(len(turns)) == 0, 1.0, 2.0)
     z = scales[turns > 0] * slope / turns[turns > 0]
-    front = [rig.a - float(edge_distance(each, rig.a, rig.a - rig.e)) for each in z]
-    rear = [-rig.a + float(edge_distance(each, rig.a, rig.a + rig.e)) for each in z]
+    front = [rig.a - float(boundary_edge_distance(each, rig.a, rig.a - rig.e)) for each in z]
+    rear = [-rig.a + float(boundary_edge_distance(each, rig.a, rig.a + rig.e)) for each in z]
     return np.array(sorted([*rear, *front]))
 
 

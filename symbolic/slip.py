@@ -76,13 +76,13 @@ def clipped(value: Expression, limit: Expression) -> Expression:
 
 
 @cache
-def slip_search(n: int) -> ca.Function:
-    """The search for the slip of n bristles, with named inputs and outputs.
+def slip_search(bristles: int) -> ca.Function:
+    """The search for the slip of so many bristles, with named inputs and outputs.
 
     level is ln(slip) where a bristle is moving (1) and ln v_0 where it is not (0); yielding is the
     slip by stress beyond friction, zero where the bristle sticks.
     """
-    size, limit = ca.MX.sym("size", n), ca.MX.sym("limit", n)
+    size, limit = ca.MX.sym("size", bristles), ca.MX.sym("limit", bristles)
     branch_gain, reach, c = (ca.MX.sym(name) for name in ("branch_gain", "reach", "c"))
     growth = limit * c
     at_rest = ca.fmax(0, size - limit * (1 + c * (_MIN_LOG_SPEED - _REFERENCE_LOG_SPEED))) / (

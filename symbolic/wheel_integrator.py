@@ -17,7 +17,7 @@ import numpy as np
 
 from symbolic.arrays import Array
 from symbolic.compilation.compiled import compiled
-from symbolic.deformation import full_slide_torque, unit_moment
+from symbolic.deformation import full_slide_torque, unit_corner_moment
 from symbolic.functions import BufferedCall, named_function
 from symbolic.masing import TurningPoints, branch_torque
 from symbolic.zones import MIN_ZONE_TURN
@@ -54,7 +54,7 @@ class WheelStepper:
     def __init__(self, constants: Mapping[str, float], tolerance: float) -> None:
         """Take the constants in the order of `CONSTANTS`, and the error that one step may have [1]."""
         a, e, J_A = (constants[name] for name in ("a", "e", "J_A"))
-        stiffness = constants["k"] * float(unit_moment(0.0, a, e))
+        stiffness = constants["k"] * float(unit_corner_moment(0.0, a, e))
         slide = constants["mu"] * float(full_slide_torque(constants["F_N"], a)) / stiffness
         omega = sqrt(stiffness / J_A)
         self.longest = MAX_STEP_PERIODS * 2 * pi / omega

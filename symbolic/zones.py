@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.deformation import full_slide_level, unit_moment
+from symbolic.deformation import full_slide_level, unit_corner_moment
 from symbolic.errors import InvalidInputError
 from symbolic.functions import named_function
 from symbolic.patch_interface import Expression, PatchInputs
@@ -177,7 +177,7 @@ def polyline_moment(
     xi_in, r_in = ca.vertcat(0, xi[:-1]), ca.vertcat(0, r[:-1])
     width = xi - xi_in
     slope = _ratio(r - r_in, width, width > NEAR * xi)
-    moment = unit_moment(ca.fmin(scale * ca.vertcat(0, xi), FAR), a, e)
+    moment = unit_corner_moment(ca.fmin(scale * ca.vertcat(0, xi), FAR), a, e)
     return k * ca.dot(slope, moment[:-1] - moment[1:])
 
 

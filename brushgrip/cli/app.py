@@ -13,7 +13,7 @@ import typer
 
 from brushgrip import commands
 from brushgrip.cli.own_packages import foreign_packages
-from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
+from brushgrip.outputs.standard_streams import fault_of_output, spell_what_is_lacking
 from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Speech, flags_first, reserve_stdout
 
 BAD_INPUT, FAILED = 2, 1

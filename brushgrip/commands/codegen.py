@@ -136,7 +136,7 @@ class CodegenRequest:
         # After the files are there: whoever reads the first line alone has them all the same.
         say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
         say(observer_export.prior_in_words(observer.tuning, self.rig))
-        observer_export.remove_stale(self.out / f"{self.name}.a2l", finals)
+        observer_export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
         if found is not None:
             for line in (found.ground_taken(self.ground), rig_warning(observer.rig, self.model)):
                 if line:

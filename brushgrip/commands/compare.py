@@ -52,7 +52,7 @@ class CompareRequest(RecordingRequest):
         from brushgrip.comparison.networks import trained_methods
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
         from brushgrip.estimation.suspected import implausible
-        from brushgrip.inputs.command_inputs import staged_files, write_text
+        from brushgrip.inputs.command_inputs import staged_files, write_utf8
         from brushgrip.outputs.console import progress, say, show, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment
         from brushgrip.pictures import draw_boxes
@@ -79,9 +79,9 @@ class CompareRequest(RecordingRequest):
             document = comparison_dict(results, summaries) | {KEY: made}
             staged = dict(zip(finals, stages, strict=True))
             if self.out is not None:
-                write_text(staged[self.out], json_text(document))
+                write_utf8(staged[self.out], json_text(document))
             if self.table is not None:
-                write_text(
+                write_utf8(
                     staged[self.table], markdown_text(results, summaries) + markdown_comment(made)
                 )
             if self.picture is not None:

@@ -30,12 +30,12 @@ class DemoRequest:
         from shutil import copyfile
 
         import identification
-        from brushgrip.estimation.friction_outcome import friction_outcome
+        from brushgrip.estimation.friction_before_and_after import friction_outcome
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress
-        from brushgrip.outputs.provenance import require_own_folder
+        from brushgrip.outputs.provenance import require_same_run
         from brushgrip.published.bundled_files import RIG, copy_examples, demo_inputs
-        from brushgrip.report.diagnosis_folder import DIAGNOSIS, finish_diagnosis, write_diagnosis
+        from brushgrip.report.diagnosis_folder import DIAGNOSIS, clean_up_and_print, write_diagnosis
         from identification.selection.trial_runner import processes, submit_of
 
         if self.examples is not None:
@@ -45,7 +45,7 @@ class DemoRequest:
         read = inputs.recordings()
         recordings, holdout = read[:training], read[training:]
         made = inputs.provenance()
-        earlier = require_own_folder(self.out / DIAGNOSIS, made, force=self.force)
+        earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)
         with staged_directory(self.out) as stage, processes(None) as executor:
             submit = submit_of(executor)
             with progress() as report:
@@ -54,4 +54,4 @@ class DemoRequest:
                 outcome = friction_outcome(recordings, holdout, result, submit)
             content = write_diagnosis(stage, result, outcome, made, submit)
             copyfile(inputs.rig or RIG, stage / RIG)
-        finish_diagnosis(self.out, earlier, content, result, outcome)
+        clean_up_and_print(self.out, earlier, content, result, outcome)

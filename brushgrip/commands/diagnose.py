@@ -59,24 +59,24 @@ class DiagnoseRequest(RecordingRequest):
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
         import identification
-        from brushgrip.estimation.friction_outcome import friction_outcome
+        from brushgrip.estimation.friction_before_and_after import friction_outcome
         from brushgrip.estimation.suspected import implausible
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress, say, warn
-        from brushgrip.outputs.provenance import require_own_folder
+        from brushgrip.outputs.provenance import require_same_run
         from brushgrip.report.diagnosis_folder import (
             DIAGNOSIS,
-            finish_diagnosis,
+            clean_up_and_print,
             results_in,
             thinning,
             write_diagnosis,
         )
-        from brushgrip.running.cluster import executor_at
+        from brushgrip.running.cluster import cluster_or_local_executor
         from brushgrip.running.unfinished import trial_journal
-        from identification.reading.long_recordings import bounded
+        from identification.reading.thinned_recordings import bounded
         from identification.selection.trial_runner import submit_of
         from symbolic import CANDIDATES
-        from symbolic.vehicle.effects import CAR_EFFECTS
+        from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 
         training, held_out = len(self.recordings), self.holdout or []
         inputs = self.inputs(held_out, ground=self.ground, vehicle=self.vehicle)
@@ -85,7 +85,7 @@ class DiagnoseRequest(RecordingRequest):
         made = inputs.provenance(
             held_out=len(held_out), robust=self.robust, ground=list(self.ground or ())
         )
-        earlier = require_own_folder(self.out / DIAGNOSIS, made, force=self.force)
+        earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)
         for line in implausible(read):
             warn(line)
         least_squares, huber = identification.LEAST_SQUARES, identification.Huber
@@ -94,7 +94,7 @@ class DiagnoseRequest(RecordingRequest):
         with (
             trial_journal(self.out) as journal,
             staged_directory(self.out) as folder,
-            executor_at(self.scheduler, self.jobs) as executor,
+            cluster_or_local_executor(self.scheduler, self.jobs) as executor,
         ):
             used, shortened = bounded(read)
             for line in filter(None, (shortened, thinning(used))):
@@ -115,4 +115,4 @@ class DiagnoseRequest(RecordingRequest):
                 submit = submit_of(executor)
                 outcome = friction_outcome(used[:training], used[training:], result, submit)
             content = write_diagnosis(folder, result, outcome, made, submit)
-        finish_diagnosis(self.out, earlier, content, result, outcome)
+        clean_up_and_print(self.out, earlier, content, result, outcome)

@@ -87,24 +87,24 @@ class EstimateRequest(GroundRequest):
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
         from brushgrip.estimation.estimates import observer_factory
-        from brushgrip.inputs.command_inputs import staged_tables, table_path, write_text
+        from brushgrip.inputs.command_inputs import staged_tables, table_path, write_utf8
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import say
         from brushgrip.running.batch import (
             EstimateTask,
             estimate_all,
-            outputs_of,
+            other_outputs,
             summary_csv,
             task_submission,
         )
-        from brushgrip.wording.friction import model_taken
+        from brushgrip.wording.friction import taken_from_model
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
         observer_factory(self.observer, tuning, by_direction=self.by_direction)
         alone = len(self.recordings) == 1 and self.summary is None
-        finals = outputs_of(self.out, self.summary, self.picture, alone=alone)
+        finals = other_outputs(self.out, self.summary, self.picture, alone=alone)
         inputs = self.model_inputs(vehicle=self.vehicle)
         tasks = [
             EstimateTask(
@@ -138,9 +138,9 @@ class EstimateRequest(GroundRequest):
             if alone and (fault := outcomes[0].fault):
                 raise fault
             if self.summary:
-                write_text(stages[0], summary_csv([outcome.row for outcome in outcomes]))
+                write_utf8(stages[0], summary_csv([outcome.row for outcome in outcomes]))
         if found := inputs.found():
-            say(f"From {self.model}: {model_taken(found)}.")
+            say(f"From {self.model}: {taken_from_model(found)}.")
         self._say(outcomes, finals)
 
     def _say(self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path]) -> None:
@@ -151,7 +151,7 @@ class EstimateRequest(GroundRequest):
         """
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.running.batch import friction_of_grounds, printed_rows
-        from brushgrip.wording.formatting import range_of
+        from brushgrip.wording.formatting import friction_range
         from symbolic import InvalidInputError
 
         rows = [outcome.row for outcome in outcomes]
@@ -167,7 +167,7 @@ class EstimateRequest(GroundRequest):
                 print_table(title, *printed_rows(rows), overflow="fold")
             for line in friction_of_grounds(rows):
                 say(line)
-            say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {range_of(rows)}")
+            say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {friction_range(rows)}")
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
         show(rows)

@@ -8,8 +8,8 @@ from brushgrip.commands.options import ChannelMap, OutJson, RigFile, VehicleFile
 
 if TYPE_CHECKING:
     from brushgrip.inputs.command_inputs import Inputs
+    from identification.steering.full_slide_calibration import TyresResult
     from identification.steering.plates import PlatesResult
-    from identification.steering.tyres import TyresResult
     from symbolic import Vehicle
 
 USUAL_TOLERANCE = 0.05
@@ -109,14 +109,14 @@ class IdentifyRequest:
 
     def _run_car(self, vehicle: Path, recordings: list[str]) -> None:
         """Write what recordings on plates, or on ground of known friction, tell of a car."""
-        from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_text
+        from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_utf8
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import print_table, say, show, warn
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text, with_identified
         from brushgrip.wording.formatting import json_text, listed, percent, quantity
         from identification import read_vehicle
-        from identification.steering.tyres import TyresResult
+        from identification.steering.full_slide_calibration import TyresResult
         from symbolic import InvalidInputError
 
         written = self.write_vehicle
@@ -131,11 +131,11 @@ class IdentifyRequest:
             result = self._on_plates(car, inputs) if self.plates else self._on_ground(car, inputs)
             document = {key: asdict(result), KEY: inputs.provenance()}
             if self.out:
-                write_text(stages[0], json_text(document))
+                write_utf8(stages[0], json_text(document))
             if written:
                 comments = {} if self.plates else {"slide_factor": self._held_for(car)}
                 changes = with_identified(car, result)
-                write_text(stages[-1], identified_vehicle_text(vehicle, changes, comments))
+                write_utf8(stages[-1], identified_vehicle_text(vehicle, changes, comments))
         rows = [(name, quantity(one)) for name, one in result.parameters.items()]
         if isinstance(result, TyresResult):
             rows.append(("unexplained, of full slide (rms)", percent(result.rest)))
@@ -176,7 +176,7 @@ class IdentifyRequest:
 
     def _on_ground(self, car: "Vehicle", inputs: "Inputs") -> "TyresResult":
         from brushgrip.inputs.command_inputs import require_brakes_known
-        from identification.steering.tyres import identify_tyres
+        from identification.steering.full_slide_calibration import identify_tyres
 
         read, friction = inputs.recordings(), self.ground_friction or 0.0
         require_brakes_known(inputs.vehicle, read)
@@ -185,7 +185,7 @@ class IdentifyRequest:
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""
         import identification
-        from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_text
+        from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_utf8
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import say, show
         from brushgrip.outputs.provenance import KEY
@@ -216,10 +216,10 @@ class IdentifyRequest:
             decrement = estimate_by_decrement(decays)
             document = free_decay_document(result, decrement) | {KEY: inputs.provenance()}
             if results:
-                write_text(stages[0], json_text(document))
+                write_utf8(stages[0], json_text(document))
                 draw_free_decay(stages[1], result, decrement)
             if declared:
-                write_text(stages[-1], identified_rig_text(*declared, self.rig, result))
+                write_utf8(stages[-1], identified_rig_text(*declared, self.rig, result))
         print_free_decay(result, decrement)
         if finals:
             say(f"wrote {listed(list(map(str, finals)))}")

@@ -21,7 +21,7 @@ from brushgrip.commands.options import (
 from brushgrip.inputs.choices import ObserverName
 
 if TYPE_CHECKING:
-    from brushgrip.live.messages import Sender
+    from brushgrip.live.sender import Sender
     from brushgrip.live.session import Session
 
 
@@ -101,13 +101,13 @@ class LiveRequest:
 
     def _senders(self, stack: ExitStack) -> "tuple[Sender, ...]":
         """What sends friction, closed with the stack."""
-        from brushgrip.inputs.command_inputs import write_text
-        from brushgrip.live.messages import DATABASE, Sender
+        from brushgrip.inputs.command_inputs import write_utf8
+        from brushgrip.live.sender import DATABASE, Sender
         from brushgrip.outputs.atomic import staged_file
 
         if self.send_dbc is not None:
             with staged_file(self.send_dbc) as stage:
-                write_text(stage, DATABASE)
+                write_utf8(stage, DATABASE)
         return tuple(stack.enter_context(closing(Sender(spec))) for spec in self.send or ())
 
     def _run(self, session: "Session") -> None:
@@ -131,11 +131,11 @@ class LiveRequest:
 
         from brushgrip.estimation.estimates import observer_factory
         from brushgrip.inputs.command_inputs import locate_inputs
-        from brushgrip.inputs.steering_limits import chosen_limits, share_of
+        from brushgrip.inputs.plan_inputs import chosen_limits, share_of
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.live.adviser import Adviser
-        from brushgrip.live.following import follow
         from brushgrip.live.session import Session
+        from brushgrip.live.session_setup import follow
 
         inputs = locate_inputs(
             rig=self.rig, vehicle=self.vehicle, model=self.model, channel_map=self.channel_map,

@@ -20,7 +20,7 @@ def option(flag: str, metavar: str | None = None, help: str = "", **settings: An
     return typer.Option(flag, metavar=metavar, help=help, show_default=False, **settings)
 
 
-def usable_file(path: Path | None) -> Path | None:
+def valid_file_name(path: Path | None) -> Path | None:
     """The name of a file to write, as it was given; None for none.
 
     Raises:
@@ -70,7 +70,7 @@ def model_file(path: Path | None) -> Path | None:
 
 def file_option(flag: str, metavar: str, help: str = "File to write.") -> Any:
     """The name of a file to write."""
-    return option(flag, metavar, help, callback=usable_file)
+    return option(flag, metavar, help, callback=valid_file_name)
 
 
 def folder_option(flag: str = "--out", help: str = "Folder to write to.") -> Any:

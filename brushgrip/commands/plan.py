@@ -82,11 +82,11 @@ class PlanRequest:
 
     def run(self) -> None:
         """Write the path and say how far to turn on each ground."""
-        from brushgrip.inputs.command_inputs import locate_inputs, staged_tables, write_text
-        from brushgrip.inputs.steering_limits import chosen_limits, frictions_of, load_of, share_of
+        from brushgrip.inputs.command_inputs import locate_inputs, staged_tables, write_utf8
+        from brushgrip.inputs.plan_inputs import chosen_limits, frictions_of, load_of, share_of
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.outputs.observer_export import chosen_observer
-        from brushgrip.outputs.planned import path_table
+        from brushgrip.outputs.planned import plan_csv
         from brushgrip.pictures.planned import draw_plan_and_forecast
         from observers import AligningTorque, plan
         from observers.planning.plan import MUS
@@ -122,7 +122,7 @@ class PlanRequest:
                 observer, target, limits, F_N, mus=mus, objective=self.least.value, over=self.over.value
             )
             if stages:
-                write_text(stages[0], path_table(planned, self.vehicle))
+                write_utf8(stages[0], plan_csv(planned, self.vehicle))
                 draw_plan_and_forecast(stages[1], planned)
         self._say(planned, finals, inputs.signals.of("psi"))
 

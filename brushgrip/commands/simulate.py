@@ -25,8 +25,8 @@ class SimulateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
-        from brushgrip.estimation.simulation import model_and_values, simulated_torque
-        from brushgrip.inputs.command_inputs import staged_tables, table_path, write_text
+        from brushgrip.estimation.simulated_torque import model_and_values, simulated_torque
+        from brushgrip.inputs.command_inputs import staged_tables, table_path, write_utf8
         from brushgrip.outputs.console import say, show
         from brushgrip.report.printed import say_ground
         from brushgrip.wording.formatting import csv_text
@@ -42,7 +42,7 @@ class SimulateRequest(GroundRequest):
             models = [model_and_values(recording, found, self.mu) for recording in recordings]
             for recording, (model, values), stage in zip(recordings, models, stages, strict=True):
                 torque = simulated_torque(recording, model, values, found)
-                write_text(stage, csv_text({"t": recording.t, "M_z": torque}))
+                write_utf8(stage, csv_text({"t": recording.t, "M_z": torque}))
         for recording in recordings:
             say_ground(recording, found)
         for final in finals:

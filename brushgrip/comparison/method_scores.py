@@ -108,13 +108,13 @@ def compare(
             scores.append(_score(case, AUTHOR, mu, None))
         for j, method in enumerate(methods):
             progress(f"{case.recording.name}, {method.name}", i * len(methods) + j, total)
-            mu, theta = timed_estimate(method, case.recording)
+            mu, theta = estimate_and_time_ratio(method, case.recording)
             scores.append(_score(case, method.name, mu, theta))
         results.append(CaseScores(case=case, scores=tuple(scores)))
     return results
 
 
-def timed_estimate(method: Method, recording: Recording) -> tuple[Array, float]:
+def estimate_and_time_ratio(method: Method, recording: Recording) -> tuple[Array, float]:
     """The first estimate, and calculation time over measurement time [1], [Györök 2022], (5.10).
 
     The shortest of several rounds counts, without what a method caches in the first. Processor time of

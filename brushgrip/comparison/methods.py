@@ -9,8 +9,8 @@ from brushgrip.estimation.estimates import (
     OBSERVERS,
     ObserverFactory,
     angle_without_imputed,
-    comparable_friction,
     model_observer,
+    mu_eff_or_mu,
     root_solver,
     run_observer,
 )
@@ -66,7 +66,7 @@ class ObserverMethod:
     def estimate(self, recording: Recording) -> Array:
         """See `Method.estimate`."""
         observer = self.factory(recording, self.found)
-        return comparable_friction(run_observer(observer, recording, one_by_one=True))
+        return mu_eff_or_mu(run_observer(observer, recording, one_by_one=True))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +89,7 @@ class CompiledEkf:
         psi_dot = recording.psi_dot if recording.psi_dot_recorded else None
         psi = angle_without_imputed(recording)
         channels = (recording.t, psi, recording.F_N, recording.M_z, psi_dot)
-        return comparable_friction(code.run(*channels))
+        return mu_eff_or_mu(code.run(*channels))
 
 
 ROOT_METHODS: Mapping[str, ObserverFactory] = {

@@ -18,7 +18,7 @@ MIN_REVERSAL = 5e-4
 """Least turn back that is taken for a reversal [rad], as in `observers.ZoneRootSolver`."""
 
 
-def plain_inputs(recording: Recording) -> Array:
+def angle_and_torque_inputs(recording: Recording) -> Array:
     """Inputs of the neural network of [Györök 2022], section 4.1: psi, psi_max and M, shape (n, 3).
 
     M is -M_z, as in the files published with it; where it is missing, the last value is imputed.
@@ -42,7 +42,7 @@ def all_inputs(recording: Recording) -> Array:
     )
     constant = [np.full(recording.t.size, value) for value in (rig.e, rig.a, k)]
     return np.column_stack([
-        plain_inputs(recording),
+        angle_and_torque_inputs(recording),
         constant[0],
         recording.F_N,
         history.direction,
@@ -54,7 +54,7 @@ def all_inputs(recording: Recording) -> Array:
 
 def neural_network(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:
     """The neural network of [Györök 2022], section 4.1, trained on recordings with a declared mu."""
-    return train(recordings, plain_inputs, design, name="neural network")
+    return train(recordings, angle_and_torque_inputs, design, name="neural network")
 
 
 def corrected_root(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:

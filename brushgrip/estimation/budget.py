@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from brushgrip.estimation.estimates import ObserverFactory, channels_of, held_wheel
+from brushgrip.estimation.estimates import ObserverFactory, channels_of, with_brakes
 from brushgrip.wording.friction import last_usable
 from identification import FoundModel, Recording
 from observers import DirectionalFriction, Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
 from observers.quality.tolerances import OF_LOAD
-from symbolic.vehicle.mean_wheel import friction_shares
+from symbolic.vehicle.mean_wheel import friction_uncertainties
 
 MAX_BUDGET_SAMPLES = 100_000
 """Samples that go through the filter once more."""
@@ -45,14 +45,14 @@ def friction_budget(
         of_stretch = np.flatnonzero(car.stretch == number)
         channels = {n: c if c is None else c[of_stretch] for n, c in channels.items()}
         channels |= {"psi_dot": None}
-        held, at = held_wheel(recording, car, car.brakes[number]), at - int(of_stretch[0])
+        held, at = with_brakes(recording, car, car.brakes[number]), at - int(of_stretch[0])
     observer = factory(held, found)
     if not isinstance(observer, Ekf) or isinstance(observer.measurement_model, DirectionalFriction):
         return {}
     shares = uncertainty_budget(observer, at, **channels)
     if car is not None:
         shares.pop(OF_LOAD)
-        declared = friction_shares(car.vehicle, brakes=car.brakes[number])
+        declared = friction_uncertainties(car.vehicle, brakes=car.brakes[number])
         shares |= {OF_VEHICLE[name]: share for name, share in declared.items()}
     half = BAND_STDS * float(estimates.mu_eff[last_usable(estimates)])
     return {name: half * share for name, share in shares.items() if share > 0}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.tunings import ChosenTuning
-from brushgrip.wording.friction import uncontradicted
+from brushgrip.wording.friction import last_uncontradicted
 from identification import FoundModel, Recording, Standstills
 from observers import (
     AligningTorque,
@@ -78,7 +78,7 @@ class FrictionTrack:
     def last_usable(self) -> int | None:
         """As `brushgrip.wording.friction.last_usable`."""
         begin = int(np.searchsorted(self.t, self.changes[-1])) if self.changes.size else 0
-        return uncontradicted(self.usable, self.inconsistent, begin)
+        return last_uncontradicted(self.usable, self.inconsistent, begin)
 
 
 def model_observer(
@@ -200,7 +200,7 @@ def _over_standstills(
     factory: ObserverFactory, recording: Recording, standstills: Standstills, found: FoundModel | None
 ) -> Estimates:
     """Friction of a car, each standstill by an observer of its own."""
-    of_brakes = {b: factory(held_wheel(recording, standstills, b), found) for b in standstills.brakes}
+    of_brakes = {b: factory(with_brakes(recording, standstills, b), found) for b in standstills.brakes}
     observers = [of_brakes[brakes] for brakes in standstills.brakes]
     channels = {name: getattr(recording, name) for name in ("t", "F_N", "M_z")}
     return run_standstills(
@@ -208,7 +208,7 @@ def _over_standstills(
     )
 
 
-def held_wheel(recording: Recording, standstills: Standstills, brakes: bool) -> Recording:
+def with_brakes(recording: Recording, standstills: Standstills, brakes: bool) -> Recording:
     """The recording of a car with its mean wheel, brakes held or not."""
     rig, tyre = rig_of(standstills.vehicle, brakes=brakes)
     own = replace(standstills, brakes=(brakes,))
@@ -233,7 +233,7 @@ def channels_of(recording: Recording) -> dict[str, Any]:
     }
 
 
-def comparable_friction(estimates: Estimates) -> Array:
+def mu_eff_or_mu(estimates: Estimates) -> Array:
     """Friction that compares between models: mu_eff, or mu of an observer that does not state it [1]."""
     return np.where(np.isfinite(estimates.mu_eff), estimates.mu_eff, estimates.mu)
 
@@ -276,7 +276,7 @@ def friction_track(
         name=recording.name,
         label=f"{label}, {model}",
         t=estimates.t,
-        mu=comparable_friction(estimates),
+        mu=mu_eff_or_mu(estimates),
         mu_std=estimates.mu_eff_std,
         usable=estimates.usable,
         changes=estimates.t[estimates.status & Status.RESET != 0],

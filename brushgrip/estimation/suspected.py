@@ -6,7 +6,7 @@ from itertools import islice
 import numpy as np
 
 from brushgrip.estimation.estimates import ObserverFactory, has_aligning_torque, samples_of
-from brushgrip.estimation.suggested_map import with_remedy
+from brushgrip.estimation.map_correction import with_remedy
 from brushgrip.wording.friction import MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from observers import Estimates, Loop, Status, suspicions_of

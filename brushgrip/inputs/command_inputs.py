@@ -9,7 +9,13 @@ from typing import TypeVar
 
 import numpy as np
 
-from brushgrip.inputs.recordings import grounds_by_name, keep_inputs, locate, same_samples, unique_labels
+from brushgrip.inputs.recordings import (
+    grounds_by_name,
+    keep_inputs,
+    locate,
+    shares_samples,
+    unique_labels,
+)
 from brushgrip.inputs.user_effects import effect_files, user_effects
 from brushgrip.outputs.atomic import staged_file
 from brushgrip.outputs.provenance import Provenance, provenance_file, provenance_of
@@ -26,11 +32,11 @@ from identification import (
     read_signals,
     read_vehicle,
 )
-from identification.reading.adjusting import trimmed
 from identification.reading.chosen_map import with_steering_ratio
-from identification.reading.files import read_bytes
+from identification.reading.file_content import read_bytes
 from identification.reading.readers import files_beside
 from identification.reading.signal_map import parse_maps
+from identification.reading.trimming_and_wheel_angle import trimmed
 from symbolic import Effect, InvalidInputError
 from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
 from symbolic.tables.vehicle_tables import VEHICLE
@@ -91,7 +97,7 @@ class Inputs:
             for path in self.paths.values()
         ]
         if torque_required:
-            self._require_distinct(read, same_samples, ", either for training or held out")
+            self._require_distinct(read, shares_samples, ", either for training or held out")
         return [
             trimmed(
                 replace(recording, name=label, ground=self.grounds.get(label, recording.ground)),
@@ -253,11 +259,11 @@ def staged_tables(
     inputs.keep([*others, *finals, told])
     made = inputs.provenance(**settings)
     with staged_files([*finals, told]) as (*stages, origin):
-        write_text(origin, json_text(made))
+        write_utf8(origin, json_text(made))
         yield stages
 
 
-def write_text(path: Path, text: str) -> None:
+def write_utf8(path: Path, text: str) -> None:
     """The text as UTF-8 with the same ends of lines everywhere."""
     path.write_text(text, encoding="utf-8", newline="\n")
 

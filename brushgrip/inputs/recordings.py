@@ -85,7 +85,7 @@ def keep_inputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
             raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
 
 
-def same_samples(one: Recording, other: Recording) -> bool:
+def shares_samples(one: Recording, other: Recording) -> bool:
     """Whether they are alike, or most pairs of angle and torque in the shorter occur in the longer."""
     if np.array_equal(one.psi, other.psi) and np.array_equal(one.M_z, other.M_z, equal_nan=True):
         return True

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Mapping
 from math import inf
 
-from identification.reading.channels import map_hint, resolve
+from identification.reading.channel_matching import map_hint, resolve
 from identification.reading.chosen_map import fitting_map, unit_by_name
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_VALUES, columns_of

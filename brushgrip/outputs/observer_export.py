@@ -158,7 +158,7 @@ def append_origin(files: Sequence[Path], comment: str) -> None:
                 file.write(comment)
 
 
-def remove_stale(description: Path, written: Sequence[Path]) -> None:
+def remove_stale_description(description: Path, written: Sequence[Path]) -> None:
     """Removes the description of parameters of an earlier generation, which this one has not."""
     if description.is_file() and description.resolve() not in written:
         require_replaceable([description])

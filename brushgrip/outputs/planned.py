@@ -12,7 +12,7 @@ from symbolic.arrays import Array
 from symbolic.vehicle.steering import mean_angle
 
 
-def path_table(plan: Plan, vehicle: Path | None) -> str:
+def plan_csv(plan: Plan, vehicle: Path | None) -> str:
     """The CSV of a path: angle and travel over time, and the usable deviations for each friction."""
     path = plan.path
     columns = {"t": path.t, "psi": path.psi, "psi_dot": path.psi_dot, "travel": path.travel}

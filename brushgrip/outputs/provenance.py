@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from brushgrip.outputs.verbosity import COMMAND_LINE
-from identification.reading.files import require_readable
+from identification.reading.file_content import require_readable
 from symbolic import InvalidInputError, Rig, rig_from_tables
 from symbolic.errors import printable
 from symbolic.tables.parsing import toml_of
@@ -78,7 +78,7 @@ def provenance_file(out: Path) -> Path:
     return out.with_name(f"{out.stem}.{KEY}.json")
 
 
-def require_own_folder(document: Path, made: Provenance, *, force: bool) -> tuple[str, ...]:
+def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[str, ...]:
     """Refuses a folder that holds the results of another run.
 
     The same inputs, rig, map and settings are the same run: it replaces what it wrote before.

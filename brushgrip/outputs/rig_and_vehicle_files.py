@@ -10,16 +10,16 @@ from typing import Any
 from scipy.optimize import brentq
 
 from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
-from identification.reading.files import read_bytes
+from identification.reading.file_content import read_bytes
 from identification.reading.rigfile import rig_text
-from identification.reading.signals_section import signals_text
+from identification.reading.signals_section import signals_section
+from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.plates import PlatesResult
-from identification.steering.tyres import TyresResult
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.parameters import EVEN
 from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
 from symbolic.tables.vehicle_tables import VEHICLE
-from symbolic.vehicle.steering import jacking, lock_angle
+from symbolic.vehicle.steering import jacking_torque, lock_angle
 from symbolic.vehicle.vehicle import RANGES, STD_PER_TOLERANCE, Vehicle
 
 Changes = Mapping[str, float | tuple[float, float]]
@@ -89,10 +89,10 @@ def _rounded(value: float) -> float:
 def _inclination(vehicle: Vehicle, factor: float) -> float:
     """The inclination that gives this multiple of the declared return torque [rad]."""
     angle = OF_LOCK * lock_angle(vehicle)
-    wanted = factor * jacking(vehicle, angle)
+    wanted = factor * jacking_torque(vehicle, angle)
 
     def excess(inclination: float) -> float:
-        return float(jacking(replace(vehicle, inclination=inclination), angle) - wanted)
+        return float(jacking_torque(replace(vehicle, inclination=inclination), angle) - wanted)
 
     least, most = 0.0, RANGES["inclination"][1]
     if excess(least) * excess(most) > 0:
@@ -117,7 +117,7 @@ def identified_vehicle_text(
     behind = {name: f"  # {comment}" for name, comment in comments.items()}
     values = (f"{name} = {_toml(one)}{behind.get(name, '')}" for name, one in section.items())
     lines = [f"[{VEHICLE}]", *values, ""]
-    return "\n".join(filter(None, ("\n".join(lines), signals_text(read_signals(file)))))
+    return "\n".join(filter(None, ("\n".join(lines), signals_section(read_signals(file)))))
 
 
 def _toml(value: Any) -> str:
@@ -147,5 +147,5 @@ def identified_rig_text(rig: Rig, tyre: Tyre, file: Path | None, result: FreeDec
     tolerances = replace(rig.tolerances, k=result.k.std / EVEN)
     identified = replace(rig, b_t=result.b_t.value, tolerances=tolerances)
     completed = rig_text(identified, replace(tyre, k=result.k.value))
-    signals = signals_text(SignalMap() if file is None else read_signals(file))
+    signals = signals_section(SignalMap() if file is None else read_signals(file))
     return "\n".join(filter(None, (completed, signals)))

@@ -16,8 +16,8 @@ from brushgrip.pictures.style import (
     MEASURED,
     QUIET,
     legend_above,
-    ordered,
     picture,
+    representative_first,
     set_title,
 )
 from brushgrip.wording.formatting import candidate_outcome, percent, plain, signed
@@ -38,7 +38,7 @@ _TITLE_WIDTH = 130
 
 def draw_loops(path: Path, diagnosis: Diagnosis) -> None:
     """Draw torque over yaw angle: one recording large, all others small below it."""
-    first, *others = ordered(diagnosis)
+    first, *others = representative_first(diagnosis)
     rows = ceil(len(others) / _MAX_COLUMNS)
     columns = max(2, ceil(len(others) / rows)) if rows else 1
     with picture(path, 4.8 + 2.2 * rows) as figure:
@@ -78,7 +78,7 @@ def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) 
 
 def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
     """Draw simulated minus measured torque of `MAX_RECORDINGS` at most, before and after."""
-    shown = ordered(diagnosis)[:MAX_RECORDINGS]
+    shown = representative_first(diagnosis)[:MAX_RECORDINGS]
     with picture(path, 0.9 + 1.9 * len(shown)) as figure:
         grid = figure.add_gridspec(len(shown), 2, width_ratios=[2, 1])
         for row, series in enumerate(shown):

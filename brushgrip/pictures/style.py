@@ -100,7 +100,7 @@ def legend_above(figure: Figure, artists: list[Artist]) -> None:
     figure.legend(artists, labels, loc="outside upper left", ncols=columns)
 
 
-def ordered(diagnosis: Diagnosis) -> list[Series]:
+def representative_first(diagnosis: Diagnosis) -> list[Series]:
     """Every recording: the representative one first, then held-out ones, then training ones."""
     first = diagnosis.representative
     others = [series for series in diagnosis.series if series is not first]

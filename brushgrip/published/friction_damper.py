@@ -77,7 +77,7 @@ def fetch_runs(
     destination: str | Path,
     registry: tuple[str, dict[str, str]],
     download: Download,
-    beside: str,
+    local_sibling: str,
     say: Say,
 ) -> list[Path]:
     """What `fetch_friction_damper` does, with runs of any `registry`; see `digests`.
@@ -86,7 +86,7 @@ def fetch_runs(
         destination: the folder, made if missing.
         registry: address and digests.
         download: (address, name of a run) -> its channels.
-        beside: folder beside that of a local copy, where the runs may be.
+        local_sibling: folder beside that of a local copy, where the runs may be.
         say: takes one line of progress at a time.
     """
     destination, local = Path(destination), os.environ.get(LOCAL_COPY)
@@ -96,7 +96,7 @@ def fetch_runs(
             if _is_whole(destination / f"{name}.npz", digest):
                 continue
             say(f"{number}/{len(published)} {name}")
-            channels = _copied(Path(local), name, beside) if local else download(address, name)
+            channels = _copied(Path(local), name, local_sibling) if local else download(address, name)
             if digest_of(channels) != digest:
                 kind, place = (InvalidInputError, local) if local else (FetchError, address)
                 raise kind(f"{name}: the values from {place} are not the published ones; nothing kept")
@@ -124,8 +124,8 @@ def _loaded(path: Path) -> dict[str, Array]:
         raise InvalidInputError(f"{path}: is no run of the friction damper ({error})") from None
 
 
-def _copied(local: Path, name: str, beside: str) -> dict[str, Array]:
-    places = [folder / f"{name}.npz" for folder in (local, local.resolve().parent / beside)]
+def _copied(local: Path, name: str, local_sibling: str) -> dict[str, Array]:
+    places = [folder / f"{name}.npz" for folder in (local, local.resolve().parent / local_sibling)]
     for path in places:
         if path.is_file():
             return _loaded(path)

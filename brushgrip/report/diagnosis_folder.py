@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from brushgrip.estimation.friction_outcome import FrictionOutcome
-from brushgrip.inputs.command_inputs import write_text
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.inputs.command_inputs import write_utf8
 from brushgrip.outputs.console import say, show
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, provenance_of, remove_earlier
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
@@ -57,18 +57,18 @@ def write_diagnosis(
     """
     made = provenance_of([]) if made is None else made
     model = json.loads(model_text(diagnosis)) | {KEY: dict(made)}
-    write_text(folder / MODEL, json_text(model))
+    write_utf8(folder / MODEL, json_text(model))
     told = {**made, "model": {"name": MODEL, "sha256": digest_of(folder / MODEL)}}
     write_report(folder, diagnosis, outcome.compared if outcome else (), outcome, told, submit)
     content = diagnosis.to_dict() | {
         "friction": outcome.to_dict() if outcome else None,
         KEY: {**told, "files": sorted({DIAGNOSIS, *(path.name for path in folder.iterdir())})},
     }
-    write_text(folder / DIAGNOSIS, json_text(content))
+    write_utf8(folder / DIAGNOSIS, json_text(content))
     return content
 
 
-def finish_diagnosis(
+def clean_up_and_print(
     out: Path,
     earlier: Sequence[str],
     content: dict[str, Any],

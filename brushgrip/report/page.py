@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome, found_model
+from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome, found_model
 from brushgrip.pictures import (
     draw_candidates,
     draw_experiment,
@@ -25,7 +25,7 @@ from brushgrip.pictures import (
 )
 from brushgrip.pictures.diagnosis import MAX_RECORDINGS
 from brushgrip.pictures.style import drawn, is_drawn_by_us
-from brushgrip.report import friction_words, scope, tables, to_send
+from brushgrip.report import friction_summary, plain_summary, scope, tables
 from brushgrip.wording import diagnosis_in_words, formatting
 from brushgrip.wording import friction as friction_wording
 from identification import Diagnosis
@@ -42,7 +42,14 @@ _MAX_DRAWING_SIZE = 3_000_000
 """Bytes of a drawing that the page takes."""
 _MAX_LINE_SAMPLES = 100_000
 """Samples of all recordings that are drawn as lines; of more the page takes points."""
-_WORDING_MODULES = (formatting, diagnosis_in_words, friction_wording, friction_words, scope, to_send)
+_WORDING_MODULES = (
+    formatting,
+    diagnosis_in_words,
+    friction_wording,
+    friction_summary,
+    scope,
+    plain_summary,
+)
 """Modules whose public functions the template uses, as functions and as filters."""
 
 

@@ -1,21 +1,21 @@
 """Results of a diagnosis and of free vibrations as lines and tables on the screen."""
 
-from brushgrip.estimation.friction_outcome import FrictionOutcome, found_model
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
-from brushgrip.report.friction_words import (
-    friction_figures,
-    friction_groups,
+from brushgrip.report.friction_summary import (
+    friction_group_labels,
+    friction_quality_rows,
     ground_spreads,
     widest_causes,
 )
+from brushgrip.report.plain_summary import friction_and_notes, paragraph_to_send
 from brushgrip.report.tables import friction_by_ground
-from brushgrip.report.to_send import friction_lines, paragraph_to_send
 from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism
 from brushgrip.wording.formatting import (
     candidate_reason,
     error_columns,
     error_figures,
-    error_percentages,
+    judged_error_percentages,
     listed,
     parameters,
     percent,
@@ -29,7 +29,7 @@ from brushgrip.wording.friction import use_of
 from identification import Diagnosis, FoundEffect, FoundModel, FreeDecay, ParameterEstimate, Recording
 from identification.thesis import DecrementEstimate
 from symbolic import CANDIDATES
-from symbolic.vehicle.effects import CAR_EFFECTS
+from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 
 
 def say_ground(recording: Recording, found: FoundModel | None) -> None:
@@ -50,7 +50,7 @@ def print_diagnosis(
     """
     if warning:
         print_text(warning, style="bold")
-    known, notes = friction_lines(outcome)
+    known, notes = friction_and_notes(outcome)
     for line in (*known, headline(diagnosis)):
         print_text(line, style="bold")
     for line in notes:
@@ -82,8 +82,8 @@ def print_diagnosis(
             label = "next recording" if effect.experiment.feasible else "not separable"
             print_text(f"{label}: {sentence(effect.experiment.sentence)}")
     if outcome:
-        figures = [(label, *values) for label, values, _ in friction_figures(outcome)]
-        headings = ("figure", *friction_groups(outcome))
+        figures = [(label, *values) for label, values, _ in friction_quality_rows(outcome)]
+        headings = ("figure", *friction_group_labels(outcome))
         title = "Friction by the declared model → by the model found, mean over recordings"
         print_table(title, headings, figures, right=True)
         if spreads := ground_spreads(outcome):
@@ -101,7 +101,7 @@ def print_diagnosis(
 def own_rejected(diagnosis: Diagnosis) -> list[str]:
     """A line for each effect of the user's own that was not added: what it is worth, and why not."""
     added = {effect.name for effect in diagnosis.effects}
-    before = error_percentages(diagnosis)[1]
+    before = judged_error_percentages(diagnosis)[1]
     return [
         f"{plain(c.name)}, of your own, was not added: {parameters(c.parameters) or 'by recording'};"
         f" error {before} → {percent(c.holdout_nrmse)} of range with it alone, ΔBIC"

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import EKF_DECLARED, EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import demo_folder
 from brushgrip.wording.diagnosis_in_words import CLEAR
-from brushgrip.wording.formatting import error_percentages, listed, plain
+from brushgrip.wording.formatting import judged_error_percentages, listed, plain
 from identification import Diagnosis, FoundEffect
 from observers.estimates import BAND_STDS
 from symbolic import EFFECTS, InvalidInputError
@@ -55,7 +55,7 @@ def validity(diagnosis: Diagnosis) -> str:
     )
 
 
-def missing(diagnosis: Diagnosis) -> str:
+def missing_effects(diagnosis: Diagnosis) -> str:
     """What the declared model leaves out, in one sentence; empty where nothing is certain."""
     clear, weak = (
         list(dict.fromkeys(_cause(effect) for effect in diagnosis.effects if effect.grade in grades))
@@ -116,7 +116,7 @@ def _range(values: Sequence[float], digits: int) -> str:
 
 def error_to_quote(diagnosis: Diagnosis) -> str:
     """The one torque error to quote, what it was without the effects, and what judged it."""
-    kind, before, after = error_percentages(diagnosis)
+    kind, before, after = judged_error_percentages(diagnosis)
     count = len(diagnosis.holdout)
     judged = {
         "validation": f"on {count} validation recording{'s' * (count != 1)}, which chose the effects but"

@@ -7,11 +7,11 @@ from typing import Any
 from markupsafe import Markup
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import EKF_DECLARED, EKF_FOUND, FrictionOutcome
-from brushgrip.report.friction_words import (
-    friction_figures,
-    friction_groups,
-    known_friction,
+from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
+from brushgrip.report.friction_summary import (
+    friction_group_labels,
+    friction_quality_rows,
+    last_usable_friction,
     usable_until,
 )
 from brushgrip.wording.diagnosis_in_words import GRADES, plain_parameter
@@ -26,7 +26,7 @@ from brushgrip.wording.formatting import (
     plain,
     quantity,
     signed,
-    torque,
+    torque_value,
 )
 from identification import Diagnosis, Signature
 
@@ -54,7 +54,7 @@ def friction_by_ground(friction: FrictionOutcome) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
     tracks, named = friction.tracks_of(EKF_FOUND), any(friction.grounds)
     rows = [
-        (name, *[ground or "–"][:named], known_friction(tracks[name]), usable_until(tracks[name]))
+        (name, *[ground or "–"][:named], last_usable_friction(tracks[name]), usable_until(tracks[name]))
         for ground, names in friction.grounds.items()
         for name in names
         if name in tracks
@@ -72,17 +72,17 @@ def friction_by_ground(friction: FrictionOutcome) -> ReportTable:
 
 def friction_meaning(friction: FrictionOutcome) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
-    groups = friction_groups(friction)
+    groups = friction_group_labels(friction)
     return ReportTable(
         caption="Mean over recordings: by the declared model → by the model found. In brackets: how many"
         " recordings have the figure, where not all do",
         headings=("figure", *groups, "in plain words"),
-        rows=[(label, *figures, words) for label, figures, words in friction_figures(friction)],
+        rows=[(label, *figures, words) for label, figures, words in friction_quality_rows(friction)],
         words=(len(groups) + 1,),
     )
 
 
-def final_friction(friction: FrictionOutcome) -> ReportTable:
+def settling_by_recording(friction: FrictionOutcome) -> ReportTable:
     """How each recording's estimate came to its end."""
 
     def pair(name: str, figure: str) -> str:
@@ -94,7 +94,7 @@ def final_friction(friction: FrictionOutcome) -> ReportTable:
         (
             name,
             "validation" if name in friction.holdout else "training",
-            known_friction(declared[name]) if name in declared else "–",
+            last_usable_friction(declared[name]) if name in declared else "–",
             pair(name, "settling"),
         )
         for names in friction.grounds.values()
@@ -114,7 +114,9 @@ def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
     alike: dict[tuple[str, ...], list[str]] = {}
     for t in tracks:
         reference = "–" if t.reference is None else f"{t.reference:.3f}"
-        alike.setdefault((t.name, known_friction(t), reference, usable_until(t)), []).append(t.label)
+        alike.setdefault((t.name, last_usable_friction(t), reference, usable_until(t)), []).append(
+            t.label
+        )
     return ReportTable(
         caption="Friction μ_eff ± 95 % band at the last usable sample; observers that agree share a row"
         + (f". Reference: {listed(list(labels))}" if labels else ""),
@@ -153,7 +155,7 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
     rows = []
     for name in (*diagnosis.recordings, *diagnosis.holdout):
         row = [name, "validation" if name in diagnosis.holdout else "training"]
-        row += [torque(errors.rmse[name]) for errors in stages.values()]
+        row += [torque_value(errors.rmse[name]) for errors in stages.values()]
         row += [percent(errors.nrmse[name]) for errors in stages.values()]
         if diagnosis.after.left_out:
             row += [percent(errors.left_out[name]) for errors in both.values()]
@@ -173,7 +175,7 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
     )
 
 
-def correlations(diagnosis: Diagnosis) -> ReportTable:
+def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
     """Signals that the residual follows, before and after, in descending strength before."""
     after = {s.signal: s for s in diagnosis.signatures_after.signatures}
     before = sorted(diagnosis.signatures_before.signatures, key=lambda s: -abs(s.correlation))

@@ -19,27 +19,27 @@ from brushgrip.estimation.estimates import (
     observer_factory,
 )
 from brushgrip.estimation.suspected import require_plausible, suspected_cause
-from brushgrip.estimation.torque_channel import differing_rates, excess_noise
+from brushgrip.estimation.torque_channel_checks import differing_rates, excess_noise
 from brushgrip.inputs.choices import ObserverName
-from brushgrip.inputs.command_inputs import Inputs, staged_files, write_text
+from brushgrip.inputs.command_inputs import Inputs, staged_files, write_utf8
 from brushgrip.inputs.tunings import ChosenTuning
 from brushgrip.outputs.atomic import check_picture_name
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
-from brushgrip.running.cluster import executor_at
+from brushgrip.running.cluster import cluster_or_local_executor
 from brushgrip.wording.declared_values import rests_on
 from brushgrip.wording.formatting import csv_text, is_figure
 from brushgrip.wording.friction import (
     band_parts,
+    dry_friction_note,
     estimates_summary,
     further_recording,
     last_usable,
     meaning,
-    slippery_note,
     with_95_band,
 )
 from identification import Recording, read_rig
-from identification.selection.trial_runner import Submit, completed, workers
+from identification.selection.trial_runner import Submit, as_completed, workers
 from observers import ESTIMATE, Estimates, Status, ground_friction
 from symbolic import BrushgripError, InvalidInputError
 
@@ -114,7 +114,7 @@ class EstimateOutcome:
     fault: BrushgripError | None = None
 
 
-def outputs_of(
+def other_outputs(
     out: Path | None, summary: Path | None, picture: Path | None, *, alone: bool
 ) -> list[Path]:
     """Files that are written beside the tables of a batch: the summary, or all of a single recording.
@@ -152,7 +152,7 @@ def task_submission(
         read_rig(inputs.rig)
     inputs.found()
     with (
-        executor_at(scheduler, jobs) as executor,
+        cluster_or_local_executor(scheduler, jobs) as executor,
         progress() as report,
         workers(jobs, inputs.effects, executor) as submit,
     ):
@@ -165,7 +165,7 @@ def estimate_all(
     """Outcome of each task, in their order; the fault of one does not stop the others."""
     futures = {submit(estimate_one, task): i for i, task in enumerate(tasks)}
     outcomes: dict[int, EstimateOutcome] = {}
-    for future in completed(futures):
+    for future in as_completed(futures):
         outcomes[futures[future]] = future.result()
         if len(outcomes) < len(tasks):
             report("estimating friction", len(outcomes), len(tasks))
@@ -191,7 +191,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         estimates = observe(factory, recording, found, smoothed=task.smooth)
         if task.out:
             columns = {name: getattr(estimates, name) for name in ("t", *ESTIMATE)}
-            write_text(stages[0], csv_text(columns))
+            write_utf8(stages[0], csv_text(columns))
         if task.picture:
             label = ("declared model" if found is None else "model found") + ", smoothed" * task.smooth
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
@@ -206,7 +206,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         told.append(suspected_cause(factory, recording, found, estimates))
     elif (car := recording.standstills) is None:
-        told.append(slippery_note(float(estimates.mu_eff[at]), recording.rig))
+        told.append(dry_friction_note(float(estimates.mu_eff[at]), recording.rig))
     elif not budget:
         told.append(rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])]))
     lines = (f"{recording.name}: {line}" for line in told if line)

@@ -13,7 +13,7 @@ PATIENCE = "20s"
 
 
 @contextmanager
-def executor_at(address: str | None, jobs: int | None = None) -> Iterator[Executor | None]:
+def cluster_or_local_executor(address: str | None, jobs: int | None = None) -> Iterator[Executor | None]:
     """The executor of a Dask cluster; for no address `processes` of this machine, None for one job.
 
     A worker that is lost costs time alone: Dask gives its work to another. The workers need the same

@@ -4,7 +4,7 @@ from math import hypot
 
 from brushgrip.wording.formatting import listed
 from symbolic import Vehicle
-from symbolic.vehicle.mean_wheel import friction_shares
+from symbolic.vehicle.mean_wheel import friction_uncertainties
 
 LEAST_SHARE = 0.01
 """Share of mu from which on a declared value is named [1]."""
@@ -20,7 +20,7 @@ REMEDIES = {
 
 def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:
     """The declared values in mu with their standard deviations, and what narrows them most."""
-    shares = friction_shares(vehicle, brakes=brakes)
+    shares = friction_uncertainties(vehicle, brakes=brakes)
     values = {
         "front_axle_load": f"front_axle_load {vehicle.front_axle_load:.0f} N",
         "half_length": f"half_length {1e3 * vehicle.a:.0f} mm",

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from brushgrip.wording.formatting import error_percentages, judged_errors, listed, percent, plain
+from brushgrip.wording.formatting import judged_error_percentages, judged_errors, listed, percent, plain
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import CLEAR_ERRORS
 
@@ -21,7 +21,7 @@ COMMON_NAMES = {"mu": "μ of the model's own law", "k": "bristle stiffness k"}
 
 def headline(diagnosis: Diagnosis) -> str:
     """The result of a diagnosis in one sentence; what is unexplained goes first if it is the larger."""
-    kind, before, after = error_percentages(diagnosis)
+    kind, before, after = judged_error_percentages(diagnosis)
     if not diagnosis.effects:
         verdict = (
             "No known effect explains what the declared model misses"

@@ -30,7 +30,7 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
-def few(names: Sequence[str]) -> str:
+def bracketed_if_few(names: Sequence[str]) -> str:
     """Names in brackets, behind a blank; empty where they are many."""
     return f" ({listed(names)})" if 0 < len(names) <= MAX_FEW else ""
 
@@ -49,7 +49,7 @@ def percent(share: float | None) -> str:
     return "–" if share is None or not math.isfinite(share) else f"{100 * share:.2f} %"
 
 
-def torque(value: float | None) -> str:
+def torque_value(value: float | None) -> str:
     """A torque error without its unit [N m], three significant digits."""
     return "–" if value is None or not math.isfinite(value) else f"{value:#.3g}"
 
@@ -81,7 +81,7 @@ def parameters(estimates: Mapping[str, ParameterEstimate]) -> str:
     return "; ".join(f"{name} = {quantity(estimate)}" for name, estimate in estimates.items())
 
 
-def error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
+def judged_error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
     """The error that judges the model: its name, and its size before and after."""
     before, after = judged_errors(diagnosis)
     return _judged_by(diagnosis)[0], percent(before), percent(after)
@@ -110,7 +110,9 @@ def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
 def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
     """The errors of one stage of the model, in the order of `error_columns`."""
     figures = errors.summary()
-    return [(percent if "nrmse" in key else torque)(figures[key]) for key in error_columns(diagnosis)]
+    return [
+        (percent if "nrmse" in key else torque_value)(figures[key]) for key in error_columns(diagnosis)
+    ]
 
 
 def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
@@ -236,7 +238,7 @@ def is_figure(value: object) -> TypeGuard[float]:
     return isinstance(value, float) and math.isfinite(value)
 
 
-def range_of(rows: Sequence[Mapping[str, object]]) -> str:
+def friction_range(rows: Sequence[Mapping[str, object]]) -> str:
     """Of how many rows of a summary friction is known, and from which to which."""
     known = [mu for row in rows if is_figure(mu := row["mu_eff"])]
     values = f", mu_eff {min(known):.2f} to {max(known):.2f}" if known else ""

@@ -101,10 +101,10 @@ def last_usable(estimates: Estimates) -> int | None:
     changes = np.flatnonzero(estimates.status & Status.RESET)
     begin = int(changes[-1]) if changes.size else 0
     inconsistent = (estimates.status & Status.INCONSISTENT != 0) & estimates.measured
-    return uncontradicted(estimates.usable, inconsistent, begin)
+    return last_uncontradicted(estimates.usable, inconsistent, begin)
 
 
-def uncontradicted(
+def last_uncontradicted(
     usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int
 ) -> int | None:
     """The last usable sample from `begin` on; None for none, or if too many inconsistent ones follow."""
@@ -136,7 +136,7 @@ def band_parts(budget: Mapping[str, float], *, with_model: bool) -> str:
     )
 
 
-def slippery_note(mu: float, rig: Rig) -> str:
+def dry_friction_note(mu: float, rig: Rig) -> str:
     """What an estimate on slippery ground rests on, in one line; empty on other ground."""
     if mu >= SLIPPERY or rig.dry_friction is not None:
         return ""
@@ -253,14 +253,14 @@ def _plural(count: int, noun: str) -> str:
 def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
     """Friction by `estimate` with the model of a diagnosis."""
     if not diagnosis.of_car:
-        return f"From model.json, estimate takes {model_taken(found)}."
+        return f"From model.json, estimate takes {taken_from_model(found)}."
     return (
         "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
         " a car. Declare what was found, with its tolerance, in the vehicle file."
     )
 
 
-def model_taken(found: FoundModel) -> str:
+def taken_from_model(found: FoundModel) -> str:
     """What an observer takes from a model file, and on how many recordings that stands."""
     basis, model = found.basis, found.model
     grades = {} if basis is None else basis.grades

@@ -6,19 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.diagnosis.build import build_diagnosis
+from identification.diagnosis.error_stages import declared_errors, left_out_residuals
 from identification.diagnosis.found_effects import assumed_tolerances
+from identification.diagnosis.from_search import build_diagnosis
 from identification.diagnosis.result import Diagnosis
-from identification.diagnosis.torque_errors import declared_errors, left_out_residuals
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.linear_algebra import one_thread
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.problem import torque_range
 from identification.fits.values import grounds_of
-from identification.reading.declared_torques import without_gear
-from identification.reading.long_recordings import bounded
 from identification.reading.recordings import Recording
+from identification.reading.thinned_recordings import bounded
+from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from identification.residuals.signals import check_signatures
 from identification.residuals.signatures import signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
@@ -109,7 +109,9 @@ def _prepared(
 ) -> tuple[list[Recording], list[Recording], list[str]]:
     """Both as the search takes them, and notes on what was changed."""
     bound, shortened = bounded([*recordings, *holdout])
-    everything, cut = zip(*map(without_gear, bound), strict=True) if bound else ((), ())
+    everything, cut = (
+        zip(*map(farthest_standstill_without_gear, bound), strict=True) if bound else ((), ())
+    )
     _check(recordings, everything)
     notes = [note for note in (shortened, *cut, assumed_tolerances(everything)) if note]
     read = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]

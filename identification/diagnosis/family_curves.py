@@ -8,7 +8,7 @@ from math import prod
 import casadi as ca
 import numpy as np
 
-from identification.diagnosis.findings import Curve, FoundEffect, FoundFamily
+from identification.diagnosis.result_parts import Curve, FoundEffect, FoundFamily
 from identification.fits.covariance import covariance
 from identification.fits.fitting import Fit
 from identification.fits.problem import label_of

@@ -6,13 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.diagnosis.findings import Errors, FoundEffect, Grade
+from identification.diagnosis.result_parts import Errors, FoundEffect, Grade
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.residuals.residual_tests import Unexplained
-from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic, fall_by_chance
+from identification.selection.criteria import (
+    DEFAULT_CRITERIA,
+    advantage,
+    delta_bic,
+    standard_error_by_chance,
+)
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
@@ -42,9 +47,9 @@ def found_effects(
         assert step.after is not None
         effect = step.after.effects[-1]
         scope, own = _scope_and_parameters(effect, final, estimates)
-        without = step.without or step.before
+        without = step.with_neither or step.before
         judged = step.after.judgement, without.judgement, DEFAULT_CRITERIA.long_block
-        (gain, _), error = advantage(*judged), fall_by_chance(*judged)
+        (gain, _), error = advantage(*judged), standard_error_by_chance(*judged)
         bic = delta_bic(step.after.fitted, without.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
@@ -98,7 +103,7 @@ def _stand_ins(added: Sequence[SearchStep], final: Fit, left: Unexplained, *, of
     gains = {}
     for step in added:
         assert step.after is not None
-        without = step.without or step.before
+        without = step.with_neither or step.before
         gains[step.after.effects[-1].name] = without.nrmse**2 - step.after.nrmse**2
     unknown, before = left.structured**2, None
     while before != found:
@@ -160,8 +165,8 @@ def grade_of(
     """How sure it is that an effect that was found is the one that is missing.
 
     Args:
-        standard_errors: by how many the judged error fell when it was added, see `fall_by_chance`, over
-            blocks that outlast the correlation of the residual.
+        standard_errors: by how many the judged error fell when it was added, see
+            `standard_error_by_chance`, over blocks that outlast the correlation of the residual.
         delta_bic: change of the information criterion by its addition; negative speaks for it.
         distance: of its parameters from no effect at all, see `distance_from_neutral`.
         has_rivals: whether the judged data cannot distinguish it from other effects.

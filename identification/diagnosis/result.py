@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from identification.diagnosis.findings import Candidate, Errors, FoundEffect, FoundFamily, Series
+from identification.diagnosis.result_parts import Candidate, Errors, FoundEffect, FoundFamily, Series
 from identification.fits.values import ParameterEstimate, Values
 from identification.loop_plot import matplotlib_text
 from identification.residuals.residual_tests import Unexplained

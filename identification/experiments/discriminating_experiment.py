@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
+from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, Manoeuvre, reach_of
 from identification.experiments.manoeuvres import manoeuvres
-from identification.experiments.proposals import Proposal, proposal_from_torques, sample_period
-from identification.experiments.turns_and_rests import SAMPLE_PERIOD, Manoeuvre, reach_of
+from identification.experiments.proposals import Proposal, fitted_sample_period, proposal_from_torques
 from identification.fits.fitting import Fit
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
@@ -113,7 +113,7 @@ class _Rival(_Simulated):
             bounds.append(sorted((lower, upper)))
         self.bounds = np.array(bounds).T / self.scales
         self.information_root = _information_root(fitted, columns)
-        self.weight = np.sqrt(SAMPLE_PERIOD / sample_period(fitted, typical)) / span
+        self.weight = np.sqrt(SAMPLE_PERIOD / fitted_sample_period(fitted, typical)) / span
 
     def refine(self, rough: _Outcome) -> _Outcome:
         """Continue a rough refit until it converges."""

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from identification.experiments.turns_and_rests import (
+from identification.experiments.manoeuvre_within_range import (
     LENGTH,
     Leg,
     Manoeuvre,

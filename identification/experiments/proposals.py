@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.experiments.turns_and_rests import SAMPLE_PERIOD, Manoeuvre
+from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import Fit
 from identification.fits.loss import rmse_of
@@ -100,7 +100,8 @@ def proposal_from_torques(
         now=_mean(rmse_of(found.residuals[n] - rival.residuals[n]) / span for n, span in spans.items()),
         noise=_mean(rmse_of(found.residuals[n]) / span for n, span in spans.items()),
         memory=_mean(
-            autocorrelation_time(found.residuals[r.name]) * sample_period(found, r) for r in recordings
+            autocorrelation_time(found.residuals[r.name]) * fitted_sample_period(found, r)
+            for r in recordings
         ),
     )
     most = max(1, int(PATIENCE / manoeuvre.seconds))
@@ -120,7 +121,7 @@ def proposal_from_torques(
     )
 
 
-def sample_period(fitted: Fit, recording: Recording) -> float:
+def fitted_sample_period(fitted: Fit, recording: Recording) -> float:
     """Time between the samples of a recording that a fit has seen, on average [s]."""
     lasts = float(recording.t[-1] - recording.t[0])
     return lasts / (np.count_nonzero(np.isfinite(fitted.residuals[recording.name])) - 1)

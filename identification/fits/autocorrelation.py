@@ -68,7 +68,7 @@ def autoregression(series: Array) -> Array:
     return best
 
 
-def fill_gaps(series: Array, weights: Array) -> Array:
+def predict_gaps(series: Array, weights: Array) -> Array:
     """The series with the autoregression's prediction where a sample is missing."""
     filled = np.nan_to_num(series)
     for at in np.flatnonzero(~np.isfinite(series)):
@@ -77,7 +77,7 @@ def fill_gaps(series: Array, weights: Array) -> Array:
     return filled
 
 
-def independent_samples(influenced: Array, innovations: Array, weights: Array) -> float:
+def slow_part_samples(influenced: Array, innovations: Array, weights: Array) -> float:
     """Number of independent samples that the slow part of a series is worth.
 
     It is the variance of a sample over that of the mean, n gamma(0) / S(0), after the white part, the

@@ -181,7 +181,7 @@ def effects_at_bounds(fitted: Fit) -> Iterator[tuple[str, str]]:
                 )
 
 
-def ends_at_bound(fitted: Fit) -> bool:
+def last_effect_at_bound(fitted: Fit) -> bool:
     """Whether a shared parameter of the last effect is at the end of its range."""
     last = fitted.model.effects[-1].name if fitted.model.effects else None
     return any(effect == last for effect, _ in effects_at_bounds(fitted))

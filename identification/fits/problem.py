@@ -9,8 +9,8 @@ from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
 from identification.fits.options import FitOptions, Label
 from identification.fits.values import Values, ground_of, grounds_of, rig_parameters
-from identification.reading.declared_torques import declared_torques
 from identification.reading.recordings import Recording
+from identification.reading.vehicle_torques import vehicle_torques
 from symbolic import (
     GEOMETRY,
     RIG_DIRECTIONS,
@@ -82,7 +82,7 @@ class Problem:
         self.signals = {r.name: signals_of(r) for r in recordings}
         self.present = {r.name: np.isfinite(r.M_z) for r in recordings}
         self.tolerated = {r.name: tuple(rig_parameters(r)) for r in recordings}
-        self.torques_declared = {r.name: declared_torques(r) for r in recordings}
+        self.torques_declared = {r.name: vehicle_torques(r) for r in recordings}
         self.has_prior = np.array(
             [name in self.tolerated.get(owner or "", ()) for owner, name in self.labels]
         )

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identification.fits.options import Label
-from identification.reading.declared_torques import declared_torques
 from identification.reading.recordings import Recording
+from identification.reading.vehicle_torques import vehicle_torques
 from symbolic import (
     TOLERATED,
     InvalidInputError,
@@ -118,8 +118,8 @@ def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) 
     """The values, completed by those of every parameter of the model that they lack.
 
     A parameter that is never fitted takes the value that the recordings give, any other one its start. A
-    ground without values gets the mean of those that have some, see `mean_value`; so does the tyre where
-    a parameter does not belong to the grounds any more.
+    ground without values gets the mean of those that have some, see `geometric_or_arithmetic_mean`; so
+    does the tyre where a parameter does not belong to the grounds any more.
     """
     lengths, loads = [r.rig.a for r in recordings], [float(r.F_N.mean()) for r in recordings]
     fixed = {
@@ -168,7 +168,7 @@ def rig_parameters(recording: Recording) -> dict[str, Parameter]:
     rig = recording.rig
     declared = {"a": rig.a, "e": rig.e, "load": 1.0, "zero": 0.0}
     spans = {name: (value, rig.tolerances.of(name)) for name, value in declared.items()}
-    spans |= {name: (1.0, one.tolerance) for name, one in declared_torques(recording).items()}
+    spans |= {name: (1.0, one.tolerance) for name, one in vehicle_torques(recording).items()}
     return {
         name: Parameter(
             name=name,

@@ -12,10 +12,10 @@ import casadi as ca
 import numpy as np
 from scipy.special import fdtrc
 
-from identification.free_decay.likelihood import Contact, Likelihood, contact_of
+from identification.free_decay.likelihood import Contact, Likelihood, contact_geometry
+from identification.free_decay.noise_continuation import jackknife, solve
 from identification.free_decay.onset import MIN_DEFLECTION_STEPS, FreeVibration, without_spikes
 from identification.free_decay.results import ContactResult, IdentifiedParameter
-from identification.free_decay.solution import jackknife, solve
 from identification.free_decay.vibration import stiffness
 
 GOOD = (0.003, 0.02)
@@ -60,7 +60,7 @@ def stiffnesses_agree(stiffnesses: Collection[StiffnessOfOneContact]) -> bool | 
 
 
 def _stiffness_of(likelihood: Likelihood, contact: Contact) -> StiffnessOfOneContact | None:
-    part = Likelihood([r for r in likelihood.vibrations if contact_of(r) == contact])
+    part = Likelihood([r for r in likelihood.vibrations if contact_geometry(r) == contact])
     try:
         solution = solve(part)
         uncertainty = jackknife(part, solution)

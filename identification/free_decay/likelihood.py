@@ -77,15 +77,15 @@ class Likelihood:
     def __init__(self, vibrations: Sequence[FreeVibration], *, sliding: bool = True) -> None:
         """Build it; without sliding, the whole patch sticks as in [Györök 2022], (5.6)."""
         self.vibrations = tuple(vibrations)
-        self.contacts = tuple(dict.fromkeys(map(contact_of, vibrations))) if sliding else ()
+        self.contacts = tuple(dict.fromkeys(map(contact_geometry, vibrations))) if sliding else ()
         self.shared = COMMON + len(self.contacts)
         self.scales = self._scales()
         self._grids = [integration_grid(r) for r in vibrations]
-        self._geometries = [np.array([*contact_of(r), r.decay.inertia]) for r in vibrations]
+        self._geometries = [np.array([*contact_geometry(r), r.decay.inertia]) for r in vibrations]
 
     def columns(self, recording: int) -> list[int]:
         """Places of k, b_t, the slip of a recording's contact if there is one, and its own three."""
-        contact = contact_of(self.vibrations[recording])
+        contact = contact_geometry(self.vibrations[recording])
         slip = [COMMON + self.contacts.index(contact)] if self.contacts else []
         own = self.shared + _OWN * recording
         return [*range(COMMON), *slip, *range(own, own + _OWN)]
@@ -142,14 +142,14 @@ class Likelihood:
         k, b_t = guess_k_and_b_t(self.vibrations)
         slips = []
         for a, e in self.contacts:
-            least = min(abs(r.deflection) for r in self.vibrations if contact_of(r) == (a, e))
+            least = min(abs(r.deflection) for r in self.vibrations if contact_geometry(r) == (a, e))
             slips.append(_FIRST_SLIDING * a * float(full_slide_level(1, a)) / (k * least))
         swings = [(abs(r.deflection), abs(r.deflection) * r.omega) for r in self.vibrations]
         own = np.array([[angle, rate, angle] for angle, rate in swings])
         return np.concatenate([[k, b_t, *slips], own.ravel()])
 
 
-def contact_of(vibration: FreeVibration) -> Contact:
+def contact_geometry(vibration: FreeVibration) -> Contact:
     """Half-length and caster length of the contact [m]."""
     return vibration.decay.rig.a, vibration.decay.rig.e
 
@@ -157,7 +157,8 @@ def contact_of(vibration: FreeVibration) -> Contact:
 def guess_k_and_b_t(vibrations: Sequence[FreeVibration]) -> tuple[float, float]:
     """Guesses of k [N/m^2] and b_t [N m s/rad] by [Györök 2022], (5.7) and (5.8) with J_A."""
     k = [
-        (r.omega**2 + r.damping**2) * r.decay.inertia / stiffness(1, *contact_of(r)) for r in vibrations
+        (r.omega**2 + r.damping**2) * r.decay.inertia / stiffness(1, *contact_geometry(r))
+        for r in vibrations
     ]
     b_t = [2 * r.decay.inertia * r.damping for r in vibrations]
     return float(np.median(k)), float(np.median(b_t))

@@ -2,21 +2,21 @@
 
 ::
 
-    bytes       files          a regular file of bounded size, as bytes or as text
+    bytes       file_content      a regular file of bounded size, as bytes or as text
       |
-    channels    formats/*      open a file, list its channels, read those that are asked for: Samples
-      |                        with their unit and, where the format has one, their clock
-      |         channels       which channel is which column, as a map or its name says (signal_map)
-      |         clock          columns in SI (units) and on one clock
-    Table       table          the checks of every sample, the first fault named by its place in the file
+    channels    formats/*         open a file, list its channels, read those that are asked for: Samples
+      |                           with their unit and, where the format has one, their clock
+      |         channel_matching  which channel is which column, as a map or its name says (signal_map)
+      |         clock             columns in SI (units) and on one clock
+    Table       table             the checks of every sample, the first fault by its place in the file
       |
-      |         rigfile        values that the file declares, else those of the rig file
-      |         smoothing      the yaw rate where none was recorded
-    Recording   recordings     gaps filled; causal, from the first complete sample on
+      |         rigfile           values that the file declares, else those of the rig file
+      |         smoothing         the yaw rate where none was recorded
+    Recording   recordings        gaps filled; causal, from the first complete sample on
 
 `readers` is the registry: by the suffix of a file, the function that goes from bytes to `Table`. A
 reader of one's own is such a function in one file (`examples/own_reader.py`).
 
-Two ways round it: `conditioning` makes a recording out of raw channels in volts, `long_recordings` thins
-recordings that are too long for a search.
+Two ways round it: `conditioning` makes a recording out of raw channels in volts, `thinned_recordings`
+thins recordings that are too long for a search.
 """

@@ -16,9 +16,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.car_plausibility import at_limits, require_plausible_car, way_and_force
-from identification.reading.channels import map_hint, missing_channels
-from identification.reading.files import read_bytes
+from identification.reading.car_plausibility import (
+    require_plausible_car,
+    shares_at_limits,
+    way_and_force,
+)
+from identification.reading.channel_matching import map_hint, missing_channels
+from identification.reading.file_content import read_bytes
 from identification.reading.guessed_car_channels import absent_of_steering
 from identification.reading.rack_motion import RackInstant, rack_motion
 from identification.reading.readers import READERS, read_table
@@ -28,7 +32,7 @@ from symbolic import InvalidInputError
 from symbolic.arrays import Array
 from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of
 from symbolic.tables.vehicle_tables import vehicle_from_tables
-from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 
@@ -134,7 +138,7 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
         "M_z": np.where(stands, M_z, np.nan),
         "F_N": np.full(s.size, vehicle.wheel_load),
     }
-    at_limit = at_limits(columns, np.where(stands, moved.speed, 0.0))
+    at_limit = shares_at_limits(columns, np.where(stands, moved.speed, 0.0))
     return replace(table, columns=of_wheel), replace(standstills, at_limit=at_limit)
 
 
@@ -146,8 +150,8 @@ def of_mean_wheel(vehicle: Vehicle, moved: RackInstant, held: NDArray[np.bool_])
     angles, torques = (
         [of(vehicle, *given, brakes=brakes) for brakes in (True, False)]
         for of, given in (
-            (patch_angle, (mean_angle(vehicle, s),)),
-            (aligning_torque, (s, force, speed, acceleration)),
+            (straight_ahead_angle, (mean_angle(vehicle, s),)),
+            (aligning_torque_with_friction, (s, force, speed, acceleration)),
         )
     )
     return np.where(held, *angles), np.where(held, *torques)

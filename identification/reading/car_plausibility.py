@@ -10,8 +10,8 @@ from identification.reading.table import Table
 from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
 from symbolic.arrays import Array
-from symbolic.plausible_signals import MAX_RETURNED_WORK
-from symbolic.vehicle.steering import jacking, lever, mean_angle, rack_force, rack_position
+from symbolic.plausible_ranges import MAX_RETURNED_WORK
+from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 
 MIN_RACK_SPAN = 0.03
@@ -58,7 +58,7 @@ def way_and_force(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array
     return s, rack_force(vehicle, bar, columns.get("T_motor", 0.0)) if force is None else force
 
 
-def at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, float]:
+def shares_at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, float]:
     """Share of the samples in which the rack moves that show the largest or the least value, by column.
 
     The greater share of the two [1], of the column that makes most of the force on the rack; empty where
@@ -106,7 +106,7 @@ def _signs(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
             wrong = "T_bar" if np.nansum(motor * ds) > 0 else "T_motor"
             return {wrong: "T_bar and T_motor act against each other"}
     # Without what lifts the body, tyres and gear only take work.
-    work = (force - 2 * jacking(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)) * ds
+    work = (force - 2 * jacking_torque(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)) * ds
     if np.nansum(work) < -MAX_RETURNED_WORK * np.nansum(np.abs(work)):
         way = "rack" if "rack" in columns else "handwheel"
         against = "F_rack" if "F_rack" in columns else "the torques"

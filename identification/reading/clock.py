@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.reading.channels import (
+from identification.reading.channel_matching import (
     ChannelFile,
     Samples,
     missing_channels,

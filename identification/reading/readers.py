@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Protocol
 
 from identification.reading.clock import remapped
-from identification.reading.files import require_readable
+from identification.reading.file_content import require_readable
 from identification.reading.formats.can import open_can
 from identification.reading.formats.csvfile import read_csv
 from identification.reading.formats.hdf5 import open_hdf5

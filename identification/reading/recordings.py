@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from identification.loop_plot import ALIGNING, draw_loops
 from identification.reading.car import Standstills, wheel_table
-from identification.reading.channels import ChannelFile, Samples
+from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.clock import tabulate
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_and_signals, rig_of_table

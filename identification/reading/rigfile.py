@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from identification.reading.files import read_bytes
+from identification.reading.file_content import read_bytes
 from identification.reading.signal_map import SignalMap, parse_signals
 from identification.reading.signals_section import read_signals
 from identification.reading.table import Table

@@ -4,7 +4,7 @@ import re
 from math import inf
 from pathlib import Path
 
-from identification.reading.files import read_bytes
+from identification.reading.file_content import read_bytes
 from identification.reading.signal_map import (
     DBC,
     SignalMap,
@@ -77,7 +77,7 @@ def _signal(column: str, entry: object) -> SignalSource:
         )
 
 
-def signals_text(signals: SignalMap) -> str:
+def signals_section(signals: SignalMap) -> str:
     """The sections of a rig file of which `read_signals` makes this map again; empty for none."""
     lines = []
     for one in signals.each if signals.signals or signals.dbc or signals.others else ():

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.guessed_units import infer_units
 from identification.reading.signal_map import SignalSource, mending_map
 from identification.reading.units import UNITS, unit_by_size
+from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
 from symbolic.arrays import Array
 
@@ -204,7 +204,7 @@ def _other_unit(table: Table, column: str) -> str:
     values = {**table.columns, column: table.columns[column] * (1 if stated else UNITS[column][unit])}
     sources = {**table.sources, column: source if stated else replace(source, unit=unit)}
     certain = {"M_z", "M", *(c for c, one in sources.items() if one.unit is not None)}
-    inferred, geared = infer_units(sources, values, set(), certain)
+    inferred, geared = infer_units_and_sign(sources, values, set(), certain)
     # As degrees it is still beyond a right angle, so that it is the steering wheel's.
     inferred |= {c: inferred[c].geared(c) for c in geared}
     changed = {c: one for c, one in inferred.items() if one != table.sources.get(c)}

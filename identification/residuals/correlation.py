@@ -41,14 +41,14 @@ class Rows:
         residual: simulated minus measured torque over range [1], shape (n,).
         present: whether the torque was measured, shape (n,).
         places: name and rows of each recording.
-        spans: torque range of each recording [N m].
+        torque_ranges: torque range of each recording [N m].
         steps: time between samples of each recording [s].
     """
 
     residual: Array
     present: NDArray[np.bool_]
     places: Mapping[str, slice]
-    spans: tuple[float, ...]
+    torque_ranges: tuple[float, ...]
     steps: tuple[float, ...]
 
     @property
@@ -59,7 +59,7 @@ class Rows:
     def columns(self, signals: Sequence[Array]) -> Array:
         """A column for each recording: its signal over its torque range, zero elsewhere."""
         columns = np.zeros((self.residual.size, len(self.places)))
-        for i, (place, span) in enumerate(zip(self.places.values(), self.spans, strict=True)):
+        for i, (place, span) in enumerate(zip(self.places.values(), self.torque_ranges, strict=True)):
             columns[place, i] = np.where(self.present[place], signals[i] / span, 0.0)
         return columns
 
@@ -85,14 +85,14 @@ class Rows:
 def rows_of(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> Rows:
     """The residuals of these recordings in one column."""
     ends = np.cumsum([0, *(r.t.size for r in recordings)]).tolist()
-    spans = tuple(torque_range(r) for r in recordings)
-    over = [residuals[r.name] / span for r, span in zip(recordings, spans, strict=True)]
+    torque_ranges = tuple(torque_range(r) for r in recordings)
+    over = [residuals[r.name] / span for r, span in zip(recordings, torque_ranges, strict=True)]
     stacked = np.concatenate(over)
     return Rows(
         residual=np.nan_to_num(stacked),
         present=np.isfinite(stacked),
         places={r.name: slice(*ends[i : i + 2]) for i, r in enumerate(recordings)},
-        spans=spans,
+        torque_ranges=torque_ranges,
         steps=tuple(float(np.median(np.diff(r.t))) for r in recordings),
     )
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.reading.long_recordings import MIN_REVERSAL
 from identification.reading.recordings import Recording
+from identification.reading.thinned_recordings import MIN_REVERSAL
 from symbolic import Effect, InvalidInputError
 from symbolic.arrays import Array
 
@@ -76,7 +76,7 @@ class Signal:
         of: its values, shape (n,).
         positive: what physics usually leaves a residual, simulated minus measured, of the signal's sign.
         negative: what leaves one of the opposite sign; empty where the sign tells nothing.
-        own: True where the signal's strength and sign differ from recording to recording.
+        has_own_strength: True where the signal's strength and sign differ from recording to recording.
         centred: whether its mean over each recording is taken out, which leaves that to the constant.
     """
 
@@ -85,7 +85,7 @@ class Signal:
     of: Callable[[MotionSignals], Array]
     positive: str
     negative: str = ""
-    own: bool = False
+    has_own_strength: bool = False
     centred: bool = True
 
     def reading(self, correlation: float) -> str:
@@ -103,7 +103,7 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
         "1",
         lambda motion: np.ones(motion.t.size),
         f"a zero error of the torque channel, or {_TWISTED}",
-        own=True,
+        has_own_strength=True,
         centred=False,
     ),
     Signal(
@@ -176,7 +176,13 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
         lambda motion: motion.heading * motion.elapsed,
         *_AFTER_REVERSAL,
     ),
-    Signal("time", "s", lambda motion: motion.t, f"the torque channel drifts, or {_TWISTED}", own=True),
+    Signal(
+        "time",
+        "s",
+        lambda motion: motion.t,
+        f"the torque channel drifts, or {_TWISTED}",
+        has_own_strength=True,
+    ),
     Signal(
         "the torque times the time",
         "N m s",
@@ -195,7 +201,7 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
         "1",
         lambda motion: 1 - motion.relative_extent,
         _TWISTED,
-        own=True,
+        has_own_strength=True,
     ),
 )
 """In the order in which a person would look; slopes are in N m per unit of the signal."""
@@ -213,7 +219,7 @@ def effects_leaving(signal: Signal, sign: int, effects: Iterable[Effect]) -> tup
         (signature.rank, effect.name)
         for effect in effects
         for signature in effect.signatures
-        if signature.signal == signal.name and (signal.own or signature.sign in (0, sign))
+        if signature.signal == signal.name and (signal.has_own_strength or signature.sign in (0, sign))
     ]
     return tuple(name for _, name in sorted(declared, key=lambda one: one[0]))
 
@@ -234,7 +240,7 @@ def check_signatures(effects: Iterable[Effect]) -> None:
                 )
 
 
-def motion_of(recording: Recording, residual: Array) -> MotionSignals:
+def motion_and_model_torque(recording: Recording, residual: Array) -> MotionSignals:
     """The motion of a recording, with the torque of the model that left this residual [N m]."""
     modelled = residual + recording.M_z
     known = np.isfinite(modelled)

@@ -25,7 +25,7 @@ from identification.residuals.signals import (
     Signal,
     check_signatures,
     effects_leaving,
-    motion_of,
+    motion_and_model_torque,
 )
 from symbolic import EFFECTS, Effect
 from symbolic.arrays import Array
@@ -193,11 +193,11 @@ def signatures(
     absorbed = _Absorbed(
         adjusted=directions_of(adjusted), centred=directions_of(np.hstack([adjusted, rows.means()]))
     )
-    motions = [motion_of(recording, residuals[recording.name]) for recording in recordings]
+    motions = [motion_and_model_torque(recording, residuals[recording.name]) for recording in recordings]
     columns = {}
     for signal in RESIDUAL_SIGNALS:
         each = rows.columns([signal.of(motion) for motion in motions])
-        columns[signal] = each if signal.own else each.sum(axis=1, keepdims=True)
+        columns[signal] = each if signal.has_own_strength else each.sum(axis=1, keepdims=True)
     noise = noise_of(rows)
     marginal = _correlate(columns, absorbed, noise, candidates)
     return Signatures(
@@ -238,7 +238,9 @@ def _correlate(
                 unit=signal.unit,
                 correlation=value,
                 band=band,
-                slope=float(np.sqrt(np.mean(slopes**2))) if signal.own else float(slopes[0]),
+                slope=float(np.sqrt(np.mean(slopes**2)))
+                if signal.has_own_strength
+                else float(slopes[0]),
                 size=abs(value) * noise.rows.rms,
                 effects=effects_leaving(signal, 1 if value >= 0 else -1, effects),
                 reading=signal.reading(value),

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from identification.fits.fitting import ends_at_bound
+from identification.fits.fitting import last_effect_at_bound
 from identification.reading.recordings import Recording
-from identification.selection.criteria import SelectionCriteria, distinguishable, flattered
+from identification.selection.criteria import SelectionCriteria, distinguishable, overfits_judged
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
 from symbolic import Effect
@@ -25,7 +25,7 @@ def with_effect(effects: Effects, effect: Effect) -> Effects:
     return (*kept, effect)
 
 
-def is_second(effects: Effects) -> bool:
+def is_second_law(effects: Effects) -> bool:
     """Whether another effect is of the last one's family."""
     *others, last = effects
     return last.family in {effect.family for effect in others} - {"other"}
@@ -41,10 +41,10 @@ def rank_for_confirmation(
 ) -> list[RankedCandidate]:
     """Candidates in the order in which they should be confirmed.
 
-    Take the best trial that is not flattered. Of it and all trials indistinguishable from it, the one
-    with the fewest parameters comes first. Repeat with the rest. A trial with a parameter at the end of
-    its range, or with a second law of its family, comes after others as good. A flexible law is no rival
-    of a law of its family.
+    Take the best trial that does not overfit the judging recordings. Of it and all trials
+    indistinguishable from it, the one with the fewest parameters comes first. Repeat with the rest. A
+    trial with a parameter at the end of its range, or with a second law of its family, comes after
+    others as good. A flexible law is no rival of a law of its family.
 
     Args:
         justified: coarse trials, least judged error first.
@@ -53,7 +53,7 @@ def rank_for_confirmation(
     """
     ranked, rest = [], list(justified)
     while rest:
-        best = next(t for t in rest if not any(flattered(t, other, training) for other in rest))
+        best = next(t for t in rest if not any(overfits_judged(t, other, training) for other in rest))
         equals = [trial for trial in rest if not distinguishable(best, trial, criteria)]
         leader = min(equals, key=_simplicity)
         own = leader.effects[-1].family
@@ -66,4 +66,9 @@ def rank_for_confirmation(
 
 def _simplicity(trial: Trial) -> tuple[bool, bool, int, float]:
     """Order of models that judge alike, the one to prefer first: a family has one law."""
-    return ends_at_bound(trial.fitted), is_second(trial.effects), len(trial.fitted.labels), trial.nrmse
+    return (
+        last_effect_at_bound(trial.fitted),
+        is_second_law(trial.effects),
+        len(trial.fitted.labels),
+        trial.nrmse,
+    )

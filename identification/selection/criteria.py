@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from identification.fits.autocorrelation import effective_samples
-from identification.fits.fitting import Fit, ends_at_bound
+from identification.fits.fitting import Fit, last_effect_at_bound
 from identification.fits.loss import influence
 from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
@@ -70,7 +70,7 @@ class SelectionCriteria:
 DEFAULT_CRITERIA = SelectionCriteria()
 
 
-def step_justified(
+def forward_step_justified(
     trial: Trial,
     present: Trial,
     training: Sequence[Recording],
@@ -136,7 +136,7 @@ def removal_justified(
     The poorer model may have another effect of its family in its place, with fewer parameters, none of
     them at the end of its range.
     """
-    if len(poorer.effects) == len(present.effects) and ends_at_bound(poorer.fitted):
+    if len(poorer.effects) == len(present.effects) and last_effect_at_bound(poorer.fitted):
         return False
     removed = next(effect for effect in present.effects if effect not in poorer.effects)
     return not (
@@ -170,7 +170,7 @@ def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> b
     return mean > criteria.clear * error and lower
 
 
-def flattered(trial: Trial, other: Trial, training: Sequence[Recording]) -> bool:
+def overfits_judged(trial: Trial, other: Trial, training: Sequence[Recording]) -> bool:
     """Whether a trial's lower error comes from parameters fitted to the judging recordings themselves.
 
     It fits more to them than the other one, and its information criterion is higher.
@@ -198,7 +198,7 @@ def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float,
     return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(n)) if n > 1 else np.inf
 
 
-def fall_by_chance(better: Judgement, worse: Judgement, block: float) -> float:
+def standard_error_by_chance(better: Judgement, worse: Judgement, block: float) -> float:
     """Standard error of `advantage` from the cross term 2 s r alone.
 
     r is the residual of the better model and s what it takes off that of the other; squares fall by

@@ -15,19 +15,19 @@ class SearchStep:
 
     Attributes:
         before: the model before it.
-        ranked_before: the same, fitted as coarsely as the candidates that it was compared with.
+        coarse_before: the same, fitted as coarsely as the candidates that it was compared with.
         trials: of the models with one effect more or less, least judged error first, coarsely fitted.
         after: the model after it; None in the last step.
         indistinguishable: effects that would have done as well as the one that was added.
-        without: where an effect took another one's place, the model with neither; else None.
+        with_neither: where an effect took another one's place, the model with neither; else None.
     """
 
     before: Trial
-    ranked_before: Trial
+    coarse_before: Trial
     trials: tuple[Trial, ...]
     after: Trial | None
     indistinguishable: Effects = ()
-    without: Trial | None = None
+    with_neither: Trial | None = None
 
     @property
     def removed_effect(self) -> Effect | None:
@@ -56,5 +56,5 @@ class SearchStep:
 
     def idle(self, criteria: SelectionCriteria) -> set[Effect]:
         """Effects that lowered the judged error by less than half of what is needed."""
-        least = (1 - criteria.least_gain / 2) * self.ranked_before.nrmse
+        least = (1 - criteria.least_gain / 2) * self.coarse_before.nrmse
         return {trial.effects[-1] for trial in self.trials if trial.nrmse > least}

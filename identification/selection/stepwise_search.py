@@ -10,12 +10,12 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
-from identification.fits.fitting import ends_at_bound
+from identification.fits.fitting import last_effect_at_bound
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.candidates import (
     RankedCandidate,
-    is_second,
+    is_second_law,
     rank_for_confirmation,
     with_effect,
     without,
@@ -25,8 +25,8 @@ from identification.selection.criteria import (
     SelectionCriteria,
     distinguishable,
     exchange_justified,
+    forward_step_justified,
     removal_justified,
-    step_justified,
 )
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
@@ -159,17 +159,17 @@ class Search:
         sets = [with_effect(present.fine.effects, effect) for effect in effects]
         trials = [*earlier, *self._rank(present, sets, label)]
         ranked = sorted(trials, key=lambda trial: trial.nrmse)
-        justified = [t for t in ranked if self._improves(t, present, step_justified)]
+        justified = [t for t in ranked if self._improves(t, present, forward_step_justified)]
         best = rank_for_confirmation(justified, self.runner.thinned_training, self.criteria)
-        indistinguishable, after = self._first_confirmed(best, present, step_justified)
+        indistinguishable, after = self._first_confirmed(best, present, forward_step_justified)
         replaced = after is not None and len(after.effects) <= len(present.fine.effects)
         return SearchStep(
             before=present.fine,
-            ranked_before=present.coarse,
+            coarse_before=present.coarse,
             trials=tuple(ranked),
             after=after,
             indistinguishable=indistinguishable,
-            without=self._lacking(after) if after and replaced else None,
+            with_neither=self._lacking(after) if after and replaced else None,
         )
 
     def _remove(self, present: _PresentModel) -> SearchStep | None:
@@ -203,7 +203,7 @@ class Search:
             exchanged
             for effect in helpful[: self.criteria.exchanges]
             for removed in effects
-            if not is_second(exchanged := (*without(effects, removed), effect))
+            if not is_second_law(exchanged := (*without(effects, removed), effect))
         ]
         return self._replaced(present, self._rank(present, sets, label), exchange_justified)
 
@@ -224,7 +224,7 @@ class Search:
         if rival is None or rival not in candidates:
             return None
         *others, chosen = present.fine.effects
-        if is_second((*others, rival)):
+        if is_second_law((*others, rival)):
             return None
         hopeless = {rival, *added.idle(self.criteria)}
         sets = [(*others, rival, effect) for effect in candidates if effect not in hopeless]
@@ -234,7 +234,7 @@ class Search:
             return None
         effects = (*others, rival)
         after = self.runner.run_fine(effects, values_for(found.after, effects))
-        return replace(found, after=after, without=None)
+        return replace(found, after=after, with_neither=None)
 
     def _replaced(
         self, present: _PresentModel, trials: Sequence[Trial], justified: Justified
@@ -247,10 +247,10 @@ class Search:
         last = after.effects[-1] if after.effects else None
         return SearchStep(
             before=present.fine,
-            ranked_before=present.coarse,
+            coarse_before=present.coarse,
             trials=tuple(trials),
             after=after,
-            without=None if last is None or last in present.fine.effects else self._lacking(after),
+            with_neither=None if last is None or last in present.fine.effects else self._lacking(after),
         )
 
     def _lacking(self, after: Trial) -> Trial:
@@ -286,7 +286,7 @@ class Search:
             first = at_bound[1]
             if first is not None and distinguishable(first, after, self.criteria):
                 continue
-            if not ends_at_bound(after.fitted):
+            if not last_effect_at_bound(after.fitted):
                 return candidate.indistinguishable, after
             if first is None:
                 at_bound = candidate.indistinguishable, after

@@ -100,7 +100,7 @@ class TrialRunner:
                 futures[self.submit(run_trial, task)] = i
         done = len(tasks) - len(futures)
         report(done)
-        for future in completed(futures):
+        for future in as_completed(futures):
             i, done = futures[future], done + 1
             trials[i] = self._note(tasks[i], future.result())
             report(done)
@@ -146,7 +146,7 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
     )
 
 
-def completed(futures: Iterable[Future[Any]]) -> Iterator[Future[Any]]:
+def as_completed(futures: Iterable[Future[Any]]) -> Iterator[Future[Any]]:
     """Futures in the order in which they are done. On Windows Ctrl-C is heard between waits alone."""
     pending = set(futures)
     while pending:
@@ -156,7 +156,7 @@ def completed(futures: Iterable[Future[Any]]) -> Iterator[Future[Any]]:
 
 def results_of(futures: Mapping[Key, Future[Any]]) -> dict[Key, Any]:
     """The result of each future; the first fault is raised at once."""
-    for future in completed(futures.values()):
+    for future in as_completed(futures.values()):
         future.result()
     return {key: future.result() for key, future in futures.items()}
 

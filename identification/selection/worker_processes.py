@@ -21,7 +21,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from symbolic import BrushgripError
-from symbolic.compilation.operating_system import deaf_children, interrupt_main_thread
+from symbolic.compilation.operating_system import deaf_children, terminate_main_thread
 
 GRACE = 3.0
 """Time that a process has to clean up before it is killed [s]."""
@@ -153,7 +153,7 @@ def _end_with_parent() -> None:
     if parent is None:
         return
     parent.join()
-    if interrupt_main_thread():
+    if terminate_main_thread():
         time.sleep(GRACE)
     os._exit(1)
 

@@ -24,7 +24,7 @@ from symbolic import InvalidInputError
 from symbolic.arrays import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import Contact
-from symbolic.vehicle.steering import jacking, lever, mean_angle
+from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 
 PLATE_FRICTION = 0.005
@@ -139,7 +139,7 @@ def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
     moving &= np.abs(rate) > MIN_SPEED_SHARE * np.median(np.abs(rate[moving]))
     size = np.abs(acceleration)
     even = moving & (size < np.quantile(size[moving], STEADY_SHARE))
-    lift = 2 * jacking(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
+    lift = 2 * jacking_torque(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
     by_load = lift + vehicle.gear_load_share * np.abs(lift) * side
     regressors: Array = np.column_stack([side, rate, by_load, np.ones_like(s)])
     force = recording.force - vehicle.moved_mass * acceleration

@@ -21,7 +21,7 @@ from observers.embedded.compact import compact_body, compact_patch
 from observers.embedded.constants import Tunable
 from observers.embedded.generated_files import mark, release, require_usable, write_texts
 from observers.embedded.own_names import with_prefix
-from observers.embedded.reference_samples import reference_table
+from observers.embedded.reference_samples import reference_csv
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
 from observers.embedded.scalar_function import with_meanings
 from observers.embedded.scalar_type import SINGLE, Real, in_type
@@ -39,7 +39,7 @@ from observers.protocol import (
     FunctionObserver,
     Status,
 )
-from observers.quality.plausibility import START, build_evidence
+from observers.quality.input_plausibility import START, build_evidence
 from observers.quality.screening import SLACK
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
@@ -133,7 +133,7 @@ def source_texts(
     return {
         **texts,
         f"{name}.json": _parameters(observer, real, terms["version"], tunable),
-        f"{name}_vector.csv": reference_table(observer, real),
+        f"{name}_vector.csv": reference_csv(observer, real),
     }
 
 

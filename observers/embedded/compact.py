@@ -11,12 +11,12 @@ from observers.embedded.constants import Constants, Tunable
 from observers.embedded.estimators.filter import compact_filter
 from observers.embedded.estimators.sample_functions import (
     EstimatorCode,
-    sample_functions,
+    clean_and_patch_signals,
 )
 from observers.embedded.estimators.supervision import (
-    acquisition_and_scale_functions,
     rolled_verdict,
     supervised,
+    supervision_functions,
 )
 from observers.embedded.estimators.window import compact_window
 from observers.embedded.patches.bristles import bristle_patch_code, has_bristles
@@ -34,10 +34,10 @@ from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
 from observers.quality.branches import TRACK
-from observers.quality.directional_monitor import monitor_fields
+from observers.quality.directional_change_monitor import monitor_fields
 from observers.quality.hypotheses import SETTINGS, per_hypothesis
+from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.innovation_gate import COUNTS
-from observers.quality.verdict import VERDICT
 from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY
 
@@ -69,7 +69,7 @@ def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "")
     elif isinstance(observer, Mhe) and memory_depends_on_tyre(observer.model, model):
         return None
     elif has_corners(observer):
-        patch = exact_patch_code(observer, real, with_rig=tunable == "all")
+        patch = exact_patch_code(observer, real, rig_at_run_time=tunable == "all")
     else:
         return None
     return patch if patch.takes_rig or tunable != "all" else None
@@ -87,8 +87,8 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
         "follows_mu": patch.follows_mu,
         "slides": patch.torque_model.slides, **estimator.terms,
     }  # fmt: skip
-    functions = [*sample_functions(observer), *estimator.functions]
-    functions += acquisition_and_scale_functions(observer, constants)
+    functions = [*clean_and_patch_signals(observer), *estimator.functions]
+    functions += supervision_functions(observer, constants)
     names = {**_names(observer), **estimator.names}
     texts = [estimator_c(function, real, names) for function in functions]
     if observer.acquire:
@@ -108,7 +108,7 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
         private=estimator.private.replace("NAME", name),
         bytes=estimator.bytes + patch.bytes,
         types=render(patch.type_template, values) + estimator.types.replace("NAME", name),
-        with_rig=bool(values["with_rig"]),
+        rig_at_run_time=bool(values["rig_at_run_time"]),
     )
     return supervised(observer, real, values, body)
 

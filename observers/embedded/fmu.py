@@ -46,14 +46,14 @@ class Variable:
     Attributes:
         name: its name.
         reference: its value reference, as in `templates/fmu/state.c`.
-        kind: the type in FMI 2.0, see `TYPES`.
+        fmi2_type: the type in FMI 2.0, see `TYPES`.
         unit: its unit; None for a flag.
         description: its meaning.
     """
 
     name: str
     reference: int
-    kind: str
+    fmi2_type: str
     unit: str | None
     description: str
 

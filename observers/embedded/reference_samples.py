@@ -19,7 +19,7 @@ swings by a tenth, torque noise of 0.4 % of range (seed {seed}), sensor faults, 
 samples. Expected are the estimates of observers.Loop in Python, in double precision."""
 
 
-def reference_table(observer: FunctionObserver, real: Real) -> str:
+def reference_csv(observer: FunctionObserver, real: Real) -> str:
     """The samples and the expected estimates as CSV, with the one torque that the observer uses."""
     samples = real.round(reference_samples(observer))
     inputs = [name for name in INPUTS if name not in {"M_z", "M"} - {observer.channel}]

@@ -28,7 +28,7 @@ class Body:
         types: their types, C of the header.
         supervised: C acquires friction first, see `observers.embedded.estimators.supervision`.
         scaled: and divides the aligning torque by the stiffness that was found.
-        with_rig: the patch takes the rig at run time, by its `set_geometry`.
+        rig_at_run_time: the patch takes the rig at run time, by its `set_geometry`.
     """
 
     core: str
@@ -36,7 +36,7 @@ class Body:
     private: str
     bytes: int
     types: str = ""
-    with_rig: bool = False
+    rig_at_run_time: bool = False
     supervised: bool = False
     scaled: bool = False
 

@@ -19,8 +19,8 @@ from observers.layout import Expression, Layout, ObserverState, outputs_of
 from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.protocol import ESTIMATE, OUTPUT, UNINFORMED, Estimate, Sample, Status, prior_estimate
-from observers.quality.plausibility import EVIDENCE, START
-from observers.quality.screening import SCREEN, build_screened_step, initial_screen, is_first
+from observers.quality.input_plausibility import EVIDENCE, START
+from observers.quality.screening import SCREEN, build_screened_step, can_be_first, initial_screen
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
 from symbolic.arrays import Array
@@ -93,7 +93,7 @@ class CasadiObserver:
 
     @property
     def is_checked(self) -> bool:
-        """Whether units and signs of samples are checked, see `observers.quality.plausibility`."""
+        """Whether units and signs of samples are checked, see `observers.quality.input_plausibility`."""
         return True
 
     @cached_property
@@ -167,7 +167,7 @@ class CasadiObserver:
         Raises:
             InvalidInputError: psi is not finite or F_N is less than 0.001 N.
         """
-        if not is_first(self, first.psi, first.F_N):
+        if not can_be_first(self, first.psi, first.F_N):
             raise InvalidInputError(
                 f"the first sample must have a finite psi and F_N >= {MIN_FIRST_LOAD:g} N, both within"
                 f" the limits of the tuning, as they say where the patch stands; got psi = {first.psi}"

@@ -35,11 +35,11 @@ from functools import cache, partial
 import casadi as ca
 
 from observers.estimators.mhe_terms import (
-    arrival_jump,
-    build_acceptance,
+    arrival_variance_increment,
     build_backward,
     build_forward,
     build_prediction,
+    build_sample_acceptance,
     has_not_converged,
 )
 from observers.estimators.model_observer import ModelObserver
@@ -51,7 +51,7 @@ from observers.patch.history import PatchHistory
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
-from observers.quality.directional_monitor import monitor_fields
+from observers.quality.directional_change_monitor import monitor_fields
 from observers.quality.innovation_gate import COUNTS
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
@@ -178,7 +178,7 @@ def build_window_step(
         samples[:, 1:], ca.MX(ca.vertcat(test.accepted, test.reset, run)), sample.change
     )
     at = sample.at
-    factor = add_variance(factor, at, arrival_jump(window, test.reset, run, sample.change))
+    factor = add_variance(factor, at, arrival_variance_increment(window, test.reset, run, sample.change))
     smoother, given = build_smoother(measurement_model, window), (samples, sample.rig, sample.tuning)
     for i in range(iterations):
         M_z, slopes = torques(history, x) if i > 0 else (M_z, slopes)
@@ -227,9 +227,9 @@ def _arrival(
 
 
 def _update_acceptance(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:
-    """The samples of the window after the newest one's test, see `build_acceptance`."""
+    """The samples of the window after the newest one's test, see `build_sample_acceptance`."""
     window, ages = samples.shape[1], ca.DM(range(samples.shape[1] - 1, -1, -1)).T
     rows = (samples[ROWS.index("accepted"), :], samples[ROWS.index("jump"), :])
-    acceptance = build_acceptance().map(window) if window > 1 else build_acceptance()
+    acceptance = build_sample_acceptance().map(window) if window > 1 else build_sample_acceptance()
     constant = [ca.repmat(vector, 1, window) for vector in (test, variance)]
     return ca.vertcat(samples[: len(CLEAN), :], *acceptance(*rows, ages, *constant))

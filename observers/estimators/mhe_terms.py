@@ -129,13 +129,13 @@ def build_backward(measurement_model: MeasurementModel) -> ca.Function:
 
 
 @cache
-def build_acceptance() -> ca.Function:
+def build_sample_acceptance() -> ca.Function:
     """(accepted, jump, age, test, variance) -> (accepted_next, jump_next) of a sample in the window.
 
     age is 0 for the newest sample; test is accepted, reset and run of the newest one, see
     `observers.quality.innovation_gate`; variance is that of ln mu on an unknown ground. After a change
     of the ground the whole run is accepted, and ln mu jumps before its first sample; where that is not
-    behind the window's oldest sample see `arrival_jump`.
+    behind the window's oldest sample see `arrival_variance_increment`.
     """
     inputs = symbols(ca.SX, accepted=1, jump=1, age=1, test=3, variance=1)
     accepted, jump, age, test, variance = inputs.values()
@@ -147,7 +147,9 @@ def build_acceptance() -> ca.Function:
     return named_function("acceptance", inputs, {"accepted_next": accepted, "jump_next": jump})
 
 
-def arrival_jump(window: int, reset: Expression, run: Expression, variance: Expression) -> Expression:
+def arrival_variance_increment(
+    window: int, reset: Expression, run: Expression, variance: Expression
+) -> Expression:
     """Increment of the variance of ln mu in the arrival: a change before the window's oldest sample."""
     return ca.if_else(run >= window, reset * variance, 0)
 

@@ -13,7 +13,7 @@ from observers.measurement.torque_error import is_known
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_constants
 from observers.protocol import SAMPLE, Status
-from observers.quality.innovation_gate import InnovationTest, build_innovation
+from observers.quality.innovation_gate import InnovationTest, build_innovation_test
 from observers.quality.innovation_monitor import variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, full_slide_torque
@@ -94,7 +94,7 @@ class StepSample:
     def test(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> InnovationTest:
         """The innovation at predicted states x (n,) of covariance P, and its test."""
         results = outputs_of(
-            build_innovation(self.measurement_model), x, P, M_z, slopes, self.now, before["counts"],
+            build_innovation_test(self.measurement_model), x, P, M_z, slopes, self.now, before["counts"],
             before["monitor"], self.rig, self.tuning,
         )  # fmt: skip
         return InnovationTest(**results)

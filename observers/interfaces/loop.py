@@ -12,13 +12,13 @@ import numpy as np
 from observers.compiled_step import CompiledStep
 from observers.measurement.angle_derivative import next_rate
 from observers.protocol import Estimate, Observer, Sample, Status, prior_estimate
-from observers.quality.plausibility import suspicions
+from observers.quality.input_plausibility import suspicions
 from observers.quality.screening import (
     SCREEN,
     beyond_limits,
     build_screen,
+    can_be_first,
     initial_screen,
-    is_first,
     sample_limits_of,
 )
 from observers.tuning import NO_LIMIT
@@ -138,7 +138,7 @@ class Loop:
         """The state after one more sample."""
         psi, rate, age, state = before.psi, before.psi_dot, before.age + sample.dt, before.state
         psi_limit, rate_limit, *_ = self._limits
-        starts = state is None and is_first(self.observer, sample.psi, sample.F_N)
+        starts = state is None and can_be_first(self.observer, sample.psi, sample.F_N)
         screen = initial_screen(sample.psi) if starts else before.screen
         passed = sample.psi if abs(sample.psi) < psi_limit else nan
         if screen is not None:

@@ -15,7 +15,7 @@ from observers.protocol import (
     Sample,
     Status,
 )
-from observers.quality.screening import beyond_limits, sample_limits_of, screened_angles
+from observers.quality.screening import beyond_limits, masked_angles, sample_limits_of
 from symbolic import InvalidInputError
 from symbolic.arrays import Array
 
@@ -48,7 +48,7 @@ def run(
         InvalidInputError: shapes differ, time does not increase, or nothing is known of the torque that
             the observer uses, of the angle or of the load.
     """
-    samples, begins = arrange(observer, t, psi, F_N, M_z, psi_dot, M)
+    samples, begins = samples_and_start(observer, t, psi, F_N, M_z, psi_dot, M)
     # The patch is at rest where it is first seen; until then the prior stands.
     prior = observer.estimate(observer.init(first_sample(samples[:, begins:])))
     rows = np.full((len(ESTIMATE), samples.shape[1]), np.nan)
@@ -60,7 +60,7 @@ def run(
     return as_estimates(np.asarray(t, dtype=float), rows)
 
 
-def arrange(
+def samples_and_start(
     observer: Observer, t: Array, psi: Array, F_N: Array, M_z: Array | None, psi_dot: Array | None,
     M: Array | None,
 ) -> tuple[Array, int]:  # fmt: skip
@@ -92,7 +92,7 @@ def arrange(
     samples = np.vstack([psi, nothing if psi_dot is None else psi_dot, F_N, steps, *torques])
     if psi_dot is None:
         usable = np.where(np.abs(psi) < psi_limit, psi, np.nan)
-        usable[begins:] = screened_angles(samples[:, begins:], limits)
+        usable[begins:] = masked_angles(samples[:, begins:], limits)
         samples[1] = _rate(t, usable)
     return samples, begins
 

@@ -17,7 +17,7 @@ import numpy as np
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.estimates import Estimates
 from observers.estimators.ekf import Ekf
-from observers.interfaces.run import arrange, as_estimates, run
+from observers.interfaces.run import as_estimates, run, samples_and_start
 from observers.layout import Layout
 from observers.measurement.linearisation import build_motion, state_index
 from observers.measurement.measurement_model import CLEAN, RIG
@@ -67,12 +67,12 @@ def smooth(
         )
     if observer.acquire:
         return _about_what_was_acquired(observer, t, psi, F_N, M_z, psi_dot, M)
-    samples, begins = arrange(observer, t, psi, F_N, M_z, psi_dot, M)
+    samples, begins = samples_and_start(observer, t, psi, F_N, M_z, psi_dot, M)
     used = samples[:, begins:]
     start = observer.init(first_sample(used)).values
     stretch = compiled_stretch(observer.screened_step)
     states = run_stretches(stretch, start, used, observer.constants, result=0)
-    mean, variance = smoothed_friction(observer, states)
+    mean, variance = smoothed_log_mu(observer, states)
     time = np.asarray(t, dtype=float)
     rows = np.full((len(ESTIMATE), time.size), np.nan)
     filtered = dict(zip(OUTPUT, _part(observer.layout, states, "output"), strict=True))
@@ -109,7 +109,7 @@ def _about_what_was_acquired(observer: Ekf, *recording: Any) -> Estimates:
     )
 
 
-def smoothed_friction(observer: Ekf, states: Array) -> tuple[Array, Array]:
+def smoothed_log_mu(observer: Ekf, states: Array) -> tuple[Array, Array]:
     """Mean and variance of ln mu at every sample, (n,), of the filter's states after each, (s, n)."""
     layout, at = observer.layout, state_index(observer.measurement_model)
     x = _part(layout, states, "x").T.copy()

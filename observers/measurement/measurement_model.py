@@ -25,8 +25,8 @@ from observers.measurement.torque_error import (
     is_known,
     model_error_variance,
     noise_after,
+    sensor_noise_variance,
     sensor_variance,
-    white_variance,
 )
 from observers.protocol import SAMPLE
 from observers.tuning import REFERENCE_STEP, STATES, TUNING_FIELDS
@@ -273,7 +273,7 @@ class AligningTorque:
         """The aligning torque with the zero of its channel [N m]."""
         slide, dt = full_slide_torque(now["F_N"], rig["a"]), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
         independent = independent_share(now["travel"], tuning["error_travel"])
-        noise, error = white_variance(rig, tuning, slide), model_error_variance(x, tuning)
+        noise, error = sensor_noise_variance(rig, tuning, slide), model_error_variance(x, tuning)
         variance = error * dt + REFERENCE_STEP * noise * independent
         return Measurement(
             expected=M_z + x.get("M_0", 0),

@@ -30,13 +30,13 @@ from observers.measurement.torque_error import (
     independent_share,
     is_known,
     model_error_variance,
-    white_variance,
+    sensor_noise_variance,
 )
 from observers.tuning import REFERENCE_STEP
 from symbolic import full_slide_arm
 from symbolic.vehicle.kingpin import growth_of
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock
-from symbolic.vehicle.steering import jacking, lock_angle
+from symbolic.vehicle.steering import jacking_torque, lock_angle
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
 
 JACKING = 0.08
@@ -102,7 +102,7 @@ class RackForce(AligningTorque):
             gear_spread=STD_PER_TOLERANCE * vehicle.tolerances.gear_friction,
             presliding=vehicle.presliding / vehicle.steering_arm,
             error=vehicle.steering_arm / 2 * vehicle.force_error,
-            jacking=JACKING * abs(float(jacking(vehicle, lock))) / sin(lock),
+            jacking=JACKING * abs(float(jacking_torque(vehicle, lock))) / sin(lock),
             damping=STD_PER_TOLERANCE * vehicle.tolerances.damping * vehicle.damping,
             growth=GROWTH * abs(growth_of(vehicle, brakes=held).torque),
             lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,
@@ -155,7 +155,7 @@ class RackForce(AligningTorque):
         """The torque of the mean wheel with the gear's and the zero of its channel [N m]."""
         slide, dt = _slide(now, rig), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
         independent = independent_share(now["travel"], tuning["error_travel"])
-        noise, error = white_variance(rig, tuning, slide), model_error_variance(x, tuning)
+        noise, error = sensor_noise_variance(rig, tuning, slide), model_error_variance(x, tuning)
         lasting = error + (now["dry_std"] / slide) ** 2
         variance = lasting * dt + REFERENCE_STEP * noise * independent
         return Measurement(

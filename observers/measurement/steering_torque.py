@@ -30,8 +30,8 @@ from observers.measurement.torque_error import (
     independent_share,
     is_known,
     model_error_variance,
+    sensor_noise_variance,
     sensor_variance,
-    white_variance,
 )
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic import InvalidInputError, Model, Rig, full_slide_torque
@@ -178,7 +178,7 @@ class SteeringTorque:
         after |= {"psi": x["psi"] + dt * rate, "psi_dot": rate}
         lasting = tuning["error_travel"] / ca.fmax(MIN_YAW_RATE, ca.fabs(x["psi_dot"]))
         density = (
-            white_variance(rig, tuning, slide) * REFERENCE_STEP
+            sensor_noise_variance(rig, tuning, slide) * REFERENCE_STEP
             + model_error_variance(x, tuning) * lasting
         )
         white = density * slide**2 * kick

@@ -41,7 +41,7 @@ def forgetting_factor(share: Expression, memory: float) -> Expression:
     return 1 - share / memory
 
 
-def white_variance(rig: Parts, tuning: Parts, slide: Expression) -> Expression:
+def sensor_noise_variance(rig: Parts, tuning: Parts, slide: Expression) -> Expression:
     """Variance of the sensor's white error in 10 ms, divided as in `model_error_variance` [1]."""
     known = is_known(rig["noise"])
     return ca.if_else(known, (ca.if_else(known, rig["noise"], 0) / slide) ** 2, tuning["noise"] ** 2)

@@ -156,7 +156,7 @@ class PathNow(NamedTuple):
     """
 
     psi: float
-    points: tuple[float, ...]
+    remaining_points: tuple[float, ...]
     rate: float
     speed: float
     bounds: tuple[float, float]

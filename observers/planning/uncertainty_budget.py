@@ -6,7 +6,7 @@ import numpy as np
 
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.estimators.ekf import Ekf
-from observers.interfaces.run import arrange
+from observers.interfaces.run import samples_and_start
 from observers.planning.forecast import least_deviation
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality.acquisition import OWN
@@ -52,7 +52,7 @@ def uncertainty_budget(
     Raises:
         InvalidInputError: nothing is known at this sample; or as of `observers.run`.
     """
-    samples, begins = arrange(observer, t, psi, F_N, M_z, psi_dot, M)
+    samples, begins = samples_and_start(observer, t, psi, F_N, M_z, psi_dot, M)
     if not begins <= at < samples.shape[1]:
         raise InvalidInputError(f"at must be from {begins} to {samples.shape[1] - 1}, got {at}")
     used = samples[:, begins : at + 1]

@@ -14,20 +14,20 @@ from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import forgetting_factor, is_known
 from observers.protocol import OUTPUT, Status
 from observers.quality.acquired_to_estimator import handover_vector
-from observers.quality.branches import START, TRACK, build_sensitivity, build_track
+from observers.quality.branches import START, TRACK, build_mu_sensitivity, build_track
 from observers.quality.handover_decision import is_decided
 from observers.quality.hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
     SETTINGS,
-    build_error,
     build_hypotheses_update,
-    dry_size,
+    build_torque_error,
+    gear_friction_size,
     search_layout,
 )
-from observers.quality.plausibility import MAX_TYRE_FRICTION
+from observers.quality.hypothesis_mixture import VERDICT, build_deviation_by_scale, build_verdict
+from observers.quality.input_plausibility import MAX_TYRE_FRICTION
 from observers.quality.screening import has_flag
-from observers.quality.verdict import VERDICT, build_excess, build_verdict
 from symbolic.functions import named_function, output_if
 
 HANDED = 3.0
@@ -74,13 +74,13 @@ class EquivalentPatch:
         stiffness: its k over that of the model's parameters [1].
         friction: its mu over the model's [1].
         misfit: least share of the torque by which both differ [1].
-        slides: share of the full slide beyond which memory keeps nothing of an earlier mu [1].
+        memoryless_share: share of the full slide beyond which memory keeps nothing of an earlier mu [1].
     """
 
     stiffness: float = 1.0
     friction: float = 1.0
     misfit: float = 0.0
-    slides: float = 0.0
+    memoryless_share: float = 0.0
 
 
 DECLARED_PATCH = EquivalentPatch()
@@ -98,14 +98,14 @@ def build_search(gear: bool = False) -> ca.Function:
     """
     inputs = symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, beside=1, psi=1, F_N=1,
-        M_z=1, added=1, tyre=3, limits=len(SETTINGS), **dry_size(gear),
+        M_z=1, added=1, tyre=3, limits=len(SETTINGS), **gear_friction_size(gear),
     )  # fmt: skip
     search, verdict, phase, beside, psi, F_N, M_z, added, tyre, limits, *dry = inputs.values()
     parts, numbers = search_layout(gear).split(search), named(SETTINGS, limits)
     known = ca.logic_and(is_known(psi), is_known(M_z))
     torque = ca.if_else(known, M_z, 0)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
-    size, _, _ = build_error()(torque, F_N, tyre[1], 0, 0, 1, 0)
+    size, _, _ = build_torque_error()(torque, F_N, tyre[1], 0, 0, 1, 0)
     was = named(TRACK, parts["track"])
     turned = (was["extreme"] - at) * was["direction"]
     # Within the angle's noise of the farthest angle, the wheel may or may not have turned back.
@@ -119,7 +119,7 @@ def build_search(gear: bool = False) -> ca.Function:
         parts["track"], parts["points"], at, torque, size, numbers["psi_noise"], counts
     )
     after = named(TRACK, track)
-    _, variance, noisy = build_error()(
+    _, variance, noisy = build_torque_error()(
         torque, F_N, tyre[1], added, after["reach"], share, numbers["error"]
     )
     variance = variance + sum((d[1] ** 2 / share for d in dry), ca.MX(0))
@@ -138,7 +138,7 @@ def build_search(gear: bool = False) -> ca.Function:
 
 
 @cache
-def build_conclusion(
+def build_handover(
     patch: EquivalentPatch, *, is_scaled: bool, states: tuple[str, ...], gain_share: float
 ) -> ca.Function:
     """A sample while friction is acquired.
@@ -162,16 +162,16 @@ def build_conclusion(
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
     given = (inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
-    by_error = error / build_sensitivity()(*given) ** 2
+    by_error = error / build_mu_sensitivity()(*given) ** 2
     sample = {"M_z": inputs["M_z"], "added": inputs["added"], "error": error}
     told = (own, verdict, output, limits, sample, verdict["variance"] + by_error)
     zero, gear = is_scaled * verdict["zero"], "gear" in states
-    decided = is_decided(*told, zero, slides=patch.slides, gear=gear)
+    decided = is_decided(*told, zero, memoryless_share=patch.memoryless_share, gear=gear)
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
-    excess = build_excess(found=patch.misfit > 0, gain_share=gain_share)
-    doubt = update_doubt(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"])
+    excess = build_deviation_by_scale(found=patch.misfit > 0, gain_share=gain_share)
+    doubt = update_unexplained(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"])
     failed = decided * (own["again"] == FAILED)
     after = own | {
         "acquiring": ca.logic_not(decided),
@@ -213,7 +213,7 @@ def _covariances_of_gear(
     }
 
 
-def update_doubt(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
+def update_unexplained(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
     """Update the count of unexplained independent samples; explained ones reduce it."""
     more = ca.fmin(MAX_DOUBT, doubt + share)
     return ca.if_else(wrong, more, doubt * forgetting_factor(share, FORGIVING))
@@ -255,7 +255,7 @@ def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
     """Inputs of a sample of the supervision, while friction is acquired and afterwards."""
     return symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT),
-        psi=1, M_z=1, dt=1, added=1, tyre=3, limits=len(SETTINGS), **dry_size(gear),
+        psi=1, M_z=1, dt=1, added=1, tyre=3, limits=len(SETTINGS), **gear_friction_size(gear),
     )  # fmt: skip
 
 
@@ -276,6 +276,6 @@ def build_acquiring(
         *dry,
     )  # fmt: skip
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
-    conclude = build_conclusion(patch, is_scaled=is_scaled, states=states, gain_share=gain_share)
+    conclude = build_handover(patch, is_scaled=is_scaled, states=states, gain_share=gain_share)
     results = conclude(own, verdict, output, widest, counted, share, M_z, added, tyre, limits)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

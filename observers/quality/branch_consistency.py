@@ -20,20 +20,20 @@ from observers.quality.acquisition import (
     OWN,
     PROVED,
     EquivalentPatch,
-    update_doubt,
+    update_unexplained,
 )
 from observers.quality.hypotheses import SETTINGS
-from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
-from observers.quality.plausibility import MAX_TYRE_FRICTION
-from observers.quality.screening import has_flag, with_flag
-from observers.quality.torque_innovation import (
+from observers.quality.hypothesis_mixture import VERDICT
+from observers.quality.innovation_attribution import (
     IN_A_ROW,
     innovation_of,
-    lasting_innovation,
-    torques_beyond,
+    smoothed_innovation,
+    update_streak,
     variance_by_k,
 )
-from observers.quality.verdict import VERDICT
+from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
+from observers.quality.input_plausibility import MAX_TYRE_FRICTION
+from observers.quality.screening import has_flag, with_flag
 from symbolic.functions import named_function
 
 MIN_WHILE_LASTING = 3.0
@@ -80,17 +80,17 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
         square = ca.fmax(innovation_of(inputs, own, output) ** 2, MIN_SQUARE_DIVISOR)
         nis = nis * square / (square + by_k * nis)
     if not (is_computed or gear):
-        own["lasting"], lasts, clear = lasting_innovation(inputs, own, output, by_k)
+        own["lasting"], lasts, clear = smoothed_innovation(inputs, own, output, by_k)
     squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, MAX_NORMALISED_SQUARE), 0)
     weight = older * own["weight"] + share
     much = (weight >= MIN_SAMPLES) * (squares > EXCESS * limits["explained"] * weight)
     too_much = ca.logic_or(much, lasts)
     if is_computed:
         predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
-        own |= torques_beyond(inputs, own, predicted, limits["error"])
+        own |= update_streak(inputs, own, predicted, limits["error"])
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
-    doubt = ca.fmax(update_doubt(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
+    doubt = ca.fmax(update_unexplained(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
     doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
     early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
     # A change that is too small or too slow for an alarm shows in an innovation that lasts.

@@ -19,7 +19,7 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import forgetting_factor
-from symbolic.deformation import full_slide_level, moment_of_corner, unit_moment
+from symbolic.deformation import corner_moment_and_derivative, full_slide_level, unit_corner_moment
 from symbolic.functions import named_function
 from symbolic.masing import virgin_torque
 from symbolic.zones import FAR
@@ -59,7 +59,7 @@ points in use if the patch slid before the first sample; sum of the torques at r
 
 
 @cache
-def build_turn() -> ca.Function:
+def build_present_branch() -> ca.Function:
     """The present branch alone after a sample: (track, psi, slack, least, counts) -> (track, share).
 
     slack is the turn back that is no noise, least the travel at which a branch begins to tell something
@@ -116,7 +116,7 @@ def build_track() -> ca.Function:
     (track, points, psi, torque, size, slack, counts) -> (track, points, turns, share).
     points and turns (POINTS, PATHS) have a column for each path; turns [rad] are those of the branches,
     oldest first, whose torques add up; the first one is virgin. torque is the measured one and size its
-    size less its noise [N m]; the rest as for `build_turn`.
+    size less its noise [N m]; the rest as for `build_present_branch`.
     """
     inputs = symbols(
         ca.SX, track=len(TRACK), points=(POINTS, PATHS), psi=1, torque=1, size=1, slack=1, counts=1
@@ -154,7 +154,7 @@ def build_track() -> ca.Function:
 
 
 @cache
-def build_new_ground() -> ca.Function:
+def build_new_ground_branches() -> ca.Function:
     """The branches on a ground that has changed: (track, M_z, slide, tyre) -> (track, points).
 
     M_z is the torque [N m], 0 where it is not known; slide that of full slide on the old ground [N m];
@@ -170,7 +170,7 @@ def build_new_ground() -> ca.Function:
     direction, travel = was["direction"], was["extreme"] - was["origin"]
     # The torque of the ground points against the turn.
     rises = -direction * M_z > RISEN * slide
-    since = (-direction * M_z - slide) / (k * unit_moment(0, a, e))
+    since = (-direction * M_z - slide) / (k * unit_corner_moment(0, a, e))
     origin = was["extreme"] - direction * ca.fmin(since, ca.fabs(travel))
     origin = ca.if_else(rises, origin, was["origin"])
     slid = origin + ca.if_else(rises, -1, 1) * direction * SLID
@@ -236,7 +236,7 @@ def build_branch() -> ca.Function:
 
 
 @cache
-def build_sensitivity() -> ca.Function:
+def build_mu_sensitivity() -> ca.Function:
     """Relative change of a virgin turn's torque by that of mu: (turn, log_ratio, F_N, tyre) -> share.
 
     0 in full stick, 1 in full slide.
@@ -266,11 +266,11 @@ def _moment(
     slope = full_slide_level(F_N, a) * ca.exp(log_ratio) / k
     z = ca.fmin(slope / ca.fmax(turn, MIN_TRAVEL_DIVISOR), FAR)
     # As z is proportional to mu.
-    beyond, by_z = ca.vertsplit(moment_of_corner(z, a, e))
-    return unit_moment(0, a, e) - beyond, -z * by_z
+    beyond, by_z = ca.vertsplit(corner_moment_and_derivative(z, a, e))
+    return unit_corner_moment(0, a, e) - beyond, -z * by_z
 
 
-def sliding_turn(mu: Expression, F_N: Expression, tyre: Expression) -> Expression:
+def sliding_onset_turn(mu: Expression, F_N: Expression, tyre: Expression) -> Expression:
     """Turn at which the patch begins to slide at its ends [rad], e = 0.
 
     Args:
@@ -283,7 +283,7 @@ def sliding_turn(mu: Expression, F_N: Expression, tyre: Expression) -> Expressio
 
 
 @cache
-def build_sliding() -> ca.Function:
-    """`sliding_turn`: (mu, F_N, tyre) -> turn."""
+def build_sliding_onset() -> ca.Function:
+    """`sliding_onset_turn`: (mu, F_N, tyre) -> turn."""
     inputs = symbols(ca.SX, mu=1, F_N=1, tyre=3)
-    return named_function("sliding", inputs, {"turn": sliding_turn(*inputs.values())})
+    return named_function("sliding", inputs, {"turn": sliding_onset_turn(*inputs.values())})

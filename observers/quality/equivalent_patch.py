@@ -18,7 +18,7 @@ from observers.patch.update import signals_with_states
 from observers.quality.acquired_to_estimator import newest_of_sample, newest_state
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
 from observers.quality.hypotheses import RATIOS, SETTINGS, VAGUE, build_start
-from observers.quality.verdict import VERDICT
+from observers.quality.hypothesis_mixture import VERDICT
 from observers.tuning import Tuning
 from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
 from symbolic.effects.base import Effect, Signals
@@ -115,5 +115,5 @@ def _equivalent(
         stiffness=float(found[0]),
         friction=float(found[1]),
         misfit=MISFIT,
-        slides=SLIDES if model.memory_depends_on("mu") else 0.0,
+        memoryless_share=SLIDES if model.memory_depends_on("mu") else 0.0,
     )

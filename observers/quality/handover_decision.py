@@ -4,7 +4,7 @@ import casadi as ca
 
 from observers.layout import Expression, Parts
 from observers.measurement.torque_error import is_known
-from observers.quality.verdict import ALLOWED
+from observers.quality.hypothesis_mixture import ALLOWED
 
 DECIDED = 0.15
 """Standard deviation of ln mu at which the filter takes over [1]."""
@@ -18,7 +18,7 @@ another ground's friction [1]."""
 
 def is_decided(
     own: Parts, verdict: Parts, output: Parts, limits: Parts, sample: Parts, unsure: Expression,
-    zero: Expression, *, slides: float, gear: bool,
+    zero: Expression, *, memoryless_share: float, gear: bool,
 ) -> Expression:  # fmt: skip
     """Whether friction is handed over: it is known, and the estimator's patch is as the wheel's.
 
@@ -30,15 +30,15 @@ def is_decided(
         sample: M_z [N m], variance of its noise `added` [N^2 m^2], that of the model's `error` [1].
         unsure: variance of ln mu [1].
         zero: of the torque [N m].
-        slides: share of the full slide beyond which memory keeps nothing of an earlier mu [1].
+        memoryless_share: share of the full slide beyond which memory keeps nothing of an earlier mu [1].
         gear: there is a steering gear.
     """
     decided = _is_friction_known(verdict, unsure, limits, gear)
     # The estimator begins with a patch free of torque.
     decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
-    if slides:
+    if memoryless_share:
         torque = ca.fabs(output["M_z_predicted"] - zero)
-        decided = ca.logic_and(decided, torque > slides * output["M_slide"])
+        decided = ca.logic_and(decided, torque > memoryless_share * output["M_slide"])
     # After a change of the ground the estimator's patch remembers the old one until it slides.
     return ca.logic_and(decided, ca.logic_or(own["again"] != 1, _agrees(own, output, sample)))
 

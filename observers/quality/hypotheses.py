@@ -35,7 +35,7 @@ from observers.quality.branches import (
     POINTS,
     TRACK,
     build_branch,
-    build_new_ground,
+    build_new_ground_branches,
 )
 from observers.udu import update_covariance
 from symbolic import full_slide_torque
@@ -68,7 +68,7 @@ PATH_ERROR = 0.05
 """Least error of a model on a path that began on another ground [1]."""
 
 
-def unknowns(gear: bool) -> tuple[str, ...]:
+def hypothesis_states(gear: bool) -> tuple[str, ...]:
     """What a hypothesis leaves open, in the order of the factor of its covariance.
 
     s times the share of the twist [1], where there is a gear its friction over the declared one [1],
@@ -84,7 +84,7 @@ def factor_name(one: str, other: str) -> str:
 
 def variance_of(parts: Mapping[str, Expression], name: str, given: tuple[str, ...] = ()) -> Expression:
     """Variance of an unknown; `given` are those after it whose values are known."""
-    order = unknowns(gear="gear" in parts)
+    order = hypothesis_states(gear="gear" in parts)
     others = [other for other in order[order.index(name) + 1 :] if other not in given]
     return sum(
         (parts[factor_name(name, o)] ** 2 * parts[factor_name(o, o)] for o in others),
@@ -98,8 +98,8 @@ def per_hypothesis(gear: bool) -> tuple[str, ...]:
     Logarithm of its likelihood, the unknowns with the factor of their covariance, see `observers.udu`,
     and the torque that the twist may make [N m].
     """
-    pairs = combinations_with_replacement(unknowns(gear), 2)
-    return ("log_likelihood", *unknowns(gear), *(factor_name(*pair) for pair in pairs), "left")
+    pairs = combinations_with_replacement(hypothesis_states(gear), 2)
+    return ("log_likelihood", *hypothesis_states(gear), *(factor_name(*pair) for pair in pairs), "left")
 
 
 @cache
@@ -153,8 +153,8 @@ def _spread(gear: bool) -> dict[str, int]:
 def build_restart(gear: bool = False) -> ca.Function:
     """The search anew: (search, M_z, slide, tyre, gain, gain_std, zero, zero_std) -> search.
 
-    M_z, slide and tyre are as for `build_new_ground`. The hypotheses begin anew about s and the torque's
-    zero [N m], which are known.
+    M_z, slide and tyre are as for `build_new_ground_branches`. The hypotheses begin anew about s and the
+    torque's zero [N m], which are known.
     """
     layout = search_layout(gear)
     inputs = symbols(
@@ -162,7 +162,7 @@ def build_restart(gear: bool = False) -> ca.Function:
         **_spread(gear),
     )  # fmt: skip
     search, M_z, slide, tyre, gain, *known = inputs.values()
-    track, points = build_new_ground()(layout.split(search)["track"], M_z, slide, tyre)
+    track, points = build_new_ground_branches()(layout.split(search)["track"], M_z, slide, tyre)
     fresh = layout.split(build_start(gear)(0, gain, *known))
     hypotheses = ca.MX(fresh["hypotheses"])
     hypotheses[per_hypothesis(gear).index("twist"), :] = gain / 2
@@ -171,7 +171,7 @@ def build_restart(gear: bool = False) -> ca.Function:
 
 
 @cache
-def build_error() -> ca.Function:
+def build_torque_error() -> ca.Function:
     """Size of a torque less its noise, variance of its error, and the squares that noise explains.
 
     (M_z, F_N, a, added, reach, share, error) -> (size, variance, noisy): torque [N m], load [N], half-
@@ -200,7 +200,11 @@ def build_hypothesis_update(gear: bool = False) -> ca.Function:
     names = per_hypothesis(gear)
     inputs = symbols(ca.SX, part=len(names), free=1, slid=1, measured=1, variance=1, share=1)
     part, free, slid, measured, variance, share = inputs.values()
-    older, was, order = forgetting_factor(share, FORGETTING_SAMPLES), named(names, part), unknowns(gear)
+    older, was, order = (
+        forgetting_factor(share, FORGETTING_SAMPLES),
+        named(names, part),
+        hypothesis_states(gear),
+    )
     # The measured torque by each unknown.
     by: dict[str, Expression] = {"gain": free, "zero": 1, "twist": slid - free}
     if gear:
@@ -239,7 +243,7 @@ def build_hypotheses_update(gear: bool = False) -> ca.Function:
     count, rows = len(RATIOS), build_hypothesis_update(gear).numel_in(0)
     inputs = symbols(
         ca.MX, hypotheses=(rows, count), beside=1, turns=(POINTS, PATHS), F_N=1, M_z=1, variance=1,
-        share=1, tyre=3, **dry_size(gear),
+        share=1, tyre=3, **gear_friction_size(gear),
     )  # fmt: skip
     hypotheses, beside, turns, F_N, M_z, variance, share, tyre, *dry = inputs.values()
     lanes = count * POINTS * PATHS
@@ -260,6 +264,6 @@ def build_hypotheses_update(gear: bool = False) -> ca.Function:
     return named_function("weigh", inputs, {"hypotheses_next": after})
 
 
-def dry_size(gear: bool) -> dict[str, int]:
+def gear_friction_size(gear: bool) -> dict[str, int]:
     """Size of the torque of a gear's friction with its deviation, where there is a gear."""
     return {"dry": 2} if gear else {}

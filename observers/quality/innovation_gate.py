@@ -3,7 +3,7 @@
 An innovation beyond the gate is rejected. After `Tuning.reset_after` in a row, all to one side, the
 ground has changed: the variance that two grounds differ by is added to that of ln mu, and the samples
 are accepted. What stays within the gate is watched by `observers.quality.innovation_monitor`, and
-friction by direction by `observers.quality.directional_monitor`.
+friction by direction by `observers.quality.directional_change_monitor`.
 
 Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
 section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
@@ -18,7 +18,7 @@ from observers.layout import Expression, named, outputs_of, symbols, symbols_lik
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
-from observers.quality.directional_monitor import (
+from observers.quality.directional_change_monitor import (
     add_sample,
     has_changed,
     monitor_fields,
@@ -102,7 +102,7 @@ class InnovationTest:
 
 
 @cache
-def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
+def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     """The fields of an `InnovationTest`.
 
     (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> fields; x (n,) and P (n, n) are predicted.

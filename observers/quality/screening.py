@@ -32,7 +32,7 @@ from observers.layout import (
 )
 from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import OUTPUT, SAMPLE, Status
-from observers.quality.plausibility import EVIDENCE, build_evidence
+from observers.quality.input_plausibility import EVIDENCE, build_evidence
 from observers.tuning import NO_LIMIT, PLAUSIBLE
 from symbolic.functions import named_function
 
@@ -159,7 +159,7 @@ def with_flag(status: Expression, flag: Status, holds: Expression) -> Expression
     return status + int(flag) * ca.logic_and(holds, ca.logic_not(has_flag(status, flag)))
 
 
-def screened_angles(samples: Array, limits: tuple[float, ...]) -> Array:
+def masked_angles(samples: Array, limits: tuple[float, ...]) -> Array:
     """The angles that pass, (n,) [rad], NaN for others, of samples (6, n) from a usable one on."""
     stretch = compiled_stretch(build_screen())
     start = initial_screen(samples[0, 0])
@@ -182,7 +182,7 @@ def sample_limits_of(observer: object) -> tuple[float, ...]:
     return limits
 
 
-def is_first(observer: object, psi: float, F_N: float) -> bool:
+def can_be_first(observer: object, psi: float, F_N: float) -> bool:
     """True where angle [rad] and load [N] can be those of a first sample."""
     psi_limit, _, F_N_limit, *_ = sample_limits_of(observer)
     return abs(psi) < psi_limit and MIN_FIRST_LOAD <= F_N < F_N_limit

@@ -11,7 +11,7 @@ from math import hypot
 
 from observers.tuning import Tuning
 from symbolic import Rig
-from symbolic.deformation import full_slide_arm, unit_moment
+from symbolic.deformation import full_slide_arm, unit_corner_moment
 from symbolic.parameters import EVEN, USUAL
 
 OF_LENGTHS = "tolerances of half-length and caster"
@@ -33,7 +33,7 @@ def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
         k: declared stiffness [N/m^2].
     """
     stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
-    patch = _spread(lambda a, e: unit_moment(0.0, a, e), rig)
+    patch = _spread(lambda a, e: unit_corner_moment(0.0, a, e), rig)
     least = min(LEAST_STIFFNESS * tuning.error, EVEN * USUAL["k"])
     return replace(
         tuning,

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 
 from symbolic.bristles import BristlePatch
-from symbolic.compliance import balance
+from symbolic.compliance import build_series_torque
 from symbolic.functions import named_function
 from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch
 from symbolic.patch_interface import Expression, Signals, patch_inputs
@@ -61,7 +61,7 @@ def patch_of(model: Model, theta: Expression | None = None) -> BristlePatch:
     return patch
 
 
-def scalar_count(model: Model) -> int:
+def sample_scalar_count(model: Model) -> int:
     """How many scalars of a sample there are."""
     return len(SCALARS) + len(model.parameters) + len(GEOMETRY)
 
@@ -101,7 +101,7 @@ def sample_functions(model: Model) -> Functions:
 
 def _symbols(model: Model) -> tuple[ca.SX, ca.SX]:
     """A sample's scalars, and their derivative along a direction."""
-    return ca.SX.sym("z", scalar_count(model)), ca.SX.sym("z_by", scalar_count(model))
+    return ca.SX.sym("z", sample_scalar_count(model)), ca.SX.sym("z_by", sample_scalar_count(model))
 
 
 def _parts(model: Model, z: ca.SX) -> tuple[Signals, ca.SX, ca.SX, ca.SX]:
@@ -113,7 +113,7 @@ def _parts(model: Model, z: ca.SX) -> tuple[Signals, ca.SX, ca.SX, ca.SX]:
     return Signals(**dict(zip(SIGNALS, signals, strict=True))), factor, theta, geometry
 
 
-def place_functions(model: Model) -> Functions:
+def coefficient_functions(model: Model) -> Functions:
     """Coefficients of a bristle and those that all share, with their derivatives."""
     z, z_by = _symbols(model)
     signals, factor, theta, geometry = _parts(model, z)
@@ -179,7 +179,7 @@ def series_functions(deflection: ca.Function) -> Functions:
     slope, rigid = ca.SX.sym("slope"), ca.SX.sym("rigid")
     turn = deflection.expand()(M, elements)
     inputs = {"M": M, "elements": elements}
-    balanced = balance(deflection).expand()(rigid, slope, elements)
+    balanced = build_series_torque(deflection).expand()(rigid, slope, elements)
     return {
         "deflection": _function("deflection", inputs, {"turn": turn}),
         "compliance": _function("compliance", inputs, {"by_torque": ca.jacobian(turn, M)}),

@@ -17,10 +17,10 @@ import numpy as np
 from symbolic.arrays import Array
 from symbolic.compilation.bristle_functions import (
     SHARED,
+    coefficient_functions,
     patch_of,
-    place_functions,
     sample_functions,
-    scalar_count,
+    sample_scalar_count,
     series_functions,
     step_functions,
 )
@@ -85,7 +85,7 @@ def kernel_source(model: Model) -> str:
         BrushgripError: an operation has no C here.
     """
     patch, deflection = patch_of(model), deflection_of(model)
-    functions = sample_functions(model) | place_functions(model) | step_functions(model)
+    functions = sample_functions(model) | coefficient_functions(model) | step_functions(model)
     if deflection is not None:
         functions |= series_functions(deflection)
     texts = (c_function(name, function, "double") for name, function in functions.items())
@@ -97,7 +97,7 @@ def kernel_source(model: Model) -> str:
         stresses=stresses,
         stress_at_i=", ".join(f"stress[{s} * BRISTLES + i]" for s in range(stresses)),
         parameters=len(model.parameters),
-        scalars=scalar_count(model),
+        scalars=sample_scalar_count(model),
         own=sum(effect.memory for effect in model.effects),
         memory=model.memory_size,
         shared=SHARED,
@@ -111,7 +111,7 @@ def kernel_source(model: Model) -> str:
         place_sums=_sums(
             functions["place_partials"].sparsity_out("partials"),
             "place_by",
-            [f"scalars_by[{i}]" for i in range(scalar_count(model))],
+            [f"scalars_by[{i}]" for i in range(sample_scalar_count(model))],
         ),
         step_sums=_sums(functions["advance"].sparsity_out("partials"), "step_by", by_input),
     )

@@ -41,7 +41,9 @@ def operands_of(function: ca.Function) -> dict[int, list[int]]:
     return operands
 
 
-def needed_by(function: ca.Function, operands: Mapping[int, list[int]], comments: Comments) -> set[int]:
+def live_instructions(
+    function: ca.Function, operands: Mapping[int, list[int]], comments: Comments
+) -> set[int]:
     """Instructions on which an output depends that is a parameter in C."""
     needed: set[int] = set()
     for k in reversed(range(function.n_instructions())):
@@ -53,7 +55,7 @@ def needed_by(function: ca.Function, operands: Mapping[int, list[int]], comments
     return needed
 
 
-def sections_of(function: ca.Function, comments: Comments) -> dict[int, str]:
+def section_starts(function: ca.Function, comments: Comments) -> dict[int, str]:
     """Titles by the instruction after the last one of the output before."""
     titles, begin, before = {}, 0, ""
     for k in range(function.n_instructions()):

@@ -9,7 +9,7 @@ import stat
 import tempfile
 from pathlib import Path
 
-from symbolic.compilation.operating_system import LIBRARY_SUFFIX, own_id
+from symbolic.compilation.operating_system import LIBRARY_SUFFIX, user_id
 from symbolic.compilation.temporary_folder import claim_folder
 
 _LOG = logging.getLogger(__name__)
@@ -59,7 +59,7 @@ def _close_to_group(folder: Path) -> None:
 
     An earlier release made the folder so where the umask is 002, as it is where every user has a group.
     """
-    if (owner := own_id()) is None:
+    if (owner := user_id()) is None:
         return
     status = folder.stat()
     if status.st_uid != owner or status.st_mode & 0o022 != 0o020:
@@ -76,7 +76,7 @@ def _distrust_parents(folder: Path) -> str | None:
     Where the sticky bit is set, as for /tmp, nobody can rename a folder of another user. A folder in the
     temporary folder is taken as it is, as its replacement would stand there too.
     """
-    if own_id() is None or folder.parent == Path(tempfile.gettempdir()).resolve():
+    if user_id() is None or folder.parent == Path(tempfile.gettempdir()).resolve():
         return None
     for parent in folder.parents:
         mode = parent.stat().st_mode
@@ -87,7 +87,7 @@ def _distrust_parents(folder: Path) -> str | None:
 
 def distrust(path: Path) -> str | None:
     """Why others could have changed what is at a path; None where they could not, or nobody can tell."""
-    if (owner := own_id()) is None:
+    if (owner := user_id()) is None:
         return None
     status = path.lstat()
     if status.st_uid != owner:

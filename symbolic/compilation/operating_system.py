@@ -42,7 +42,7 @@ def lock_folder(folder: str | os.PathLike[str]) -> int | None:
     return descriptor
 
 
-def own_id() -> int | None:
+def user_id() -> int | None:
     """By which the files of this user are known, None where files have no owner."""
     return os.geteuid() if hasattr(os, "geteuid") else None
 
@@ -84,7 +84,7 @@ def deaf_children() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def interrupt_main_thread() -> bool:
+def terminate_main_thread() -> bool:
     """Has the main thread act on SIGTERM, whatever it waits for; False where nobody can."""
     if sys.platform == "win32":
         return False

@@ -13,7 +13,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.compilation.c_comments import NO_COMMENTS, Comments, needed_by, operands_of, sections_of
+from symbolic.compilation.c_comments import (
+    NO_COMMENTS,
+    Comments,
+    live_instructions,
+    operands_of,
+    section_starts,
+)
 from symbolic.errors import BrushgripError
 
 INFIX = {
@@ -146,7 +152,7 @@ def c_function(
     writer = _Writer(real)
     steps = range(function.n_instructions())
     operands = operands_of(function)
-    needed = needed_by(function, operands, comments)
+    needed = live_instructions(function, operands, comments)
     uses: Counter[int] = Counter()
     for k in steps:
         if k in operands and k in needed:
@@ -154,7 +160,7 @@ def c_function(
             uses.update(dict.fromkeys(set(operands[k]), weight))
             uses.update(operands[k][1:] if len(set(operands[k])) < len(operands[k]) else [])
     terms: dict[int, Term] = {}
-    section = sections_of(function, comments)
+    section = section_starts(function, comments)
     for k in steps:
         code = function.instruction_id(k)
         if k in section:

@@ -154,12 +154,15 @@ def units_of(model: Model) -> dict[str, str]:
 
 
 def mean_over_grounds(grounds: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
-    """For each parameter the mean of its values on these grounds, see `mean_value`."""
+    """For each parameter the mean of its values on these grounds, see `geometric_or_arithmetic_mean`."""
     names = dict.fromkeys(name for values in grounds.values() for name in values)
-    return {name: mean_value([v[name] for v in grounds.values() if name in v]) for name in names}
+    return {
+        name: geometric_or_arithmetic_mean([v[name] for v in grounds.values() if name in v])
+        for name in names
+    }
 
 
-def mean_value(values: Collection[float]) -> float:
+def geometric_or_arithmetic_mean(values: Collection[float]) -> float:
     """The geometric mean of values of one sign, the arithmetic mean where there are two or a zero."""
     least, most = min(values), max(values)
     if least == most:

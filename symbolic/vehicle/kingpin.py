@@ -57,7 +57,7 @@ class Contact:
     @property
     def slide_arm(self) -> float:
         """Torque of full slide over mu and load [m]: the mean arm under the pressure."""
-        pressure, arm = bristles(self)
+        pressure, arm = pressures_and_arms(self)
         return float((pressure * arm).mean() / pressure.mean())
 
     @property
@@ -75,7 +75,7 @@ class Growth:
 
 
 @cache
-def bristles(contact: Contact) -> tuple[Array, Array]:
+def pressures_and_arms(contact: Contact) -> tuple[Array, Array]:
     """Pressure over that in the middle, and arm [m], of bristles spread evenly over the contact."""
     x, y = (((np.arange(n) + 0.5) / n * 2 - 1) for n in (120, 60))
     along, across = np.meshgrid(x, y, indexing="ij")

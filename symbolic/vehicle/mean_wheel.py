@@ -23,12 +23,12 @@ from math import hypot
 import numpy as np
 
 from symbolic.arrays import Array
-from symbolic.deformation import full_slide_arm, unit_moment
+from symbolic.deformation import full_slide_arm, unit_corner_moment
 from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
-from symbolic.vehicle.kingpin import Contact, bristles, growth_of, kingpin_axis
+from symbolic.vehicle.kingpin import Contact, growth_of, kingpin_axis, pressures_and_arms
 from symbolic.vehicle.steering import (
     Expression,
-    jacking,
+    jacking_torque,
     lever,
     lever_growth,
     lock_angle,
@@ -63,13 +63,13 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     calibrated = vehicle.slide_factor is not None
     arm *= vehicle.slide_factor or 1.0
     a = arm / full_slide_arm(1.0, OFFSET)
-    k = COMPLIANCE * vehicle.k * stiffness * softening(contact) / unit_moment(0.0, a, OFFSET * a)
+    k = COMPLIANCE * vehicle.k * stiffness * softening(contact) / unit_corner_moment(0.0, a, OFFSET * a)
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
     by_contact = hypot(*_spreads("stiffness", contact, tolerances).values(), 2 * tolerances.geometry)
     # Under another load than that at which it was measured, k may be as it was, or go with 1/load.
     beside = vehicle.load_change if calibrated else by_contact
     k_share = hypot(tolerances.stiffness, beside)
-    torque = hypot(*friction_shares(vehicle, brakes=held).values())
+    torque = hypot(*friction_uncertainties(vehicle, brakes=held).values())
     half_lever = vehicle.steering_arm / 2
     of_gear = ASYMMETRY * vehicle.gear_friction
     of_body = (
@@ -90,7 +90,7 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     return rig, Tyre(k=k)
 
 
-def friction_shares(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
+def friction_uncertainties(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
     """What declared values leave of mu, as standard deviations [1], by their keys in the vehicle file.
 
     Full slide measures mu times load, arm of the contact and one over the lever. Where the half-length
@@ -120,7 +120,7 @@ def friction_shares(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
 def softening(contact: Contact) -> float:
     """Factor on the stiffness with which the line's virgin torque comes closest to the contact's."""
     turns = np.geomspace(0.05, 8.0, 120)
-    own = _virgin(*bristles(contact), turns)
+    own = _virgin(*pressures_and_arms(contact), turns)
     x = np.linspace(-1, 1, 4001)[1:-1]
     line = _virgin(1 - x**2, np.abs(x - OFFSET), np.geomspace(0.03, 16.0, 400))
     factors = np.linspace(0.8, 1.3, 101)
@@ -156,14 +156,14 @@ def _spreads(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> 
     return parts
 
 
-def patch_angle(vehicle: Vehicle, psi: Expression, *, brakes: bool) -> Expression:
+def straight_ahead_angle(vehicle: Vehicle, psi: Expression, *, brakes: bool) -> Expression:
     """Angle of the mean wheel's contact straight ahead [rad], see `symbolic.vehicle.kingpin`."""
     growth = growth_of(vehicle, brakes=brakes)
     sine, cosine = sine_and_cosine(psi)
     return psi + (growth.stiffness - growth.torque) * (psi - sine * cosine) / 2
 
 
-def aligning_torque(
+def aligning_torque_with_friction(
     vehicle: Vehicle, s: Expression, force: Expression, speed: Expression = 0.0,
     acceleration: Expression = 0.0, *, brakes: bool,
 ) -> Expression:  # fmt: skip
@@ -178,7 +178,7 @@ def aligning_torque(
         brakes: whether the wheels are held.
     """
     psi, r = mean_angle(vehicle, s), lever(vehicle, s)
-    returned, sine = jacking(vehicle, psi), sine_and_cosine(psi)[0]
+    returned, sine = jacking_torque(vehicle, psi), sine_and_cosine(psi)[0]
     inert = (r / 2 * vehicle.moved_mass + WHEEL_INERTIA / r) * acceleration
     M_z = inert + vehicle.damping / r * speed - r / 2 * force + returned
     return M_z / (1 + growth_of(vehicle, brakes=brakes).torque * sine**2)

@@ -75,7 +75,7 @@ def wheel_angles(vehicle: Vehicle, psi: Expression) -> tuple[Expression, Express
     return psi + delta, psi - delta
 
 
-def jacking(vehicle: Vehicle, psi: Expression) -> Expression:
+def jacking_torque(vehicle: Vehicle, psi: Expression) -> Expression:
     """Return torque J of a wheel at its angle [N m]."""
     sine, cosine = sine_and_cosine(psi)
     by_scrub = vehicle.scrub_radius * sin(vehicle.inclination) * cos(vehicle.inclination)

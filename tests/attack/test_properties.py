@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identification import SignalMap, SignalSource, read_model, read_recording, read_signals
-from identification.reading.signals_section import signals_text
+from identification.reading.signals_section import signals_section
 from observers import Ekf, Estimates, Loop, Mhe, Sample, ZoneRootSolver, run
 from symbolic import (
     EFFECTS,
@@ -188,7 +188,7 @@ def test_a_map_in_a_rig_file_is_read_as_it_was_written(
     signals = SignalMap(signals=sources, dbc=dbc)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "rig.toml"
-        path.write_bytes(f"a = 1\n{signals_text(signals)}".encode())
+        path.write_bytes(f"a = 1\n{signals_section(signals)}".encode())
         assert read_signals(path) == signals
 
 

@@ -3,11 +3,18 @@
 import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome
-from identification.diagnosis.findings import Candidate, Curve, Errors, FoundEffect, FoundFamily, Series
+from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
 from identification.diagnosis.result import Diagnosis
+from identification.diagnosis.result_parts import (
+    Candidate,
+    Curve,
+    Errors,
+    FoundEffect,
+    FoundFamily,
+    Series,
+)
+from identification.experiments.manoeuvre_within_range import Manoeuvre
 from identification.experiments.proposals import Proposal
-from identification.experiments.turns_and_rests import Manoeuvre
 from identification.fits.values import ParameterEstimate, Values
 from identification.residuals.residual_tests import Unexplained
 from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving

@@ -11,7 +11,7 @@ import pytest
 
 from brushgrip.wording.declared_values import rests_on
 from identification.reading.car import read_vehicle
-from symbolic.vehicle.effects import CAR_EFFECTS
+from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.helpers import Run, table_of
 from tests.columns import write_columns
 from tests.identification.reading.logs import write_frames
@@ -72,7 +72,7 @@ def test_from_logs_to_a_report_in_one_command(
     run: Run, tmp_path: Path, name: str, write: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few = {name: CAR_EFFECTS[name] for name in ("jacking", "zero_of_force")}
-    monkeypatch.setattr("symbolic.vehicle.effects.CAR_EFFECTS", few)
+    monkeypatch.setattr("symbolic.vehicle.candidate_effects.CAR_EFFECTS", few)
     t, rack = steering(seconds=5.0)
     force = SimulatedCar().force(rack) + 2 * 80 * np.sin(rack / 0.125) / 0.125
     write(tmp_path / name, t, {"RackTravel": 1e3 * rack, "RackForce": force, "Speed": 0 * t})  # type: ignore[operator]

@@ -12,7 +12,7 @@ import pytest
 
 from brushgrip.outputs import console
 from brushgrip.outputs.console import print_table, progress, say
-from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
+from brushgrip.outputs.standard_streams import fault_of_output, spell_what_is_lacking
 from brushgrip.outputs.verbosity import flags_first
 from brushgrip.wording.formatting import error_columns
 from tests.brushgrip.factories import make_diagnosis

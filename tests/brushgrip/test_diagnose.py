@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import identification
-from brushgrip.estimation import friction_outcome
+from brushgrip.estimation import friction_before_and_after
 from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.pictures.style import picture
 from brushgrip.published import bundled_files
@@ -157,10 +157,10 @@ def test_friction_takes_the_samples_that_the_search_takes(
         estimated.extend([*training, *holdout])
         enough()
 
-    monkeypatch.setattr("identification.reading.long_recordings.bounded", lambda _: (thinned, None))
+    monkeypatch.setattr("identification.reading.thinned_recordings.bounded", lambda _: (thinned, None))
     monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning", lambda _: "")
     search(lambda training, *_, **__: searched.extend(r.name for r in training))
-    monkeypatch.setattr(friction_outcome, "friction_outcome", stop)
+    monkeypatch.setattr(friction_before_and_after, "friction_outcome", stop)
     diagnose()
 
     assert (searched, estimated) == (["a", "b", "c", "d"], thinned)
@@ -286,7 +286,7 @@ class TestDemo:
     def test_runs_on_the_embedded_recordings(
         self, run: Run, asked: list[Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
-        monkeypatch.setattr(friction_outcome, "friction_outcome", lambda *_: None)
+        monkeypatch.setattr(friction_before_and_after, "friction_outcome", lambda *_: None)
         outcome = run("demo", "--out", tmp_path / "out")
         (training, held_out, _) = asked[0]
 
@@ -299,7 +299,9 @@ class TestDemo:
     @pytest.mark.usefixtures("interpreted")
     def test_friction_by_both_models_and_every_observer(self, write_csv: Write, rig: Path) -> None:
         recordings = locate_inputs([str(write_csv("held.csv"))], rig=rig).recordings()
-        outcome = friction_outcome.friction_outcome([], recordings, make_diagnosis(("a",), ("held",)))
+        outcome = friction_before_and_after.friction_outcome(
+            [], recordings, make_diagnosis(("a",), ("held",))
+        )
         assert outcome is not None
         tracks = outcome.tracks
 
@@ -311,7 +313,7 @@ class TestDemo:
 
         with workers(2) as submit:
             found = make_diagnosis(("a",), ("held",))
-            again = friction_outcome.friction_outcome([], recordings, found, submit)
+            again = friction_before_and_after.friction_outcome([], recordings, found, submit)
         assert again is not None
         assert again.to_dict() == outcome.to_dict()
         for track, other in zip(tracks, again.tracks, strict=True):

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.estimation.suggested_map import ANGLE, SIGN, UNITS
-from observers.quality.plausibility import EVIDENCE, causes
+from brushgrip.estimation.map_correction import ANGLE, SIGN, UNITS
+from observers.quality.input_plausibility import EVIDENCE, flags_by_message
 from reference_rig import make_ground_recording, make_steering_recording
 from tests.brushgrip.helpers import Run, Write, contents, table_of
 
@@ -227,7 +227,7 @@ def test_one_map_mends_all_that_is_wrong(estimate: Run, write_csv: Write, simula
 
 def test_every_suspected_cause_but_a_broken_sensor_has_a_map() -> None:
     places = EVIDENCE.places
-    named = list(causes(dict.fromkeys(places, 1.0), "M_z"))
+    named = list(flags_by_message(dict.fromkeys(places, 1.0), "M_z"))
     without = [cause for cause in named if not cause.startswith((*UNITS, ANGLE, SIGN))]
 
     assert len(named) == 6

@@ -20,14 +20,14 @@ from brushgrip.wording.formatting import (
     quantity,
     residual_structure,
     sentence,
-    torque,
+    torque_value,
 )
 from brushgrip.wording.friction import (
     band_parts,
+    dry_friction_note,
     estimates_summary,
     last_usable,
-    model_taken,
-    slippery_note,
+    taken_from_model,
     with_95_band,
 )
 from identification import Candidate, FoundModel, ParameterEstimate, Recording
@@ -64,9 +64,9 @@ def test_figures() -> None:
     assert percent(0.04371) == "4.37 %"
     assert percent(None) == "–"
     assert percent(math.nan) == "–"
-    assert torque(0.35345) == "0.353"
-    assert torque(1.0) == "1.00"
-    assert torque(None) == "–"
+    assert torque_value(0.35345) == "0.353"
+    assert torque_value(1.0) == "1.00"
+    assert torque_value(None) == "–"
 
 
 def test_a_sentence_names_an_effect_in_words() -> None:
@@ -224,8 +224,8 @@ def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
 
 def test_ice_asks_for_the_dry_friction_of_the_sensor() -> None:
     rig = Rig(a=0.045, e=0.009)
-    assert "[sensor] dry_friction = ... N m" in slippery_note(0.1, rig)
-    assert slippery_note(0.1, replace(rig, dry_friction=0.0)) == slippery_note(0.3, rig) == ""
+    assert "[sensor] dry_friction = ... N m" in dry_friction_note(0.1, rig)
+    assert dry_friction_note(0.1, replace(rig, dry_friction=0.0)) == dry_friction_note(0.3, rig) == ""
 
 
 def test_a_narrow_band_has_parts_that_are_told_apart() -> None:
@@ -277,7 +277,7 @@ def found_model(training: int, holdout: int, **grades: str) -> FoundModel:
     ],
 )
 def test_what_is_taken_from_a_model(model: FoundModel, words: str) -> None:
-    assert words in model_taken(model)
+    assert words in taken_from_model(model)
 
 
 @pytest.mark.parametrize(

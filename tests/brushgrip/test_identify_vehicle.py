@@ -9,10 +9,10 @@ import pytest
 
 from brushgrip.outputs.rig_and_vehicle_files import with_plates, with_tyres
 from identification import ParameterEstimate
+from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.plates import PlatesResult
-from identification.steering.tyres import TyresResult
 from symbolic import InvalidInputError, vehicle_from_tables
-from symbolic.vehicle.steering import jacking
+from symbolic.vehicle.steering import jacking_torque
 from tests.brushgrip.helpers import Run, table_of
 from tests.columns import write_columns
 from tests.simulated_car import SimulatedCar, declared_vehicle, on_plates, steering, vehicle_text
@@ -70,7 +70,7 @@ def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
     changes = with_plates(car, PlatesResult(**found, samples=1000, rms=10.0))
     new = replace(car, inclination=changes["inclination"])  # type: ignore[arg-type]
 
-    assert jacking(new, 0.5) == pytest.approx(1.2 * jacking(car, 0.5), rel=0.01)
+    assert jacking_torque(new, 0.5) == pytest.approx(1.2 * jacking_torque(car, 0.5), rel=0.01)
     assert changes["force_zero"] == 90.0
     # Observers know no damping: as much as it makes at a usual speed may be missing or too much.
     assert changes["gear_friction"] == pytest.approx((200 + 3000 * 0.015 / 2, 3000 * 0.015))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgrip.comparison.networks import ANALYTIC, all_inputs, plain_inputs
+from brushgrip.comparison.networks import ANALYTIC, all_inputs, angle_and_torque_inputs
 from identification import Recording
 from observers import ZoneRootSolver, run
 from reference_rig import RigTyre, make_recording
@@ -23,7 +23,7 @@ def part(recording: Recording, samples: int) -> Recording:
 
 
 def test_inputs_of_the_neural_network_are_angle_last_reversal_and_torque(recording: Recording) -> None:
-    psi, psi_max, M = plain_inputs(recording).T
+    psi, psi_max, M = angle_and_torque_inputs(recording).T
     reversal = int(np.flatnonzero(psi_max)[0])
 
     np.testing.assert_array_equal(psi, recording.psi - recording.psi[0])
@@ -40,14 +40,14 @@ def test_inputs_of_the_correcting_network_hold_the_analytic_estimate(recording: 
         *(recording.t, recording.psi, recording.F_N, recording.M_z),
     ).mu
 
-    np.testing.assert_array_equal(rows[:, :3], plain_inputs(recording))
+    np.testing.assert_array_equal(rows[:, :3], angle_and_torque_inputs(recording))
     np.testing.assert_array_equal(rows[:, ANALYTIC], mu)
     assert rows.shape == (recording.t.size, ANALYTIC + 1)
     assert set(rows[1:, 5]) <= {-1.0, 0.0, 1.0}
     assert set(rows[:, 6]) == {0.0, 1.0}
 
 
-@pytest.mark.parametrize("inputs", [plain_inputs, all_inputs])
+@pytest.mark.parametrize("inputs", [angle_and_torque_inputs, all_inputs])
 def test_inputs_are_causal_and_finite_through_missing_torques(recording: Recording, inputs) -> None:
     M_z = recording.M_z.copy()
     M_z[[0, 7, 300, 301]] = np.nan

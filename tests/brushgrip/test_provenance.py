@@ -17,7 +17,7 @@ from brushgrip.outputs.provenance import (
     provenance_file,
     provenance_of,
     remove_earlier,
-    require_own_folder,
+    require_same_run,
 )
 from brushgrip.outputs.verbosity import COMMAND_LINE
 from symbolic import InvalidInputError
@@ -57,15 +57,15 @@ def test_files_to_clear_are_plain_names(files: Any, recordings: list[Path], tmp_
     document.write_text(json.dumps({"provenance": {**made, "files": files}}))
 
     expected = ("old.png",) if isinstance(files, list) else ()
-    assert require_own_folder(document, made, force=False) == expected
+    assert require_same_run(document, made, force=False) == expected
 
 
 def test_the_same_run_may_replace_itself(recordings: list[Path], tmp_path: Path) -> None:
     made = provenance_of(recordings, robust=None, ground=[])
     document = write_result(tmp_path, made | {"time_utc": "2020-01-01T00:00:00+00:00"})
 
-    assert require_own_folder(document, made, force=False) == ("old.png",)
-    assert require_own_folder(tmp_path / "none.json", made, force=False) == ()
+    assert require_same_run(document, made, force=False) == ("old.png",)
+    assert require_same_run(tmp_path / "none.json", made, force=False) == ()
 
 
 @pytest.mark.parametrize(
@@ -85,8 +85,8 @@ def test_another_run_is_not_replaced_unless_forced(
     made = provenance_of(order, signals=signals, robust=robust)
 
     with pytest.raises(InvalidInputError, match=r"holds another run.*--force replaces it"):
-        require_own_folder(document, made, force=False)
-    require_own_folder(document, made, force=True)
+        require_same_run(document, made, force=False)
+    require_same_run(document, made, force=True)
 
 
 def test_only_what_a_run_wrote_is_cleared(tmp_path: Path) -> None:

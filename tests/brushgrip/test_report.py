@@ -13,7 +13,7 @@ from brushgrip.report import page as report
 from brushgrip.report.page import write_report
 from brushgrip.report.printed import own_rejected
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
-from identification.diagnosis.findings import Candidate
+from identification.diagnosis.result_parts import Candidate
 from identification.selection.trial_runner import workers
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
 

@@ -170,7 +170,8 @@ def test_a_frame_comes_back_from_a_file_of_pandas(estimates: Estimates, tmp_path
 @pytest.mark.long
 def test_nothing_is_imported_before_it_is_drawn() -> None:
     program = (
-        "import sys, identification.diagnosis.findings, identification.loop_plot, observers.estimates;"
+        "import sys, identification.diagnosis.result_parts, identification.loop_plot;"
+        " import observers.estimates;"
         "print('matplotlib' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

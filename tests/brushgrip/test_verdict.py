@@ -10,8 +10,8 @@ import pytest
 from brushgrip.wording.diagnosis_in_words import explained_grade, headline, plain_parameter
 from identification import Diagnosis, ParameterEstimate
 from identification.diagnosis import found_effects
-from identification.diagnosis.findings import Grade
 from identification.diagnosis.found_effects import distance_from_neutral, grade_of
+from identification.diagnosis.result_parts import Grade
 from symbolic import EFFECTS
 from tests.brushgrip.factories import make_diagnosis
 
@@ -166,7 +166,8 @@ def test_what_a_placeholder_of_a_car_explains_is_unknown_too(
     errors = np.sqrt(1e-6 * np.array([1000.0, 150.0, 80.0, 50.0]))
     trials = [SimpleNamespace(effects=effects[:n], nrmse=error) for n, error in enumerate(errors)]
     steps = [
-        SimpleNamespace(before=before, after=after, without=None) for before, after in pairwise(trials)
+        SimpleNamespace(before=before, after=after, with_neither=None)
+        for before, after in pairwise(trials)
     ]
     left = SimpleNamespace(present=True, structured=0.0075)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from symbolic import full_slide_level
-from symbolic.deformation import edge_distance, unit_moment
+from symbolic.deformation import boundary_edge_distance, unit_corner_moment
 from tests.symbolic.oracles import Tyre, virgin_torque
 
 getcontext().prec = 60
@@ -21,7 +21,7 @@ ANY_CASTER = st.floats(-0.9998, 0.9998).map(lambda share: share * HALF_LENGTH)
 ANY_LEVEL = st.floats(-6.0, 5.0).map(lambda power: 10.0**power)
 
 
-def exact_edge_distance(z: float, a: float, arm: float) -> float:
+def exact_boundary_edge_distance(z: float, a: float, arm: float) -> float:
     """Root w of z w (2 a - w) = arm - w in the textbook form, with 60 digits."""
     if z == 0:
         return arm
@@ -36,7 +36,7 @@ def integrate(integrand: Callable[[float, float], float], z: float, a: float, e:
     """
     total = 0.0
     for arm in (a - e, a + e):
-        width = exact_edge_distance(z, a, arm)
+        width = exact_boundary_edge_distance(z, a, arm)
         total += quad(lambda w, arm=arm: integrand(arm - w, w * (2 * a - w)), 0, width, epsrel=1e-12)[0]
     return total
 
@@ -48,7 +48,7 @@ def integrate(integrand: Callable[[float, float], float], z: float, a: float, e:
 def test_unit_moment_is_its_integral(z: float, e: float) -> None:
     expected = integrate(lambda lever, parabola: (lever - z * parabola) * lever, z, HALF_LENGTH, e)
 
-    assert float(unit_moment(z, HALF_LENGTH, e)) == pytest.approx(expected, rel=1e-12, abs=0)
+    assert float(unit_corner_moment(z, HALF_LENGTH, e)) == pytest.approx(expected, rel=1e-12, abs=0)
 
 
 @given(z=ANY_LEVEL, e=ANY_CASTER)
@@ -57,7 +57,7 @@ def test_unit_moment_is_its_integral(z: float, e: float) -> None:
 @example(z=1e5, e=-0.04499)
 def test_slope_of_unit_moment_is_its_integral(z: float, e: float) -> None:
     at = ca.SX.sym("z")
-    slope = ca.Function("slope", [at], [ca.gradient(unit_moment(at, HALF_LENGTH, e), at)])
+    slope = ca.Function("slope", [at], [ca.gradient(unit_corner_moment(at, HALF_LENGTH, e), at)])
 
     expected = integrate(lambda lever, parabola: -lever * parabola, z, HALF_LENGTH, e)
     assert float(slope(z)) == pytest.approx(expected, rel=1e-10, abs=0)
@@ -67,12 +67,12 @@ def test_slope_of_unit_moment_is_its_integral(z: float, e: float) -> None:
 @example(z=1e-9, arm_share=2 - 1e-6)
 @example(z=1e12, arm_share=1e-6)
 @example(z=40.0, arm_share=1.0)
-def test_edge_distance_solves_its_quadratic(z: float, arm_share: float) -> None:
+def test_boundary_edge_distance_solves_its_quadratic(z: float, arm_share: float) -> None:
     a, arm = HALF_LENGTH, HALF_LENGTH * arm_share
-    root = exact_edge_distance(z, a, arm)
+    root = exact_boundary_edge_distance(z, a, arm)
 
-    assert float(edge_distance(z, a, arm)) == pytest.approx(root, rel=2e-15)
-    assert float(edge_distance(0, a, arm)) == pytest.approx(arm, rel=1e-15)
+    assert float(boundary_edge_distance(z, a, arm)) == pytest.approx(root, rel=2e-15)
+    assert float(boundary_edge_distance(0, a, arm)) == pytest.approx(arm, rel=1e-15)
 
 
 @pytest.mark.parametrize("e", CASTERS)
@@ -81,7 +81,10 @@ def test_virgin_curve_is_the_closed_form(e: float) -> None:
     a, k, c = tyre.a, tyre.k, float(full_slide_level(load, tyre.a)) * tyre.mu / tyre.k
 
     turns = c * a * np.logspace(-3, 2.5, 56)
-    torques = [-k * psi * float(unit_moment(0, a, e) - unit_moment(c / psi, a, e)) for psi in turns]
+    torques = [
+        -k * psi * float(unit_corner_moment(0, a, e) - unit_corner_moment(c / psi, a, e))
+        for psi in turns
+    ]
 
     closed = [virgin_torque(psi, load, tyre, Decimal) for psi in turns]
     print(f"virgin curve, e = {e}: {np.max(np.abs(np.array(torques) / closed - 1)):.1e} relative")

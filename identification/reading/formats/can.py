@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.channels import ChannelFile, Samples, resolve
-from identification.reading.files import MAX_FILE_SIZE, read_text, require_readable
+from identification.reading.channel_matching import ChannelFile, Samples, resolve
+from identification.reading.file_content import MAX_FILE_SIZE, read_text, require_readable
 from identification.reading.formats.opening import library, require_size
 from identification.reading.signal_map import SignalMap, SignalSource
 from symbolic import InvalidInputError

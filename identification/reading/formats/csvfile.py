@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.channels import (
+from identification.reading.channel_matching import (
     ChannelFile,
     Samples,
     map_hint,

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.reading.channels import ChannelFile, Samples
+from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.formats.matfile import VARIABLES
 from identification.reading.formats.opening import library, require_size
 from identification.reading.rigfile import DECLARABLE

@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.channels import COLUMNS, ChannelFile, Samples, map_hint
+from identification.reading.channel_matching import COLUMNS, ChannelFile, Samples, map_hint
 from identification.reading.chosen_map import fitting_map
 from identification.reading.clock import tabulate
-from identification.reading.files import read_bytes, require_readable
+from identification.reading.file_content import read_bytes, require_readable
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MAX_SAMPLES, Table

@@ -7,9 +7,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from identification.reading.channels import Opener
+from identification.reading.channel_matching import Opener
 from identification.reading.clock import tabulate
-from identification.reading.files import require_readable
+from identification.reading.file_content import require_readable
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_SAMPLES, Table
 from symbolic import InvalidInputError

@@ -5,7 +5,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from identification.reading.channels import ChannelFile, Samples
+from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.formats.opening import library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError

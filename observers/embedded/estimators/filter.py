@@ -13,7 +13,7 @@ from observers.embedded.estimators.sample_functions import (
     effective_friction,
     function_of_symbols,
     retentions,
-    stiffness_of,
+    stiffness_ratio,
 )
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_function import inputs_used, with_known_exponential, without_inputs
@@ -46,7 +46,7 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
         functions.append(retentions(observer, constants, factor, covariance(factor), predicted=True))
     if angle_is_state(model) and patch.torque_model.slides:
         functions.append(effective_friction(patch))
-    before = stiffness_of(model, "before->x")
+    before = stiffness_ratio(model, "before->x")
     other = state_index(model, OTHER) if OTHER in model.states else 0
     mu_now = "mu_now" if other else "mu"
     given = {
@@ -65,7 +65,7 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
             "first": [f"first->{name}" for name in names],
             "before": [f"before->{name}{'[0]' * (name == 'M_z')}" for name in names],
             "after": [f"after->{name}" for name in names if name not in PATCH],
-            "stiffness_before": before, "stiffness_after": stiffness_of(model, "after->x"),
+            "stiffness_before": before, "stiffness_after": stiffness_ratio(model, "after->x"),
             "memory": [given[name] for name in memory], "slopes": list(by_state.values()), "window": 0,
             "newest_x": "state->filter[state->now].x", "newest_last": "state->filter[state->now].last",
             "x": "filter->x", "P": "filter->factor",

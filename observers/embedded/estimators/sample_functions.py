@@ -63,7 +63,7 @@ def function_of_symbols(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) ->
     )  # fmt: skip
 
 
-def sample_functions(observer: ModelObserver) -> list[ca.Function]:
+def clean_and_patch_signals(observer: ModelObserver) -> list[ca.Function]:
     """`clean` and `patch_signals`."""
     model = observer.measurement_model
     sample, last = ca.MX.sym("sample", len(SAMPLE)), ca.MX.sym("last", len(CLEAN))
@@ -120,13 +120,13 @@ def effective_friction(patch: PatchCode) -> ca.Function:
     ).expand()  # fmt: skip
 
 
-def stiffness_of(model: MeasurementModel, x: str) -> str:
+def stiffness_ratio(model: MeasurementModel, x: str) -> str:
     """C of k over its nominal value at states x."""
     return f"{x}[{state_index(model, 'stiffness')}]" if "stiffness" in model.states else "1.0"
 
 
 def memory_with(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
-    """A memory of the linear torque of which only the slide is known."""
+    """A memory of the linearised patch of which only the slide is known."""
     known = dict(zip(("slide", "beside"), ca.vertsplit(slide), strict=True))
     return {name: known.get(name, ca.MX(0)) for name, _, _ in patch.torque_model.layout.fields}
 

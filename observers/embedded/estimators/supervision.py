@@ -23,35 +23,35 @@ from observers.quality import (
     branch_consistency,
     branches,
     hypotheses,
-    supervision,
-    verdict,
+    hypothesis_mixture,
+    supervised_step,
 )
 from observers.quality.acquired_to_estimator import handed_states, handover_names, pairs_of
 from observers.quality.equivalent_patch import build_added_torque, equivalent_patch
 from observers.tuning import TUNING_FIELDS
-from symbolic.deformation import moment_of_corner
+from symbolic.deformation import corner_moment_and_derivative
 from symbolic.zones import FAR
 
 
-def acquisition_and_scale_functions(observer: ModelObserver, constants: Constants) -> list[ca.Function]:
+def supervision_functions(observer: ModelObserver, constants: Constants) -> list[ca.Function]:
     """The Functions that C calls beside those of the estimator; none without supervision."""
     if not observer.acquire:
         return []
-    gear = supervision.has_gear(observer.measurement_model)
+    gear = supervised_step.has_gear_friction(observer.measurement_model)
     patch = equivalent_patch(observer.model, observer.values, observer.rig)
     scaled = bool(observer.measurement_model.scaled)
     share = observer.measurement_model.gain_share
     functions = [
         without_outputs(branches.build_track(), {"turns"}).expand("follow_turns", {"cse": True}),
-        branches.build_turn(),
-        branches.build_new_ground(),
-        branches.build_sliding(),
+        branches.build_present_branch(),
+        branches.build_new_ground_branches(),
+        branches.build_sliding_onset(),
         _edge(observer, constants.tunable == "all"),
         hypotheses.build_hypothesis_update(gear),
-        hypotheses.build_error(),
+        hypotheses.build_torque_error(),
         branch_consistency.build_branch_consistency(patch, is_computed=not scaled, gear=gear),
-        verdict.build_excess(found=patch.misfit > 0, gain_share=share),
-        acquisition.build_conclusion(
+        hypothesis_mixture.build_deviation_by_scale(found=patch.misfit > 0, gain_share=share),
+        acquisition.build_handover(
             patch, is_scaled=scaled, states=handed_states(observer.states), gain_share=share
         ),
     ]
@@ -62,10 +62,10 @@ def acquisition_and_scale_functions(observer: ModelObserver, constants: Constant
 
 
 def _edge(observer: ModelObserver, tunable: bool) -> ca.Function:
-    """(z, a, e) -> moment that a stuck patch has beyond z, over k [m^3], `symbolic.unit_moment`."""
+    """(z, a, e) -> moment that a stuck patch has beyond z, over k [m^3], `unit_corner_moment`."""
     z, *geometry = (ca.SX.sym(name) for name in ("z", "a", "e"))
     given = geometry if tunable else [ca.SX(observer.rig.a), ca.SX(observer.rig.e)]
-    moment = moment_of_corner(z, *given)[0]
+    moment = corner_moment_and_derivative(z, *given)[0]
     return ca.Function("beyond", [z, *geometry], [moment], ["z", "a", "e"], ["moment"], {"cse": True})
 
 
@@ -74,7 +74,9 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
 
     Of its limits those are numbers that are the tuning's, without `tunable`.
     """
-    function = verdict.build_verdict(supervision.has_gear(observer.measurement_model))
+    function = hypothesis_mixture.build_verdict(
+        supervised_step.has_gear_friction(observer.measurement_model)
+    )
     begin = len(observer.model.coordinates) + len(RIG)
     numbers = {
         hypotheses.SETTINGS.index(name): float(observer.constants[begin + TUNING_FIELDS.index(name)])
@@ -101,12 +103,12 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
         **_handed(observer, is_window=bool(terms["window"])),
     }
     sizes = {
-        "own": len(acquisition.OWN), "verdict": len(verdict.VERDICT),
+        "own": len(acquisition.OWN), "verdict": len(hypothesis_mixture.VERDICT),
         "block": len(observer.measurement_model.torque_state),
         "track": len(branches.TRACK), "points": branches.POINTS * branches.PATHS, "result": len(OUTPUT),
     }  # fmt: skip
     fields = ", ".join(f"{name}[{size}]" for name, size in sizes.items() if size)
-    parts = hypotheses.per_hypothesis(supervision.has_gear(observer.measurement_model))
+    parts = hypotheses.per_hypothesis(supervised_step.has_gear_friction(observer.measurement_model))
     rows, columns = len(hypotheses.RATIOS), len(parts)
     return replace(
         body,
@@ -171,7 +173,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         observer.states,
         observer.measurement_model.torque_state,
     )
-    gear = supervision.has_gear(observer.measurement_model)
+    gear = supervised_step.has_gear_friction(observer.measurement_model)
     declared = f"{literal['zero_std']} * 0.375 * sample[2] * {literal['a']}"
     return {
         "own": acquisition.OWN, "track": branches.TRACK, "gear": gear,
@@ -183,13 +185,13 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "limits": hypotheses.SETTINGS,
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
         "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
-        "beside": supervision.BESIDE, "confirms": repr(supervision.CONFIRMS),
-        "afterwards": repr(supervision.AFTERWARDS), "failed": repr(float(acquisition.FAILED)),
+        "beside": supervised_step.BESIDE, "confirms": repr(supervised_step.CONFIRMS),
+        "afterwards": repr(supervised_step.AFTERWARDS), "failed": repr(float(acquisition.FAILED)),
         "over": repr(float(acquisition.OVER)), "failed_for_long": repr(acquisition.FAILED_FOR_LONG),
-        "most_zero": repr(supervision.MAX_ZERO_DEVIATIONS),
+        "most_zero": repr(supervised_step.MAX_ZERO_DEVIATIONS),
         "proved": repr(float(acquisition.PROVED)),
-        "moved": repr(supervision.MAY_HAVE_MOVED),
-        "verdict": verdict.VERDICT,
+        "moved": repr(supervised_step.MAY_HAVE_MOVED),
+        "verdict": hypothesis_mixture.VERDICT,
         "block": len(torque_state), "handover": len(handover_names(handed_states(states))),
         "vague": repr(hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
         "restart_std": repr(hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],

@@ -15,18 +15,18 @@ from observers.embedded.estimators.sample_functions import (
     function_of_symbols,
     memory_with,
     retentions,
-    stiffness_of,
+    stiffness_ratio,
     stored_rows,
     torque_moves_states,
 )
 from observers.embedded.patches.patch_code import PatchCode, window_of
 from observers.estimators.initial_state import build_initial_state
 from observers.estimators.mhe_terms import (
-    arrival_jump,
-    build_acceptance,
+    arrival_variance_increment,
     build_backward,
     build_forward,
     build_prediction,
+    build_sample_acceptance,
     has_not_converged,
 )
 from observers.estimators.step_terms import StepSample, clip_to_bounds
@@ -36,15 +36,15 @@ from observers.measurement.linearisation import build_motion, directions
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE
-from observers.quality.directional_monitor import monitor_fields
-from observers.quality.innovation_gate import COUNTS, build_innovation
+from observers.quality.directional_change_monitor import monitor_fields
+from observers.quality.innovation_gate import COUNTS, build_innovation_test
 from observers.quality.innovation_monitor import variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
 """Order of a torque in C, see `templates/patches/torque_places.c`."""
 TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent")
-"""Result of the test of the newest innovation, see `test_fields`."""
+"""Result of the test of the newest innovation, see `test_outputs`."""
 STATE = """\
     {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}];
     {real} last[{clean}], counts[{counts}], monitor[{monitor}];
@@ -70,13 +70,15 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
     return EstimatorCode(
         template="estimators/window.c",
         functions=functions,
-        names={"row": row, "torque": TORQUES, "test": test_fields(model)},
+        names={"row": row, "torque": TORQUES, "test": test_outputs(model)},
         terms={
             "window": window, "moves_states": torque_moves_states(model), "eliminated": eliminated,
-            "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row, "test": test_fields(model),
+            "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row,
+            "test": test_outputs(model),
             "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
-            "stiffness": stiffness_of(model, "x"), "stiffness_newest": stiffness_of(model, "newest"),
-            "stiffness_corrected": stiffness_of(model, "state->x[at]"),
+            "stiffness": stiffness_ratio(model, "x"),
+            "stiffness_newest": stiffness_ratio(model, "newest"),
+            "stiffness_corrected": stiffness_ratio(model, "state->x[at]"),
             "newest_x": "state->x[state->newest]", "newest_last": "state->last",
             "x": "state->x[newest]", "P": "state->P_newest",
             "own_state": "state->",
@@ -90,7 +92,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
     )  # fmt: skip
 
 
-def test_fields(model: MeasurementModel) -> tuple[str, ...]:
+def test_outputs(model: MeasurementModel) -> tuple[str, ...]:
     """Names of what a test gives."""
     return (*TEST, "untested") if OTHER in model.states else TEST
 
@@ -131,7 +133,8 @@ class WindowFunctions:
             "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1),
             "monitor": (len(monitor_fields(self.model)), 1),
             "eliminated": (elimination_parts(self.model).size, 1), "costate": (n, 1), "newest": (n, 1),
-            "test": (len(test_fields(self.model)), 1), "age": (1, 1), "imputed": (1, 1), "slide": (2, 1),
+            "test": (len(test_outputs(self.model)), 1), "age": (1, 1), "imputed": (1, 1),
+            "slide": (2, 1),
             "theta": (len(self.patch.torque_model.coordinates), 1), "rig": (len(RIG), 1),
             "tuning": (len(TUNING_FIELDS), 1),
         }  # fmt: skip
@@ -176,11 +179,11 @@ class WindowFunctions:
         """(newest, torque, now, P, counts, monitor) -> test, counts, monitor."""
         names = ("newest", "torque", "now", "P", "counts", "monitor", "rig", "tuning")
         newest, torque, now, P, counts, monitor, rig, tuning = inputs = self.symbols(*names)
-        innovation = build_innovation(self.model)
+        innovation = build_innovation_test(self.model)
         results = outputs_of(
             innovation, newest, P, *self.torque(torque, newest), now, counts, monitor, rig, tuning
         )
-        test = ca.vertcat(*(results[name] for name in test_fields(self.model)))
+        test = ca.vertcat(*(results[name] for name in test_outputs(self.model)))
         after = {name: results[name] for name in ("counts_next", "monitor_next")}
         return function_of_symbols("test_innovation", inputs, test=test, **after)
 
@@ -189,17 +192,19 @@ class WindowFunctions:
         row, age, test, tuning = inputs = self.symbols("row", "age", "test", "tuning")
         stored, three = named(stored_rows(self.model), row), test[: TEST.index("run") + 1]
         unknown = variance_between_grounds(named(TUNING_FIELDS, tuning))
-        accepted, jump = build_acceptance()(stored["accepted"], stored["jump"], age, three, unknown)
+        accepted, jump = build_sample_acceptance()(
+            stored["accepted"], stored["jump"], age, three, unknown
+        )
         return function_of_symbols("accept", inputs, accepted=accepted, jump=jump)
 
     def reset_arrival(self) -> ca.Function:
         """(test) -> increment of the arrival's variance of ln mu."""
         test, tuning = inputs = self.symbols("test", "tuning")
         result, unknown = (
-            named(test_fields(self.model), test),
+            named(test_outputs(self.model), test),
             variance_between_grounds(named(TUNING_FIELDS, tuning)),
         )
-        jump = arrival_jump(self.window, result["reset"], result["run"], unknown)
+        jump = arrival_variance_increment(self.window, result["reset"], result["run"], unknown)
         return function_of_symbols("reset_arrival", inputs, jump=jump)
 
     def eliminate(self) -> ca.Function:
@@ -232,7 +237,7 @@ class WindowFunctions:
         """(x, P, newest, now, test, imputed, slide) -> output."""
         names = ("x", "P", "newest", "now", "test", "imputed", "slide", "theta", "rig", "tuning")
         x, P, newest, now, test, imputed, slide, theta, rig, tuning = inputs = self.symbols(*names)
-        model, result = self.patch.torque_model, named(test_fields(self.model), test)
+        model, result = self.patch.torque_model, named(test_outputs(self.model), test)
         memory = model.layout.join(memory_with(self.patch, slide))
         sample = StepSample(
             model=model, measurement_model=self.model, now=now, imputed=imputed, theta=theta, rig=rig,

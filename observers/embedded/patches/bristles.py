@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import wrightomega
 
 from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
-from observers.embedded.patches.patch_code import LinearTorque, PatchCode, window_of
+from observers.embedded.patches.patch_code import LinearisedPatch, PatchCode, window_of
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from observers.measurement.linearisation import angle_is_state
@@ -66,7 +66,7 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     return PatchCode(
         observer=observer,
         real=real,
-        torque_model=LinearTorque(by_stiffness=False, slides=True),
+        torque_model=LinearisedPatch(by_stiffness=False, slides=True),
         functions="\n".join([c_records("bristle", table, real.c_type), tried, *written]),
         templates=("patches/bristles.c", *(("patches/bristles_window.c",) if window else ())),
         type_template="patches/bristles_type.c",
@@ -88,7 +88,7 @@ def bristle_placeholders(effects: EffectExpressions, real: Real) -> dict[str, An
     creep = 0.0 if traits.creep is None else float(traits.creep)
     slide = patch.effective_friction(effects.inputs(speed=rig.slide_rate))
     return {
-        "bristles": patch.bristles, "with_rig": False, "effects": True, "own": effects.own,
+        "bristles": patch.bristles, "rig_at_run_time": False, "effects": True, "own": effects.own,
         "angle_is_state": angle_is_state(effects.observer.measurement_model),
         "a": repr(float(rig.a)), "terms": TERMS,
         "gained": "(1.0 + terms[TERM_GAIN]) * " if branched else "",

@@ -9,14 +9,14 @@ expressions, once a sample.
 import casadi as ca
 
 from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
-from observers.embedded.patches.patch_code import LinearTorque, PatchCode, window_of
+from observers.embedded.patches.patch_code import LinearisedPatch, PatchCode, window_of
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from observers.measurement.linearisation import angle_is_state
 from symbolic import Model, full_slide_level
 from symbolic.compilation.scalar_c import c_function
 from symbolic.compliance import deflection_of
-from symbolic.deformation import moment_of_corner, unit_moment
+from symbolic.deformation import corner_moment_and_derivative, unit_corner_moment
 
 DEPTH = Model().corners
 """Corners of the patch, as many as in Python, of which the one that contributes least to M_z is dropped
@@ -31,13 +31,13 @@ def has_corners(observer: ModelObserver) -> bool:
     return not model.effects or ("stiffness" not in observer.states and deflection_of(model) is None)
 
 
-def exact_patch_code(observer: ModelObserver, real: Real, *, with_rig: bool = False) -> PatchCode:
+def exact_patch_code(observer: ModelObserver, real: Real, *, rig_at_run_time: bool = False) -> PatchCode:
     """The patch of an observer for which `has_corners` holds; k and rig at run time, if asked for."""
     effects, a, e = bool(observer.model.effects), observer.rig.a, observer.rig.e
-    with_rig, k = with_rig and not effects, repr(float(observer.values["k"]))
+    rig_at_run_time, k = rig_at_run_time and not effects, repr(float(observer.values["k"]))
     expressions, window = EffectExpressions(observer), window_of(observer)
     by_angle = angle_is_state(observer.measurement_model)
-    functions = {"unit_moment": build_corner_moment(observer, with_rig=with_rig)}
+    functions = {"unit_moment": build_corner_moment(observer, rig_at_run_time=rig_at_run_time)}
     if effects:
         functions |= {
             "sample_terms": expressions.sample_terms(),
@@ -45,7 +45,7 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, with_rig: bool = Fa
         }
     numbers = {
         "a": repr(float(a)), "k": k, "level": repr(float(full_slide_level(1.0, a))),
-        "still_moment": repr(float(unit_moment(0.0, a, e))), "geometry": "",
+        "still_moment": repr(float(unit_corner_moment(0.0, a, e))), "geometry": "",
     }  # fmt: skip
     of_state = {
         "a": "patch->geometry[0]", "k": "patch->k", "level": "patch->level",
@@ -57,17 +57,18 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, with_rig: bool = Fa
     return PatchCode(
         observer=observer,
         real=real,
-        torque_model=LinearTorque("stiffness" in observer.states, slides=effects),
+        torque_model=LinearisedPatch("stiffness" in observer.states, slides=effects),
         functions="\n".join(c_function(name, f, real.c_type) for name, f in functions.items()),
         templates=("patches/exact_patch.c", f"patches/exact_patch_{'window' if window else 'filter'}.c"),
         type_template="patches/exact_patch_type.c",
         terms={
-            **(of_state if with_rig else numbers), "depth": DEPTH,
-            "with_rig": with_rig, "own": expressions.own, "terms": TERMS, "effects": effects,
+            **(of_state if rig_at_run_time else numbers), "depth": DEPTH,
+            "rig_at_run_time": rig_at_run_time, "own": expressions.own, "terms": TERMS,
+            "effects": effects,
             "angle_is_state": by_angle, "bristles": 0, "creep": 0.0, "single": real is SINGLE,
         },
-        k="state->patch.k" if with_rig else k,
-        bytes=(3 * DEPTH + 2 + 5 * with_rig + expressions.own) * real.size + 8 + DEPTH,
+        k="state->patch.k" if rig_at_run_time else k,
+        bytes=(3 * DEPTH + 2 + 5 * rig_at_run_time + expressions.own) * real.size + 8 + DEPTH,
         kept=f"    {real.c_type} {kept};\n",
         kept_integers=f"    int8_t corners[{window}];\n",
         kept_bytes=(1 + 2 * DEPTH + effects + 2 * by_angle) * real.size + 1,
@@ -76,15 +77,15 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, with_rig: bool = Fa
     )  # fmt: skip
 
 
-def build_corner_moment(observer: ModelObserver, *, with_rig: bool) -> ca.Function:
+def build_corner_moment(observer: ModelObserver, *, rig_at_run_time: bool) -> ca.Function:
     """(z) -> moment of a unit change of slope at z, and its derivative by z.
 
-    With `with_rig` (z, geometry), the half-length and the caster length.
+    With `rig_at_run_time` (z, geometry), the half-length and the caster length.
     """
     z = ca.SX.sym("z")
-    geometry = ca.SX.sym("geometry", 2) if with_rig else ca.SX([observer.rig.a, observer.rig.e])
-    outputs = moment_of_corner(z, *ca.vertsplit(geometry))
-    inputs = {"z": z, "geometry": geometry} if with_rig else {"z": z}
+    geometry = ca.SX.sym("geometry", 2) if rig_at_run_time else ca.SX([observer.rig.a, observer.rig.e])
+    outputs = corner_moment_and_derivative(z, *ca.vertsplit(geometry))
+    inputs = {"z": z, "geometry": geometry} if rig_at_run_time else {"z": z}
     return ca.Function(
         "corner", list(inputs.values()), [outputs], list(inputs), ["moment"], {"cse": True}
     )

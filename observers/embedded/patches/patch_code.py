@@ -14,7 +14,7 @@ from symbolic.deformation import full_slide_arm
 
 
 @dataclass(frozen=True)
-class LinearTorque:
+class LinearisedPatch:
     """A `PatchModel` whose memory, see `layout`, is an input of every step.
 
     Attributes:
@@ -120,7 +120,7 @@ class PatchCode:
 
     observer: ModelObserver
     real: Real
-    torque_model: LinearTorque
+    torque_model: LinearisedPatch
     functions: str
     templates: tuple[str, ...]
     type_template: str

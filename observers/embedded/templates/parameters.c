@@ -29,7 +29,7 @@ static void take_parameters(${name}_state_t *state, const volatile ${name}_param
     state->constants[${place}] = ${"1.0 / " if p.inverse}at->${p.field};
 %% endfor
 %% endfor
-%% if with_rig
+%% if rig_at_run_time
     set_geometry(&state->patch, at->k, at->a, at->e);
 %% endif
 }

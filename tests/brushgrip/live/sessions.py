@@ -9,9 +9,9 @@ import numpy as np
 from brushgrip.estimation.estimates import observe, observer_factory
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs, locate_inputs
-from brushgrip.live.following import follow
 from brushgrip.live.mapped_columns import Row
 from brushgrip.live.session import Session
+from brushgrip.live.session_setup import follow
 from observers import ESTIMATE, Estimates
 from tests.processes import wait_for
 

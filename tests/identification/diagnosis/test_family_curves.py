@@ -7,7 +7,7 @@ import pytest
 
 from identification import Recording
 from identification.diagnosis.family_curves import found_families
-from identification.diagnosis.findings import FoundEffect, FoundFamily
+from identification.diagnosis.result_parts import FoundEffect, FoundFamily
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
 from identification.selection.trials import RANKING, TrialTask, run_trial

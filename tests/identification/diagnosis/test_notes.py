@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.diagnosis.findings import Errors
 from identification.diagnosis.found_effects import notes_on
+from identification.diagnosis.result_parts import Errors
 from identification.fits.fitting import Fit
 from identification.fits.values import Values
 from symbolic import Model, Rig, Tolerances, Tyre, effects_named

@@ -7,8 +7,13 @@ import pytest
 
 from identification import Fit, Recording, Values, fit, smoothed_rate
 from identification.experiments.discriminating_experiment import propose
-from identification.experiments.proposals import Proposal, _RecordedData, _standard_errors, sample_period
-from identification.experiments.turns_and_rests import SAMPLE_PERIOD, Manoeuvre
+from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, Manoeuvre
+from identification.experiments.proposals import (
+    Proposal,
+    _RecordedData,
+    _standard_errors,
+    fitted_sample_period,
+)
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.options import COARSE_FIT
 from identification.fits.problem import torque_range
@@ -159,7 +164,7 @@ def test_seconds_that_a_residual_remembers_are_the_same_where_torques_are_missin
     half = replace(full, residuals={recording.name: gaps})
 
     seconds, with_gaps = (
-        autocorrelation_time(found.residuals[recording.name]) * sample_period(found, recording)
+        autocorrelation_time(found.residuals[recording.name]) * fitted_sample_period(found, recording)
         for found in (full, half)
     )
     assert with_gaps == pytest.approx(seconds, rel=0.15)

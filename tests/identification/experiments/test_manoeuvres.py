@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from identification import Recording
+from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, Manoeuvre, Reach, reach_of
 from identification.experiments.manoeuvres import manoeuvres
-from identification.experiments.turns_and_rests import SAMPLE_PERIOD, Manoeuvre, Reach, reach_of
 from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read
 

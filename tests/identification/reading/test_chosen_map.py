@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from identification import SignalSource, read_recording, read_signals
-from identification.reading.channels import ChannelFile, Samples
+from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.chosen_map import unit_by_name, with_steering_ratio
 from identification.reading.clock import tabulate
 from identification.reading.signal_map import SignalMap, parse_maps, parse_signals
-from identification.reading.signals_section import signals_text
+from identification.reading.signals_section import signals_section
 from identification.reading.units import unit_at_end
 from symbolic import InvalidInputError, Rig, Tyre
 from tests.refusal import refused
@@ -53,7 +53,7 @@ def test_sections_of_a_rig_file_are_maps_for_different_recordings(
 ) -> None:
     signals = parse_maps([CSV, f"{LOG},dbc={tmp_path / 'car.dbc'}"])
     rig = tmp_path / "rig.toml"
-    rig.write_text(f"[rig]\na = 0.045\ne = 0.009\n[tyre]\nk = 2.4e6\n{signals_text(signals)}")
+    rig.write_text(f"[rig]\na = 0.045\ne = 0.009\n[tyre]\nk = 2.4e6\n{signals_section(signals)}")
     assert read_signals(rig) == signals
     assert {one.dbc for one in signals.each} == {tmp_path / "car.dbc"}
     for path in files:

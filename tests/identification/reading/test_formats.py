@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, read_recording, read_rig
-from identification.reading.channels import ChannelFile, Samples
+from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.formats import can
 from identification.reading.formats.opening import read_format
 from identification.reading.signal_map import NO_MAP, SignalMap

@@ -16,7 +16,7 @@ from identification import (
     read_rig,
     read_signals,
 )
-from identification.reading.channels import ChannelFile, Samples, resolve
+from identification.reading.channel_matching import ChannelFile, Samples, resolve
 from identification.reading.clock import tabulate
 from identification.reading.signal_map import NO_MAP
 from identification.reading.table import REQUIRED_COLUMNS, Table, require_valid_samples

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Huber, Recording
-from identification.diagnosis.torque_errors import error_on_unseen
+from identification.diagnosis.error_stages import error_on_unseen
 from symbolic import InvalidInputError, ModelError, Rig
 from tests.identification.factories import first_order, recording
 

@@ -10,7 +10,12 @@ import pytest
 from identification import Recording, fit
 from identification.fits.problem import torque_range
 from identification.residuals.correlation import correlation, directions_of, noise_of, rows_of
-from identification.residuals.signals import RESIDUAL_SIGNALS, Signal, effects_leaving, motion_of
+from identification.residuals.signals import (
+    RESIDUAL_SIGNALS,
+    Signal,
+    effects_leaving,
+    motion_and_model_torque,
+)
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.selection.trials import model_of
 from reference_rig import RigTyre, make_recording
@@ -186,7 +191,7 @@ def make_long(recording: Recording) -> Recording:
 def test_every_signal_is_recognised(recordings: list[Recording], number: int) -> None:
     signal, rng = RESIDUAL_SIGNALS[number], np.random.default_rng(15)
 
-    shapes = {r.name: signal.of(motion_of(r, np.zeros(r.t.size))) for r in recordings}
+    shapes = {r.name: signal.of(motion_and_model_torque(r, np.zeros(r.t.size))) for r in recordings}
     if signal.centred:
         shapes = {name: shape - shape.mean() for name, shape in shapes.items()}
     largest = max(np.abs(shape).max() for shape in shapes.values())
@@ -320,7 +325,7 @@ def test_an_effect_of_the_users_own_is_pointed_at(recordings: list[Recording]) -
 def test_reversals_are_those_of_the_angle() -> None:
     t = 0.01 * np.arange(1200)
     psi = 0.2 * np.sin(t) + 4e-5 * np.random.default_rng(17).standard_normal(t.size)
-    motion = motion_of(recording(psi=psi), np.zeros(t.size))
+    motion = motion_and_model_torque(recording(psi=psi), np.zeros(t.size))
     reversals = np.flatnonzero(np.diff(motion.heading) != 0)
 
     assert t[reversals[-3:]] == pytest.approx([3 * np.pi / 2, 5 * np.pi / 2, 7 * np.pi / 2], abs=0.05)
@@ -332,14 +337,14 @@ def test_turning_back_by_a_little_is_a_reversal() -> None:
     """By 3 mrad, far more than a step of the encoder."""
     t = 0.01 * np.arange(600)
     psi = np.interp(t, [0, 2, 2.5, 6], [0, 0.2, 0.197, 0.4])
-    motion = motion_of(recording(psi=psi), np.zeros(t.size))
+    motion = motion_and_model_torque(recording(psi=psi), np.zeros(t.size))
 
     assert motion.heading[[150, 225, 400]].tolist() == [1, -1, 1]
     assert motion.elapsed[240] == pytest.approx(0.4, abs=0.02)
 
 
 def test_a_wheel_at_a_tenth_of_its_rate_is_turning(recordings: list[Recording]) -> None:
-    motion = motion_of(recordings[0], np.zeros(recordings[0].t.size))
+    motion = motion_and_model_torque(recordings[0], np.zeros(recordings[0].t.size))
     size = np.sqrt(np.mean(motion.psi_dot**2))
     slow = replace(motion, psi_dot=np.array([0.1, -0.1, 0.01, 1.0]) * size)
     slow = replace(slow, psi_dot=slow.psi_dot / np.sqrt(np.mean(slow.psi_dot**2)))

@@ -258,7 +258,7 @@ def test_the_rival_of_the_last_effect_is_tried_where_nothing_can_be_added(pair: 
 def test_a_rival_with_more_parameters_is_not_tried(pair: Pair) -> None:
     step = SearchStep(
         before=pair[0],
-        ranked_before=pair[0],
+        coarse_before=pair[0],
         trials=tuple(
             with_effects(trial, name) for trial, name in zip(trials(pair, 0.0, 1.5), "ab", strict=True)
         ),
@@ -331,7 +331,7 @@ def test_a_difference_of_no_worth_does_not_distinguish(pair: Pair) -> None:
 def test_the_nearest_rival_is_the_best_of_those_that_are_as_good(pair: Pair) -> None:
     step = SearchStep(
         before=pair[0],
-        ranked_before=pair[0],
+        coarse_before=pair[0],
         trials=tuple(with_effects(pair[0], name) for name in "abcd"),
         after=with_effects(pair[0], "a"),
         indistinguishable=(effect_of("d"), effect_of("c")),

@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 
 from identification import Fit, Huber, Recording, fit
-from identification.diagnosis.prediction import residual_of
+from identification.diagnosis.unrefitted_prediction import residual_of
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
-from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic, fall_by_chance
+from identification.selection.criteria import (
+    DEFAULT_CRITERIA,
+    advantage,
+    delta_bic,
+    standard_error_by_chance,
+)
 from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trial_runner import values_for
 from identification.selection.trials import (
@@ -238,10 +243,10 @@ def test_an_effect_of_one_block_falls_by_more_than_chance() -> None:
     mean, error = advantage(better, worse, BLOCK)
     assert mean == pytest.approx(1 / 48 + by_hand)
     assert mean < 1.2 * error
-    assert fall_by_chance(better, worse, BLOCK) == pytest.approx(abs(by_hand))
+    assert standard_error_by_chance(better, worse, BLOCK) == pytest.approx(abs(by_hand))
     # Of an effect that only follows the noise half the fall is chance, and a single block tells nothing.
     luck = judged(2 * noise.ravel(), 2.0)
-    assert fall_by_chance(better, luck, BLOCK) == pytest.approx(
+    assert standard_error_by_chance(better, luck, BLOCK) == pytest.approx(
         np.linalg.norm(2 * (noise**2).mean(axis=1)) / 4 / 12
     )
-    assert fall_by_chance(judged(np.ones(140)), judged(np.full(140, 2.0)), BLOCK) == np.inf
+    assert standard_error_by_chance(judged(np.ones(140)), judged(np.full(140, 2.0)), BLOCK) == np.inf

@@ -11,7 +11,7 @@ from identification.reading.car import RackRecording
 from identification.steering.plates import identify_on_plates
 from reference_rig import CAR_STEP, FleetCar, draw_car, record_car, simulate_car
 from symbolic import InvalidInputError, vehicle_from_tables
-from symbolic.vehicle.steering import jacking, lever, mean_angle, rack_force, rack_position
+from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
 from tests.simulated_car import BOTH_WAYS, Array, declared_vehicle, drive, on_plates
 
 CAR = declared_vehicle()
@@ -79,7 +79,7 @@ def test_independent_cars_within_a_tenth(seed: int) -> None:
         result = identify_on_plates([one], vehicle)
         friction = result.gear_friction
         near_lock = np.abs(np.abs(s) - 0.8 * vehicle.rack_travel) < 3e-3
-        lift = 2 * jacking(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
+        lift = 2 * jacking_torque(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
         # What the rods put on the rack, to either side, is what lifts the body.
         lifted = np.mean(np.abs(seen["F_rods"][near_lock])) / np.mean(np.abs(lift[near_lock]))
         print(f"{seed}: {friction.value:.0f} ± {friction.std:.0f} of {drawn.car.friction.level:.0f} N,"

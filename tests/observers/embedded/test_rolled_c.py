@@ -10,7 +10,7 @@ import pytest
 from observers.embedded.rolled_c import rolled_c
 from observers.embedded.rolled_values import Known
 from observers.quality.hypotheses import RATIOS, SETTINGS, per_hypothesis
-from observers.quality.verdict import build_verdict
+from observers.quality.hypothesis_mixture import build_verdict
 from symbolic import BrushgripError, compiler
 from symbolic.compilation.scalar_c import c_function
 from tests.compile_once import compile_once

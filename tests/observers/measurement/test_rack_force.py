@@ -21,7 +21,7 @@ from observers import run_standstills as over_standstills
 from observers.quality.acquisition import OWN
 from observers.udu import covariance_of
 from symbolic import Vehicle
-from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import mean_angle
 from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 
@@ -30,8 +30,8 @@ CAR = declared_vehicle()
 
 def estimates(car: SimulatedCar, vehicle: Vehicle = CAR, kind: Any = Ekf) -> Estimates:
     t, rack = steering()
-    psi = patch_angle(vehicle, mean_angle(vehicle, rack), brakes=True)
-    M_z = aligning_torque(vehicle, rack, car.force(rack), brakes=True)
+    psi = straight_ahead_angle(vehicle, mean_angle(vehicle, rack), brakes=True)
+    M_z = aligning_torque_with_friction(vehicle, rack, car.force(rack), brakes=True)
     return run(car_observer(kind, vehicle), t, psi, np.full(t.size, vehicle.wheel_load), M_z)
 
 
@@ -133,8 +133,11 @@ def test_held_while_the_car_rolls() -> None:
     stretch = np.zeros(t.size, dtype=int)
     stretch[600:700] = -1
     stretch[700:] = 1
-    psi, load = patch_angle(CAR, mean_angle(CAR, rack), brakes=True), np.full(t.size, CAR.wheel_load)
-    M_z = aligning_torque(CAR, rack, SimulatedCar().force(rack), brakes=True)
+    psi, load = (
+        straight_ahead_angle(CAR, mean_angle(CAR, rack), brakes=True),
+        np.full(t.size, CAR.wheel_load),
+    )
+    M_z = aligning_torque_with_friction(CAR, rack, SimulatedCar().force(rack), brakes=True)
     observer = car_observer(Ekf, CAR)
     found = over_standstills([observer, observer], stretch, t, psi, load, M_z)
     alone = run(observer, t[:600], psi[:600], load[:600], M_z[:600])
@@ -149,8 +152,10 @@ def test_held_while_the_car_rolls() -> None:
 @pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 def test_what_is_known_of_tyre_and_gear_together_is_handed_over(kind: Any) -> None:
     _, rack = steering()
-    psi = patch_angle(CAR, mean_angle(CAR, rack), brakes=True)
-    M_z = aligning_torque(CAR, rack, SimulatedCar(mu=(0.08, 0.08)).force(rack), brakes=True)
+    psi = straight_ahead_angle(CAR, mean_angle(CAR, rack), brakes=True)
+    M_z = aligning_torque_with_friction(
+        CAR, rack, SimulatedCar(mu=(0.08, 0.08)).force(rack), brakes=True
+    )
     observer = car_observer(kind, CAR)
     assert isinstance(observer, Ekf | Mhe)
     samples = [

@@ -25,12 +25,12 @@ from observers.quality.hypotheses import (
     build_hypothesis_update,
     build_start,
     factor_name,
+    hypothesis_states,
     per_hypothesis,
-    unknowns,
     variance_of,
 )
+from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.tolerances import with_tolerances
-from observers.quality.verdict import VERDICT
 from observers.tuning import Tuning
 from reference_rig import (
     RigTyre,
@@ -64,7 +64,7 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
         part = build_hypothesis_update()(part, g, other, y, variance, 0.0)
     found = dict(zip(per_hypothesis(gear=False), np.array(part).ravel(), strict=True))
 
-    order = unknowns(gear=False)
+    order = hypothesis_states(gear=False)
     H = np.column_stack([slid - expected, np.ones(40), expected])
     information = H.T @ H / variance + np.diag([1 / 0.25, 1 / 0.04, 1 / 100.0])
     covariance = np.linalg.inv(information)

@@ -15,10 +15,10 @@ from observers.quality.acquisition import (
     OVER,
     OWN,
     EquivalentPatch,
-    build_conclusion,
+    build_handover,
 )
 from observers.quality.branch_consistency import build_branch_consistency
-from observers.quality.branches import TRACK, build_new_ground
+from observers.quality.branches import TRACK, build_new_ground_branches
 from observers.quality.hypotheses import (
     SETTINGS,
     build_restart,
@@ -26,8 +26,8 @@ from observers.quality.hypotheses import (
     per_hypothesis,
     search_layout,
 )
-from observers.quality.torque_innovation import lasting_innovation
-from observers.quality.verdict import VERDICT
+from observers.quality.hypothesis_mixture import VERDICT
+from observers.quality.innovation_attribution import smoothed_innovation
 from observers.tuning import Tuning
 from reference_rig import RigTyre, friction_step, make_ground_recording, make_recording
 from symbolic import SIGNALS, Model, Rig, simulate
@@ -76,7 +76,7 @@ def test_friction_that_rises_begins_where_it_rose(side: float, since: float) -> 
     track = dict.fromkeys(TRACK, 0.0) | {"direction": side, "extreme": 0.1 * side, "origin": -0.1 * side}
     stuck = float(virgin_torque(since, 400.0, 100.0, K, RIG.a, RIG.e))
     M_z, tyre = side * (stuck - 0.2), [K, RIG.a, RIG.e]
-    after, points = build_new_ground()([*track.values()], M_z, 0.2, tyre)
+    after, points = build_new_ground_branches()([*track.values()], M_z, 0.2, tyre)
     origin = side * (0.1 - min(since, 0.2))
 
     assert np.asarray(after)[TRACK.index("origin"), 0] == pytest.approx(origin, rel=1e-3)
@@ -173,7 +173,7 @@ def test_another_friction_is_handed_over_where_the_torque_is_predicted(again: in
     own = dict.fromkeys(OWN, 0.0) | {"acquiring": 1, "phase": 1, "scale": 1, "F_N": 400.0}
     own["again"] = again
     output = dict.fromkeys(OUTPUT, 1.0) | {"status": 0, "M_z_predicted": 3.0, "M_slide": 6.75}
-    conclude = build_conclusion(DECLARED_PATCH, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
+    conclude = build_handover(DECLARED_PATCH, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
     limits = [getattr(Tuning(), name) for name in SETTINGS]
     for M_z, expected in ((5.0, handed), (3.2, True), (np.nan, True)):
         given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1, M_z, 0]
@@ -195,7 +195,7 @@ def test_what_the_scale_may_be_off_by_widens_the_band(
     }  # fmt: skip
     own = dict.fromkeys(OWN, 0.0) | {"acquiring": 1, "phase": 1, "scale": 1, "F_N": 400.0}
     output = dict.fromkeys(OUTPUT, 1.0) | {"status": 0}
-    conclude = build_conclusion(patch, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
+    conclude = build_handover(patch, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
     given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1, 1, 0]
     given += [[K, 0.045, 0.009], [getattr(tuning, name) for name in SETTINGS]]
     after, *_ = conclude(*given)
@@ -257,7 +257,7 @@ def test_of_the_noise_a_smoothed_innovation_has_a_part() -> None:
     def tested(lasting: float) -> tuple[bool, bool]:
         values = ({**own, "lasting": lasting}, output, lasting, 0.01, 0.3**2, [K, 0.045, 0.009], limits)
         inputs = dict(zip(names, map(ca.DM, (0, 0, *values[2:])), strict=True))
-        _, beyond, clear = lasting_innovation(inputs, values[0], values[1], ca.DM(0))
+        _, beyond, clear = smoothed_innovation(inputs, values[0], values[1], ca.DM(0))
         return bool(beyond), bool(clear)
 
     limit = 0.3 * np.sqrt(3 / (2 * 10 - 1))

@@ -11,9 +11,13 @@ from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of,
 from symbolic.deformation import full_slide_arm
 from symbolic.masing import virgin_torque
 from symbolic.vehicle.kingpin import growth_of, standing_point
-from symbolic.vehicle.mean_wheel import aligning_torque, friction_shares, patch_angle
+from symbolic.vehicle.mean_wheel import (
+    aligning_torque_with_friction,
+    friction_uncertainties,
+    straight_ahead_angle,
+)
 from symbolic.vehicle.steering import (
-    jacking,
+    jacking_torque,
     lever,
     mean_angle,
     rack_force,
@@ -104,7 +108,7 @@ def test_the_body_is_lifted_by_both_wheels(psi: float) -> None:
     # Turning lowers the wheels below the kingpins: it lifts the body.
     expected = car.wheel_load * (heights[1] - heights[0]) / 0.02
 
-    assert jacking(car, psi) == pytest.approx(expected, rel=0.02)
+    assert jacking_torque(car, psi) == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -122,7 +126,7 @@ def test_upright_kingpins_turn_the_contact_alike_everywhere() -> None:
     growth = growth_of(upright, brakes=True)
 
     assert (growth.torque, growth.stiffness) == pytest.approx((0.0, 0.0), abs=1e-12)
-    assert patch_angle(upright, 0.4, brakes=True) == pytest.approx(0.4)
+    assert straight_ahead_angle(upright, 0.4, brakes=True) == pytest.approx(0.4)
     assert growth_of(CAR, brakes=True).torque > 0.05
 
 
@@ -165,7 +169,7 @@ def test_the_load_is_in_the_half_length_where_that_follows_from_it(half_length: 
     growth = np.log(slides[1] / slides[0]) / np.log(1.02)
 
     # Standard deviations are 0.75 of a tolerance, that of the load is 10 %.
-    assert friction_shares(car, brakes=True)["front_axle_load"] == pytest.approx(
+    assert friction_uncertainties(car, brakes=True)["front_axle_load"] == pytest.approx(
         0.075 * growth, rel=0.01
     )
 
@@ -174,14 +178,14 @@ def test_force_on_the_rack_as_torque_of_a_wheel() -> None:
     plain = replace(CAR, inclination=0.0, caster=0.0, lever_loss=0.0, rack_mass=100.0)
 
     # 20 N m s of each wheel at 0.4 rad/s, 1 kg m^2 of each at 16 rad/s^2.
-    assert aligning_torque(plain, 0.01, 1000.0, 0.05, 2.0, brakes=False) == pytest.approx(
+    assert aligning_torque_with_friction(plain, 0.01, 1000.0, 0.05, 2.0, brakes=False) == pytest.approx(
         -0.125 / 2 * 800 + 20 * 0.4 + 16
     )
     # 0.04 kg m^2 before a pinion of 10 mm a radian are 400 kg more.
     by_hand = replace(plain, steering_ratio=12.5, handwheel_inertia=0.04)
-    assert aligning_torque(by_hand, 0.01, 1800.0, 0.05, 2.0, brakes=False) == pytest.approx(
-        -0.125 / 2 * 800 + 20 * 0.4 + 16
-    )
+    assert aligning_torque_with_friction(
+        by_hand, 0.01, 1800.0, 0.05, 2.0, brakes=False
+    ) == pytest.approx(-0.125 / 2 * 800 + 20 * 0.4 + 16)
 
 
 def test_from_the_handwheel() -> None:

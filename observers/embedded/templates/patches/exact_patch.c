@@ -21,7 +21,7 @@
 /* Places that are free before a sample: with more than ${depth} - PLACES corners, the least one is dropped, as in Python. */
 #define PLACES 3
 
-%% if with_rig
+%% if rig_at_run_time
 /* The stiffness k, the half-length a and the caster length e, and what follows from them alone. */
 static void set_geometry(${name}_patch_t *patch, ${real} k, ${real} a, ${real} e) {
     ${real} moment[2];

@@ -1,7 +1,7 @@
 /* The contact patch, see the code. */
 typedef struct {
     ${real} xi[${depth}], r[${depth}], d[${depth}], angle, rest;
-%% if with_rig
+%% if rig_at_run_time
     ${real} k, geometry[2], level, still_moment;
 %% endif
     int32_t corners, is_turning;

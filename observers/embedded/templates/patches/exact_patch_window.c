@@ -13,7 +13,7 @@ static void store_patch(${name}_state_t *state, int32_t at) {
 
 /* M_z [N m] of a sample at mu, and its derivatives by mu and by k over its nominal value. */
 static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${real} stiffness, ${real} *torque) {
-%% if with_rig
+%% if rig_at_run_time
     const ${name}_patch_t *patch = &state->patch;
 %% endif
     const ${real} k = ${k} * stiffness, scale = mu / k;
@@ -54,7 +54,7 @@ static void begin_kept(${name}_state_t *state, const ${real} *signals) {
 
 /* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
 static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, ${real} retention, ${real} *slide) {
-%% if with_rig
+%% if rig_at_run_time
     const ${name}_patch_t *patch = &state->patch;
 %% endif
     const ${real} k = ${k} * stiffness, scale = mu / k;

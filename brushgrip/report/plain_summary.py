@@ -1,8 +1,8 @@
 """The results for somebody who knows no tyre model: friction by ground, and a paragraph for a mail."""
 
-from brushgrip.estimation.friction_outcome import EKF_FOUND, FrictionOutcome
-from brushgrip.report.friction_words import band_shares, known_friction
-from brushgrip.report.scope import missing, several_mechanisms, validity
+from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
+from brushgrip.report.friction_summary import band_shares, last_usable_friction
+from brushgrip.report.scope import missing_effects, several_mechanisms, validity
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed, rest_is_larger
 from brushgrip.wording.formatting import listed, percent, plain
 from brushgrip.wording.friction import further_band, further_recording, narrowed_by
@@ -13,7 +13,7 @@ MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
 
-def friction_lines(outcome: FrictionOutcome | None) -> tuple[list[str], list[str]]:
+def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list[str]]:
     """Friction of named grounds for a further recording, and notes on those without a band."""
     known: list[str] = []
     notes: list[str] = []
@@ -27,7 +27,7 @@ def friction_lines(outcome: FrictionOutcome | None) -> tuple[list[str], list[str
     return known, notes
 
 
-def answers(outcome: FrictionOutcome | None) -> list[tuple[str, str]]:
+def ground_statements(outcome: FrictionOutcome | None) -> list[tuple[str, str]]:
     """For a page: friction of each ground that has a band, and what it is of, or that none is known."""
     if outcome is None:
         return []
@@ -80,7 +80,7 @@ def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: s
         warning,
         f"{friction}.",
         validity(diagnosis),
-        missing(diagnosis),
+        missing_effects(diagnosis),
         _open_and_next(diagnosis, outcome),
     ]
     return " ".join(filter(None, sentences))
@@ -129,7 +129,7 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     tracks = outcome.tracks_of(EKF_FOUND)
     own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
     known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])
-    values = [f"{known_friction(track)} ({track.name})" for track in known]
+    values = [f"{last_usable_friction(track)} ({track.name})" for track in known]
     if len(values) > MAX_LISTED:
         return f"{where}{values[0]} to {values[-1]} in {len(values)} recordings"
     return where + (listed(values) or "not known")

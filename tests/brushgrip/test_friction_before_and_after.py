@@ -8,20 +8,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.friction_outcome import EKF_DECLARED, offline_friction
+from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, offline_friction
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import demo_folder
-from brushgrip.report.friction_words import (
-    friction_figures,
-    friction_groups,
+from brushgrip.report.friction_summary import (
+    friction_group_labels,
+    friction_quality_rows,
     ground_spreads,
-    known_friction,
+    last_usable_friction,
     usable_until,
     widest_causes,
 )
+from brushgrip.report.plain_summary import (
+    friction_and_notes,
+    ground_statements,
+    next_step,
+    paragraph_to_send,
+)
 from brushgrip.report.scope import benefit, simulated_warning
 from brushgrip.report.tables import friction_by_ground
-from brushgrip.report.to_send import answers, friction_lines, next_step, paragraph_to_send
 from identification import FoundModel
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
@@ -35,14 +40,14 @@ def test_training_and_held_out_recordings_are_reported_apart() -> None:
     assert before["training"]["mean"]["settling"] == 1.5
     assert before["holdout"]["mean"]["settling"] == 7.0
     assert before["holdout"]["mean"]["reference_coverage"] == pytest.approx(0.7)
-    rows = {label: values for label, values, _ in friction_figures(make_outcome("c", "d"))}
-    assert friction_groups(make_outcome("c", "d")) == ["validation", "training"]
+    rows = {label: values for label, values, _ in friction_quality_rows(make_outcome("c", "d"))}
+    assert friction_group_labels(make_outcome("c", "d")) == ["validation", "training"]
     assert rows["time to settle"] == ["7.0 s → 1.0 s", "1.5 s → 1.0 s"]
 
 
 def test_without_held_out_recordings_all_are_training() -> None:
     assert "holdout" not in make_outcome().to_dict()["before"]
-    assert friction_groups(make_outcome()) == ["training"]
+    assert friction_group_labels(make_outcome()) == ["training"]
 
 
 def test_the_spread_of_a_ground_is_that_of_all_its_recordings() -> None:
@@ -66,7 +71,7 @@ def test_friction_is_that_of_the_last_usable_sample() -> None:
     assert rows["c"] == ["ice", "–", "never: friction is being acquired"]
     assert rows["d"][2] == "never: the deviation of mu is too large to act on"
     moved = replace(TRACKS[1], changes=np.array([7.5]))
-    assert (moved.last_usable, known_friction(moved)) == (None, "–")
+    assert (moved.last_usable, last_usable_friction(moved)) == (None, "–")
     assert usable_until(moved).startswith("27 %, but not since a new ground was noticed at 7.5 s: ")
     document = judged.to_dict()["after"]["recordings"]
     assert (document["b"]["last_usable"], document["b"]["usable_mu_eff"]) == (7.0, 1.1)
@@ -92,13 +97,13 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
         "next: record c and d again, turning to and fro until the wheel slides both ways."
     )
     note = "note on ice: no band for a further recording yet, which takes 3 recordings with usable"
-    assert friction_lines(judged) == ([], [f"{note} friction; here 2 of 4"])
-    assert answers(judged) == []
+    assert friction_and_notes(judged) == ([], [f"{note} friction; here 2 of 4"])
+    assert ground_statements(judged) == []
     unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
     text = paragraph_to_send(make_diagnosis(("d",), ("c",)), unknown)
     assert "between tyre and ground is on ice not known, from 4 recordings. " in text
     assert "95 of 100" not in text
-    assert [value for value, _ in answers(unknown)] == ["ice: friction not known"]
+    assert [value for value, _ in ground_statements(unknown)] == ["ice: friction not known"]
 
 
 def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
@@ -107,11 +112,11 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     # t of two degrees of freedom 4.3027, scatter 0.1; own deviation 0.05.
     half = np.hypot(4.3027 * 0.1 * np.sqrt(4 / 3), 1.96 * 0.05)
 
-    assert friction_lines(judged) == (
+    assert friction_and_notes(judged) == (
         [f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"],
         [],
     )
-    (value, ends), *others = answers(judged)
+    (value, ends), *others = ground_statements(judged)
     assert value == f"ice: friction μ_eff 1.20 ± {half:.2f}"
     assert ends.startswith(f"between {1.2 - round(half, 2):.2f} and {1.2 + round(half, 2):.2f} in 95 of")
     assert others == []

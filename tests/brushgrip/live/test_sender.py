@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.live.messages import DATABASE, IDENTIFIER, frame_of
+from brushgrip.live.sender import DATABASE, IDENTIFIER, frame_of
 from brushgrip.live.session_state import State
 from identification import read_recording, read_rig
 from observers import Ekf, Estimate, Status, from_files

@@ -30,7 +30,8 @@ class Errors:
         left_out: rms torque error of each recording, divided by its torque range; the shared parameters
             were refitted without it. Empty where recordings are held out or there is only one.
         unrefitted: the same of each held-out recording, of which nothing was fitted, see
-            `identification.diagnosis.prediction`; but for grounds without a training recording.
+            `identification.diagnosis.unrefitted_prediction`; but for grounds without a training
+            recording.
     """
 
     rmse: Mapping[str, float]

@@ -26,10 +26,10 @@ from observers.compiled_step import compiled_stretch, run_stretches
 from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
-from observers.quality.verdict import VERDICT
+from observers.quality.hypothesis_mixture import VERDICT
 from symbolic import Rig, full_slide_torque
 from symbolic.functions import named_function
-from symbolic.plausible_signals import (
+from symbolic.plausible_ranges import (
     MAX_PLAUSIBLE_PERIOD,
     MAX_RETURNED_WORK,
     MAX_STEERING_ANGLE,
@@ -115,12 +115,12 @@ def build_evidence(channel: str) -> ca.Function:
         "frozen_travel": turned,
         "clipped": ca.logic_or(was["clipped"], clipped),
     }
-    suspect = reduce(ca.logic_or, causes(after, channel).values(), ca.SX(0))
+    suspect = reduce(ca.logic_or, flags_by_message(after, channel).values(), ca.SX(0))
     outputs = {"evidence_next": vector_of(EVIDENCE.places, after), "suspect": suspect}
     return named_function("evidence", inputs, outputs, cse=True)
 
 
-def causes(evidence: Parts, channel: str) -> dict[str, Expression]:
+def flags_by_message(evidence: Parts, channel: str) -> dict[str, Expression]:
     """Each cause in a sentence that says what to do, and whether it is suspected of this torque."""
     light = evidence["load"] < MIN_WHEEL_LOAD
     beyond = evidence["friction"] >= IN_A_ROW
@@ -168,7 +168,7 @@ def suspicions(state: Any, channel: str) -> tuple[str, ...]:
 
 def _named_causes(evidence: Array, channel: str) -> tuple[str, ...]:
     values = {name: float(evidence[at][0]) for name, (at, _) in EVIDENCE.places.items()}
-    return tuple(text for text, holds in causes(values, channel).items() if holds)
+    return tuple(text for text, holds in flags_by_message(values, channel).items() if holds)
 
 
 def suspicions_of(samples: Iterable[Sample], rig: Rig, channel: str) -> tuple[str, ...]:

@@ -12,7 +12,8 @@ from identification.free_decay.identifiability import (
     stiffness_by_contact,
     stiffnesses_agree,
 )
-from identification.free_decay.likelihood import COMMON, Contact, Likelihood, contact_of
+from identification.free_decay.likelihood import COMMON, Contact, Likelihood, contact_geometry
+from identification.free_decay.noise_continuation import Solution, jackknife, solve
 from identification.free_decay.onset import find_vibration
 from identification.free_decay.recording import Decay
 from identification.free_decay.results import (
@@ -21,7 +22,6 @@ from identification.free_decay.results import (
     FreeDecay,
     IdentifiedParameter,
 )
-from identification.free_decay.solution import Solution, jackknife, solve
 from identification.free_decay.vibration import stiffness
 from symbolic import InvalidInputError
 from symbolic.arrays import Array
@@ -99,7 +99,7 @@ def _check_plausible(likelihood: Likelihood, solution: Solution) -> None:
     k = float(solution.x[0] * likelihood.scales[0])
     for vibration, response in zip(likelihood.vibrations, solution.evaluation.responses, strict=True):
         name = vibration.decay.name
-        omega = float(np.sqrt(stiffness(k, *contact_of(vibration)) / vibration.decay.inertia))
+        omega = float(np.sqrt(stiffness(k, *contact_geometry(vibration)) / vibration.decay.inertia))
         if not 1 / _DETUNED < vibration.omega / omega < _DETUNED:
             raise InvalidInputError(
                 f"{name}: psi swings at {vibration.omega:.3g} rad/s, where its a, e and J_A with the"
@@ -140,7 +140,7 @@ def _vibrations(
     pairs = zip(likelihood.vibrations, solution.evaluation.responses, strict=True)
     for i, (vibration, response) in enumerate(pairs):
         decay, centre = vibration.decay, likelihood.columns(i)[-1]
-        omega_n = float(np.sqrt(stiffness(k, *contact_of(vibration)) / decay.inertia))
+        omega_n = float(np.sqrt(stiffness(k, *contact_geometry(vibration)) / decay.inertia))
         fitted.append(
             FittedVibration(
                 name=decay.name,

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from identification import Decay, FreeDecay, identify_free_decay
-from identification.free_decay import estimator, identifiability, solution
+from identification.free_decay import identifiability, noise_continuation, stiffness_and_damping
 from identification.free_decay.identifiability import (
     StiffnessOfOneContact,
     stiffness_by_contact,
     stiffnesses_agree,
 )
 from identification.free_decay.likelihood import Likelihood
+from identification.free_decay.noise_continuation import solve
 from identification.free_decay.onset import find_vibration
-from identification.free_decay.solution import solve
 from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
 from reference_rig import FOURTEEN_BIT_STEP, ImpactRecording, load_at, make_impacts
 from reference_rig import THESIS_DAMPING as B_T
@@ -209,14 +209,14 @@ def test_recordings_that_tell_nothing(
     def fail(*_: object) -> None:
         raise np.linalg.LinAlgError("singular matrix")
 
-    monkeypatch.setattr(estimator, singular, fail)
+    monkeypatch.setattr(stiffness_and_damping, singular, fail)
 
     with pytest.raises(InvalidInputError, match="do not tell k and b_t at all: check that"):
         identify_free_decay(few)
 
 
 def test_says_when_it_was_not_solved(few: list[Decay], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(solution, "_MAX_STAGES", 2)
+    monkeypatch.setattr(noise_continuation, "_MAX_STAGES", 2)
 
     made = identify_free_decay(few)
 

@@ -59,7 +59,7 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
 
     Args:
         recording: which looks wrong.
-        causes: some of those of `observers.quality.plausibility`.
+        causes: some of those of `observers.quality.input_plausibility`.
         torque: column of the torque that was measured, `M_z` or `M`.
     """
     changed: dict[str, SignalSource] = {}

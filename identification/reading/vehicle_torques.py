@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.reading.adjusting import at_samples
 from identification.reading.recordings import Recording
+from identification.reading.trimming_and_wheel_angle import at_samples
 from symbolic.arrays import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_of
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of
-from symbolic.vehicle.steering import jacking, lock_angle
+from symbolic.vehicle.steering import jacking_torque, lock_angle
 
 JACKING, GROWTH = 0.08, 0.5
 """Standard deviation of the return torque and of the torque's growth towards the locks as shares of
@@ -37,7 +37,7 @@ class DeclaredTorque:
     tolerance: float
 
 
-def declared_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
+def vehicle_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
     """Declared torques of a recording's vehicle, by name of the share; empty for a wheel on a rig."""
     if (car := recording.standstills) is None:
         return {}
@@ -46,14 +46,14 @@ def declared_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
     measured = np.nan_to_num(recording.M_z)
     declared = {
         "gear_share": (_gear(recording), tolerances.gear_friction),
-        "return_share": (-jacking(vehicle, psi) / (1 + growth), JACKING / EVEN),
+        "return_share": (-jacking_torque(vehicle, psi) / (1 + growth), JACKING / EVEN),
         "damping_share": (-vehicle.damping * recording.psi_dot, tolerances.damping),
         "growth_share": (growth * measured, GROWTH / EVEN),
     }
     return {n: DeclaredTorque(c, tol) for n, (c, tol) in declared.items() if tol > 0 and np.any(c)}
 
 
-def without_gear(recording: Recording) -> tuple[Recording, str]:
+def farthest_standstill_without_gear(recording: Recording) -> tuple[Recording, str]:
     """The standstill of a car in which it was steered farthest, its gear's declared friction taken off.
 
     Returns:

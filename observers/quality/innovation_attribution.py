@@ -6,8 +6,8 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import is_known
 from observers.quality.acquisition import EquivalentPatch
 from observers.quality.branches import stiffness_slope
-from observers.quality.hypotheses import NOISIER, SETTINGS, build_error
-from observers.quality.verdict import VERDICT, variance_of_scale
+from observers.quality.hypotheses import NOISIER, SETTINGS, build_torque_error
+from observers.quality.hypothesis_mixture import VERDICT, variance_of_scale
 
 BEYOND, IN_A_ROW = 8.0, 5
 """Deviations by which a torque computed from the steering torque differs from the predicted one, and so
@@ -42,7 +42,7 @@ def variance_by_k(inputs: Parts, own: Parts, output: Parts, patch: EquivalentPat
     return (std * by_k) ** 2
 
 
-def lasting_innovation(
+def smoothed_innovation(
     inputs: Parts, own: Parts, output: Parts, by_k: Expression
 ) -> tuple[Expression, Expression, Expression]:
     """The smoothed innovation [N m], whether it is more than is explained, and whether it is clear."""
@@ -52,7 +52,7 @@ def lasting_innovation(
     lasting = own["lasting"] + part * (innovation - own["lasting"])
     slide, error = output["M_slide"] * own["scale"], named(SETTINGS, inputs["limits"])["error"]
     a = inputs["tyre"][1]
-    _, variance, noisy = build_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
+    _, variance, noisy = build_torque_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
     # Of the noise the smoothed innovation has but a part; it is tested often, so that more is allowed.
     noise = noisy * variance / NOISIER
     share = ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1)
@@ -61,7 +61,7 @@ def lasting_innovation(
     return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= CLEAR**2 * variance
 
 
-def torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Parts:
+def update_streak(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Parts:
     """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`.
 
     A torque is of the time between the last two that were computed, so that it is held against the range
@@ -73,7 +73,7 @@ def torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Expr
     away = ca.fmax(ca.fmax(M_z - high, low - M_z), 0)
     reach = ca.fmax(ca.fabs(M_z), ca.fabs(predicted))
     a = inputs["tyre"][1]
-    _, variance, _ = build_error()(M_z, own["F_N"], a, inputs["added"], reach, 1, error)
+    _, variance, _ = build_torque_error()(M_z, own["F_N"], a, inputs["added"], reach, 1, error)
     streak = ca.if_else(away**2 > BEYOND**2 * variance, own["streak"] + 1, 0)
     after = {"streak": streak, "predicted": predicted, "predicted_before": own["predicted"]}
     return {name: ca.if_else(known, value, own[name]) for name, value in after.items()}

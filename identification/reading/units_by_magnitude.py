@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.reading.signal_map import SignalSource
 from symbolic.arrays import Array
-from symbolic.plausible_signals import (
+from symbolic.plausible_ranges import (
     MAX_PLAUSIBLE_PERIOD,
     MAX_RETURNED_WORK,
     MAX_STEERING_ANGLE,
@@ -21,7 +21,7 @@ MAX_LEVER_ARM = 0.8
 """Largest torque per load that a ground can hold [m]."""
 
 
-def infer_units(
+def infer_units_and_sign(
     sources: Mapping[str, SignalSource], values: Mapping[str, Array], geared: set[str], certain: set[str]
 ) -> tuple[dict[str, SignalSource], set[str]]:
     """The sources with inferred units and torque sign, and the columns that need a steering ratio.

@@ -10,11 +10,11 @@ import pytest
 
 from benchmarks.car_files import declared_toml, write_recording
 from identification import Recording, read_recording
-from identification.reading.car_plausibility import at_limits
-from identification.steering.tyres import TyresResult, identify_tyres
+from identification.reading.car_plausibility import shares_at_limits
+from identification.steering.full_slide_calibration import TyresResult, identify_tyres
 from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import InvalidInputError, Vehicle, full_slide_arm, rig_of, vehicle_from_tables
-from symbolic.vehicle.mean_wheel import friction_shares
+from symbolic.vehicle.mean_wheel import friction_uncertainties
 from tests.columns import write_columns
 from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 
@@ -113,9 +113,9 @@ def test_the_motor_is_judged_and_not_the_coarse_steps_of_the_torsion_bar() -> No
     speed = np.where(np.arange(1000) < 800, 0.01, 0.0)
     columns = {"T_bar": np.round(2 * wave), "T_motor": np.clip(wave, -1, 0.9)}
 
-    assert at_limits(columns, speed) == {"T_motor": np.mean(wave[:800] >= 0.9)}
-    assert at_limits({"T_bar": columns["T_bar"]}, speed)["T_bar"] > 0.1
-    assert at_limits(columns, 0 * speed) == {}
+    assert shares_at_limits(columns, speed) == {"T_motor": np.mean(wave[:800] >= 0.9)}
+    assert shares_at_limits({"T_bar": columns["T_bar"]}, speed)["T_bar"] > 0.1
+    assert shares_at_limits(columns, 0 * speed) == {}
 
 
 def test_what_is_unexplained_is_told_and_judged(tmp_path: Path) -> None:
@@ -194,14 +194,14 @@ def test_a_measured_factor_stands_for_what_it_was_measured_with() -> None:
     measured = replace(CAR, slide_factor=1.1)
     rig, tyre = rig_of(measured)
     before, tyre_before = rig_of(CAR)
-    shares = friction_shares(measured, brakes=True)
+    shares = friction_uncertainties(measured, brakes=True)
 
     assert rig.a == pytest.approx(1.1 * before.a)
     assert tyre.k * rig.a**3 == pytest.approx(tyre_before.k * before.a**3), "as stiff as it was"
     assert set(shares) == {"front_axle_load", "slide_factor"}
     assert shares["slide_factor"] == pytest.approx(0.75 * 0.05)
     # A load that has changed since has changed the length of the contact.
-    assert shares["front_axle_load"] > friction_shares(CAR, brakes=True)["front_axle_load"]
+    assert shares["front_axle_load"] > friction_uncertainties(CAR, brakes=True)["front_axle_load"]
 
 
 def test_a_load_that_changed_since_lengthens_the_contact_and_k_is_known_less() -> None:

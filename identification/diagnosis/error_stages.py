@@ -8,8 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.diagnosis.findings import Errors
-from identification.diagnosis.prediction import predicted_friction, residual_of, unrefitted_residuals
+from identification.diagnosis.result_parts import Errors
+from identification.diagnosis.unrefitted_prediction import (
+    predicted_friction,
+    residual_of,
+    unrefitted_residuals,
+)
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import fit
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
@@ -103,7 +107,7 @@ def declared_errors(training: Sequence[Recording], holdout: Sequence[Recording],
     Where no mu is given, it is fitted; for the errors without any fit it is that of the ground.
     """
     everything = [*training, *holdout]
-    friction = declared_friction(everything, loss)
+    friction = declared_or_fitted_mu(everything, loss)
     predicted = {
         r.name: predicted_friction(friction, training, r) if r.tyre.mu is None else r.tyre.mu
         for r in holdout
@@ -118,7 +122,7 @@ def on_fitted_ground(training: Sequence[Recording], holdout: Sequence[Recording]
     return [recording for recording in holdout if ground_of(recording) in grounds]
 
 
-def declared_friction(recordings: Sequence[Recording], loss: Loss) -> dict[str, float]:
+def declared_or_fitted_mu(recordings: Sequence[Recording], loss: Loss) -> dict[str, float]:
     """Mu of each recording as given, or fitted to the declared model, k as given, where none is [1]."""
     model, friction = model_of(()), {}
     for recording in recordings:

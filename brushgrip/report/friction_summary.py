@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import EKF_FOUND, FIGURES, FrictionOutcome
+from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FIGURES, FrictionOutcome
 from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction import meaning, with_95_band
 from observers import Status
@@ -26,7 +26,7 @@ LEAST_TOLD = 0.01
 """Share of a variance below which a part of it is not told [1]."""
 
 
-def known_friction(track: FrictionTrack) -> str:
+def last_usable_friction(track: FrictionTrack) -> str:
     """Friction by the last usable sample with its 95 % band; a dash where there is none."""
     at = track.last_usable
     return "–" if at is None else with_95_band(float(track.mu[at]), float(track.mu_std[at]))
@@ -119,12 +119,12 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
 """Label, text and meaning of each of `FIGURES`."""
 
 
-def friction_groups(outcome: FrictionOutcome) -> list[str]:
-    """Labels of the groups that `friction_figures` has values of: those held out first."""
+def friction_group_labels(outcome: FrictionOutcome) -> list[str]:
+    """Labels of the groups that `friction_quality_rows` has values of: those held out first."""
     return [GROUP_LABELS[group] for group in list(outcome.groups())[::-1]]
 
 
-def friction_figures(outcome: FrictionOutcome) -> list[tuple[str, list[str], str]]:
+def friction_quality_rows(outcome: FrictionOutcome) -> list[tuple[str, list[str], str]]:
     """Rows of a table: a label, the figure before → after for each group, and what it means."""
     rows = []
     groups = list(outcome.groups().values())[::-1]

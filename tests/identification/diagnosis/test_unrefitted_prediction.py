@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Fit, Recording, fit
-from identification.diagnosis.prediction import (
+from identification.diagnosis.unrefitted_prediction import (
     predicted_friction,
     predicted_values,
     unrefitted_residuals,

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.diagnosis.error_stages import error_on_unseen_of, errors_of
 from identification.diagnosis.family_curves import found_families
-from identification.diagnosis.findings import Candidate, Errors, Series
 from identification.diagnosis.found_effects import found_effects, notes_on
 from identification.diagnosis.result import Diagnosis
-from identification.diagnosis.torque_errors import error_on_unseen_of, errors_of
+from identification.diagnosis.result_parts import Candidate, Errors, Series
 from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
@@ -93,7 +93,7 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
             name=(name := trial.effects[-1].name),
             summary=trial.effects[-1].summary,
             holdout_nrmse=trial.nrmse,
-            delta_bic=delta_bic(trial.fitted, first.ranked_before.fitted, recordings),
+            delta_bic=delta_bic(trial.fitted, first.coarse_before.fitted, recordings),
             parameters={
                 label.removeprefix(f"{name}."): estimate
                 for label, estimate in _fitted(trial.fitted, recordings).items()

@@ -19,11 +19,11 @@ from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, fit
 from identification.fits.problem import signals_of
 from identification.fits.values import ParameterEstimate
-from identification.reading.declared_torques import without_gear
 from identification.reading.recordings import Recording
+from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from symbolic import InvalidInputError, Model, full_slide_arm, simulate
 from symbolic.parameters import Tolerances
-from symbolic.vehicle.mean_wheel import friction_shares
+from symbolic.vehicle.mean_wheel import friction_uncertainties
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle, VehicleTolerances
 
 DAMPING_TOLERANCE = 0.95
@@ -126,7 +126,7 @@ def identify_tyres(
 
 def _of_steering(recording: Recording) -> Recording:
     """The standstill with the most steering, load and lengths exact, the damping known roughly."""
-    one, _ = without_gear(recording)
+    one, _ = farthest_standstill_without_gear(recording)
     car = one.standstills
     if car is None:
         raise InvalidInputError(f"{recording.name}: is no recording of a car")
@@ -159,7 +159,7 @@ def _require_plausible(
         # What it says now is what the load has changed by since.
         load = max(load, VehicleTolerances().load)
     declared = replace(vehicle, slide_factor=None, tolerances=replace(vehicle.tolerances, load=load))
-    shares = friction_shares(declared, brakes=vehicle.brakes).values()
+    shares = friction_uncertainties(declared, brakes=vehicle.brakes).values()
     most = sum(shares) / STD_PER_TOLERANCE + tolerance / friction + 3 * MODEL_ERROR
     least, greatest = np.exp([-most, most])
     if not least < factor < greatest:

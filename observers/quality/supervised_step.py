@@ -42,7 +42,7 @@ from observers.quality.acquisition import (
     supervision_symbols,
 )
 from observers.quality.branch_consistency import build_branch_consistency
-from observers.quality.branches import TRACK, build_turn, sliding_turn
+from observers.quality.branches import TRACK, build_present_branch, sliding_onset_turn
 from observers.quality.equivalent_patch import added_torques
 from observers.quality.hypotheses import (
     RESTART_STD,
@@ -53,8 +53,8 @@ from observers.quality.hypotheses import (
     search_layout,
     settings_of,
 )
+from observers.quality.hypothesis_mixture import VERDICT, build_deviation_by_scale
 from observers.quality.screening import has_flag
-from observers.quality.verdict import VERDICT, build_excess
 from observers.tuning import TUNING_FIELDS
 from symbolic import Model, full_slide_torque
 from symbolic.functions import named_function, output_if
@@ -78,10 +78,10 @@ def layout(measurement_model: MeasurementModel) -> Layout:
     """State of the supervision."""
     block = max(len(measurement_model.torque_state), 1)
     own = Layout.of(own=len(OWN), block=block, verdict=len(VERDICT)).fields
-    return Layout((*own, *search_layout(has_gear(measurement_model)).fields))
+    return Layout((*own, *search_layout(has_gear_friction(measurement_model)).fields))
 
 
-def has_gear(measurement_model: MeasurementModel) -> bool:
+def has_gear_friction(measurement_model: MeasurementModel) -> bool:
     """Whether the dry friction of a steering gear is a state."""
     return "gear" in measurement_model.states
 
@@ -90,7 +90,7 @@ def initial(
     measurement_model: MeasurementModel, psi: Expression, F_N: Expression, zero_std: Expression
 ) -> dict[str, Expression]:
     """The parts of the state at the first sample; zero_std is that of the torque's zero [N m]."""
-    gear = has_gear(measurement_model)
+    gear = has_gear_friction(measurement_model)
     start = build_start(gear)(psi, 1, VAGUE, 0, zero_std, *_spread(measurement_model))
     search = search_layout(gear).split(ca.MX(start))
     # The first verdict, before any torque counts, is the prior.
@@ -100,7 +100,7 @@ def initial(
 
 
 def _spread(measurement_model: MeasurementModel) -> tuple[float, ...]:
-    return (measurement_model.gear_spread,) if has_gear(measurement_model) else ()
+    return (measurement_model.gear_spread,) if has_gear_friction(measurement_model) else ()
 
 
 @cache
@@ -117,8 +117,10 @@ def build_following(
     parts, numbers = search_layout(gear).split(search), named(OWN, own)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
-    least = CONFIRMS * sliding_turn(named(OUTPUT, output)["mu"], numbers["F_N"], tyre)
-    track, share = build_turn()(parts["track"], at, named(SETTINGS, limits)["psi_noise"], least, known)
+    least = CONFIRMS * sliding_onset_turn(named(OUTPUT, output)["mu"], numbers["F_N"], tyre)
+    track, share = build_present_branch()(
+        parts["track"], at, named(SETTINGS, limits)["psi_noise"], least, known
+    )
     path = named(TRACK, track)
     turn = ca.fabs(path["extreme"] - path["origin"])
     torque = (psi, numbers["F_N"], M_z, added, tyre, limits, *dry)
@@ -129,7 +131,7 @@ def build_following(
     )  # fmt: skip
     # While the search goes on, a branch tells something only where its torque was weighed.
     share = ca.if_else(numbers["phase"] < OVER, counted, 1) * share
-    excess = build_excess(found=patch.misfit > 0, gain_share=gain_share)
+    excess = build_deviation_by_scale(found=patch.misfit > 0, gain_share=gain_share)
     judged = ca.logic_and(numbers["phase"] == 1, ca.logic_not(named(VERDICT, verdict)["unexplained"]))
     numbers["excess"] = output_if(judged, excess, (verdict, limits), numbers["excess"])
     own, result = build_branch_consistency(patch, is_computed=is_computed, gear=gear)(
@@ -178,7 +180,7 @@ def build_supervised_step(
     restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)
     own["again"] = ca.if_else(restarts, _again(own), own["again"])
     limits = settings_of(fields, patch.misfit, own["again"] > 0)
-    gear, searched = has_gear(measurement_model), search_layout(has_gear(measurement_model))
+    searched = search_layout(gear := has_gear_friction(measurement_model))
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
     ground = (_told(reset, M_z, gear), was["M_slide"], tyre)
     zero = own["scale"] * newest_state(parts, measurement_model, after, "M_0")
@@ -218,7 +220,7 @@ def _search_of(
 ) -> Any:  # fmt: skip
     """The search; where it begins anew, on this ground, with these moments of s and of the zero."""
     known = (search, *begun, *_spread(measurement_model))
-    return output_if(anew, build_restart(has_gear(measurement_model)), known, search)
+    return output_if(anew, build_restart(has_gear_friction(measurement_model)), known, search)
 
 
 def _again(own: Parts) -> Expression:

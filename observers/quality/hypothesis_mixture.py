@@ -77,7 +77,7 @@ class Mixture:
         """Mean of a value under each hypothesis (G,)."""
         return ca.dot(self.weight, value) / ca.sum1(self.weight)
 
-    def near(self, name: str) -> Expression:
+    def at_mode(self, name: str) -> Expression:
         """A part of the hypothesis with the greatest exponent."""
         return _chosen(_place(self.exponent), self.parts[name])
 
@@ -101,7 +101,7 @@ class Mixture:
         subtracted.
         """
         one, other, both = pair(self.parts)
-        offset = self.parts["grid"] - self.near("grid")
+        offset = self.parts["grid"] - self.at_mode("grid")
         mean, mean_other = self.mean(one - about), self.mean(other - about_other)
         along = self.mean(offset)
         broad = self.mean((one - about) * (other - about_other) + both) - mean * mean_other
@@ -164,14 +164,16 @@ def build_verdict(gear: bool = False) -> ca.Function:
     declared = Mixture(
         parts, likelihood + prior - misfit, lambda of: ca.sqrt(1 / (1 + stiffness / of["D_gain"]))
     )
-    log_mu, var_log_mu = declared.moments(partial(_log_mu_moments, stiffness), declared.near("grid"))
-    log_ratio, _ = declared.moments(lambda of: (of["grid"], 0), declared.near("grid"))
+    log_mu, var_log_mu = declared.moments(partial(_log_mu_moments, stiffness), declared.at_mode("grid"))
+    log_ratio, _ = declared.moments(lambda of: (of["grid"], 0), declared.at_mode("grid"))
     level, var_level, covariances = ca.MX(0), ca.MX(0), [ca.MX(0)] * 3
-    zero, var_zero = declared.moments(partial(_beside, "zero", stiffness), declared.near("zero"))
+    zero, var_zero = declared.moments(partial(_beside, "zero", stiffness), declared.at_mode("zero"))
     if gear:
-        level, var_level = declared.moments(partial(_beside, "gear", stiffness), declared.near("gear"))
+        level, var_level = declared.moments(
+            partial(_beside, "gear", stiffness), declared.at_mode("gear")
+        )
         covariances = [
-            declared.covariance(partial(_both, one, other, stiffness), *map(declared.near, near))[2]
+            declared.covariance(partial(_both, one, other, stiffness), *map(declared.at_mode, near))[2]
             for one, other, near in (
                 ("log_mu", "zero", ("grid", "zero")),
                 ("log_mu", "gear", ("grid", "gear")),
@@ -180,7 +182,7 @@ def build_verdict(gear: bool = False) -> ca.Function:
         ]
     # Without a prior of s: even in ln s.
     even = Mixture(parts, likelihood, lambda of: ca.sqrt(of["D_gain"]) / ca.fmax(of["gain"], MIN_GAIN))
-    log_gain, var_gain = even.moments(_log_gain, ca.log(ca.fmax(even.near("gain"), MIN_GAIN)))
+    log_gain, var_gain = even.moments(_log_gain, ca.log(ca.fmax(even.at_mode("gain"), MIN_GAIN)))
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     deviation, allowed = ca.sqrt(var_gain + error), ALLOWED * limits["stiffness_std"]
     inside = (allowed - ca.fabs(log_gain)) / deviation
@@ -244,7 +246,7 @@ def variance_of_scale(verdict: Parts, stiffness_std: Expression) -> Expression:
 
 
 @cache
-def build_excess(*, found: bool, gain_share: float) -> ca.Function:
+def build_deviation_by_scale(*, found: bool, gain_share: float) -> ca.Function:
     """What the scale adds to the relative deviation of mu [1]: (verdict, limits) -> excess.
 
     It is the torque's share of what s may be off by beyond `GAIN_FREE`, from its value and its

@@ -8,7 +8,6 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from identification.reading.guessed_car_channels import EITHER, guesses_of_steering
-from identification.reading.guessed_units import infer_units
 from identification.reading.signal_map import (
     NO_MAP,
     SignalMap,
@@ -23,6 +22,7 @@ from identification.reading.table import (
     columns_of,
 )
 from identification.reading.units import bare_name, factor_of, is_unit, unit_at_end, unit_of_name
+from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
 from symbolic.arrays import Array
 from symbolic.tables.parsing import excerpt
@@ -210,7 +210,7 @@ def map_hint(
                 certain.add(column)
             factor = source.factor if column in others else 1.0
             values[column] = samples.values * factor * (factor_of(column, unit) or 1.0)
-    sources, of_hand = infer_units(sources, values, of_hand, certain)
+    sources, of_hand = infer_units_and_sign(sources, values, of_hand, certain)
     parts = [
         (sources[c].geared(c) if c in of_hand else sources[c]).as_map(c)
         for c in sorted(sources, key=[*COLUMNS, *sources].index)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.reading.long_recordings import bounded
+from identification.reading.thinned_recordings import bounded
 from symbolic import Rig, Tyre
 
 

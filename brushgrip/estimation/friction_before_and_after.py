@@ -145,7 +145,7 @@ def found_model(diagnosis: Diagnosis) -> FoundModel:
     )
 
 
-def fitted_model(diagnosis: Diagnosis) -> FoundModel:
+def model_with_own_values(diagnosis: Diagnosis) -> FoundModel:
     """The same with what was fitted to each recording that the diagnosis has seen."""
     values = diagnosis.values
     return replace(found_model(diagnosis), own=values.own, rig=values.rig)
@@ -166,7 +166,7 @@ def friction_outcome(
     if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
         return None
     compared = [*holdout, *training][:MAX_COMPARED]
-    found, fitted = found_model(diagnosis), fitted_model(diagnosis)
+    found, fitted = found_model(diagnosis), model_with_own_values(diagnosis)
     references = {r.name: offline_friction(fitted, r) for r in recordings}
     runs = {
         MHE_FOUND: (ObserverName.MHE, found, compared),

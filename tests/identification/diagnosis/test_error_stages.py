@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, fit, initial_guess
-from identification.diagnosis.torque_errors import declared_errors, errors_of, left_out_residuals
+from identification.diagnosis.error_stages import declared_errors, errors_of, left_out_residuals
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
 from identification.selection.leave_one_out_linearised import leave_one_out
