@@ -94,13 +94,14 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
     early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
     # A change that is too small or too slow for an alarm shows in an innovation that lasts.
-    changed = (own["confirmed"] == PROVED) * lasts * (doubt > NEW_GROUND)
-    status = with_flag(output["status"], Status.RESET, changed)
-    status = with_flag(status, Status.INCONSISTENT, doubted)
-    results = _tracked_output(own, output, with_flag(status, Status.ACQUIRING, early), limits)
+    changed = ca.logic_and(own["confirmed"] == PROVED, lasts * (doubt > NEW_GROUND))
+    status = with_flag(output["status"], Status.INCONSISTENT, doubted)
+    # These flags no estimator sets, and an alarm ends tracking before this.
+    status += int(Status.ACQUIRING) * early + int(Status.RESET) * changed
+    results = _tracked_output(own, output, status, limits)
     confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
-    proven = (confirmed == 2) * (weight >= PROVEN) * ca.logic_not(doubted)
-    confirmed = confirmed if is_computed or gear else ca.if_else(proven, PROVED, confirmed)
+    proven = (confirmed == PROVED - 1) * (weight >= PROVEN) * ca.logic_not(doubted)
+    confirmed = confirmed + proven * (not (is_computed or gear))
     over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed >= 2, doubted))
     phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))
     after = own | {
@@ -108,7 +109,7 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     }  # fmt: skip
     # Once, if the ground changed while friction was acquired: a model that is wrong explains no ground.
     hopeless = (doubt > HOPELESS) * ca.logic_not(ca.logic_or(own["again"], confirmed))
-    after["lost"] = ca.logic_or(own["streak"] >= IN_A_ROW, ca.logic_or(hopeless, changed))
+    after["lost"] = ca.logic_or(hopeless, own["streak"] >= IN_A_ROW if is_computed else changed)
     outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
     return named_function("follow_output", inputs, outputs, cse=True)
 
@@ -124,5 +125,5 @@ def _tracked_output(own: Parts, output: Parts, status: Expression, limits: Parts
         "mu_std": std,
         "mu_eff_std": results["mu_eff_std"] * grown,
         "nis": output["nis"],
-        "status": with_flag(status, Status.SUSPECT, mu - 2 * std > MAX_TYRE_FRICTION),
+        "status": status + int(Status.SUSPECT) * (mu - 2 * std > MAX_TYRE_FRICTION),
     }

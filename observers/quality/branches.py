@@ -242,28 +242,27 @@ def build_mu_sensitivity() -> ca.Function:
     0 in full stick, 1 in full slide.
     """
     inputs = symbols(ca.SX, turn=1, log_ratio=1, F_N=1, tyre=3)
-    moment, by_mu = _moment(*inputs.values())
+    turn, log_ratio, F_N, tyre = inputs.values()
+    moment, by_mu = _moment(turn, ca.exp(log_ratio), F_N, tyre)
     outputs = {"share": ca.fmin(ca.fmax(by_mu / moment, MIN_SENSITIVITY), 1)}
     return named_function("sensitivity", inputs, outputs, cse=True)
 
 
-def stiffness_slope(
-    turn: Expression, log_ratio: Expression, F_N: Expression, tyre: Expression
-) -> Expression:
+def stiffness_slope(turn: Expression, mu: Expression, F_N: Expression, tyre: Expression) -> Expression:
     """Derivative by ln k of a branch's torque [N m], whose turn is twice that of a virgin one [rad].
 
     As the torque is homogeneous in (mu, k), it is what mu leaves.
     """
-    moment, by_mu = _moment(turn, log_ratio, F_N, tyre)
+    moment, by_mu = _moment(turn, mu, F_N, tyre)
     return 2 * tyre[0] * turn * (moment - by_mu)
 
 
 def _moment(
-    turn: Expression, log_ratio: Expression, F_N: Expression, tyre: Expression
+    turn: Expression, mu: Expression, F_N: Expression, tyre: Expression
 ) -> tuple[Expression, Expression]:
     """Torque of a virgin turn over k and turn [m^3], and its derivative by ln mu."""
     k, a, e = named(("k", "a", "e"), tyre).values()
-    slope = full_slide_level(F_N, a) * ca.exp(log_ratio) / k
+    slope = full_slide_level(F_N, a) * mu / k
     z = ca.fmin(slope / ca.fmax(turn, MIN_TRAVEL_DIVISOR), FAR)
     # As z is proportional to mu.
     beyond, by_z = ca.vertsplit(corner_moment_and_derivative(z, a, e))

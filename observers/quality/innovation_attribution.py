@@ -37,8 +37,8 @@ def variance_by_k(inputs: Parts, own: Parts, output: Parts, patch: EquivalentPat
     std = named(SETTINGS, inputs["limits"])["stiffness_std"]
     if not patch.misfit:
         std = ca.sqrt(variance_of_scale(named(VERDICT, inputs["verdict"]), std))
-    log_ratio = ca.log(output["mu"] * patch.friction)
-    by_k = stiffness_slope(inputs["turn"] / 2, log_ratio, own["F_N"], inputs["tyre"])
+    mu = output["mu"] * patch.friction
+    by_k = stiffness_slope(inputs["turn"] / 2, mu, own["F_N"], inputs["tyre"])
     return (std * by_k) ** 2
 
 

@@ -79,10 +79,9 @@ static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) 
     }
 }
 
-/* The search anew on a ground that has changed; M_z is the torque [N m]. */
-static void restart_search(${name}_state_t *state, ${real} M_z, const ${real} *tyre, bool tracked, ${real} zero_std) {
-    /* Without an alarm the zero may have moved. */
-    const ${real} moved = (tracked && (state->own[OWN_LOST] != 0.0) && (state->own[OWN_CONFIRMED] == ${proved})) ? ${moved} : 1.0;
+/* The search anew on a ground that has changed; M_z is the torque [N m]; without an alarm the zero may have moved by so many
+   of its deviations. */
+static void restart_search(${name}_state_t *state, ${real} M_z, const ${real} *tyre, bool tracked, ${real} zero_std, ${real} moved) {
     const ${real} scale = state->own[OWN_SCALE];
     /* Garbage may have moved the zero of the estimator anywhere. */
     const ${real} zero = scale * ${zero_state}, most = ${most_zero} * zero_std;
@@ -242,6 +241,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     if (changed && tracked) {
         state->own[OWN_AGAIN] = ((state->own[OWN_CONFIRMED] > 0.0) && (state->own[OWN_DOUBT] < ${failed_for_long})) ? 1.0 : ${failed};
     }
+    state->own[OWN_LOST] = 0.0;
     set_numbers(sensed, sample, 6);
     if (lifted) {
         sensed[4] = (${real})NAN;
@@ -265,10 +265,10 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     if (changed) {
         if (tracked || lost) {
             const bool tells = ((status & ${NAME}_RESET) != 0) && is_known(M_z)${" && false" if gear};
-            restart_search(state, tells ? M_z : 0.0, tyre, tracked, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a});
+            restart_search(state, tells ? M_z : 0.0, tyre, tracked, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a},
+                           (tracked && lost && (state->own[OWN_CONFIRMED] == ${proved})) ? ${moved} : 1.0);
         }
         state->own[OWN_ACQUIRING] = 1.0;
-        state->own[OWN_LOST] = 0.0;
     }
     if (state->own[OWN_ACQUIRING] != 0.0) {
         acquire(state, psi, M_z, added, tyre, limits);
