@@ -40,8 +40,11 @@ MIN_WHILE_LASTING = 3.0
 """Lower limit of the count of unexplained independent samples while an innovation lasts [1]."""
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
-PROVEN = 10.0
+SAMPLES_TO_PROVE = 10.0
 """Independent samples that a model explains after the handover, before it is right on its ground."""
+DOUBT_LEFT = 0.5
+"""Unexplained independent samples that may be left by then: after one change that lasted, the model has
+to explain more before another is believed."""
 NEW_GROUND = 3.5
 """Unexplained independent samples, while an innovation lasts, after which a model that was right stands
 on another ground."""
@@ -100,7 +103,7 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     status += int(Status.ACQUIRING) * early + int(Status.RESET) * changed
     results = _tracked_output(own, output, status, limits)
     confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
-    proven = (confirmed == PROVED - 1) * (weight >= PROVEN) * ca.logic_not(doubted)
+    proven = (confirmed == PROVED - 1) * (weight >= SAMPLES_TO_PROVE) * (doubt <= DOUBT_LEFT)
     confirmed = confirmed + proven * (not (is_computed or gear))
     over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed >= 2, doubted))
     phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))

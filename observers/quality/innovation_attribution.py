@@ -19,6 +19,8 @@ it the model is wrong: what depends on time rather than on the angle, a zero tha
 relaxes, is hidden in the noise of a sample and lasts."""
 CLEAR = 0.7
 """Lasting innovation, in model errors, that a model that was handed over has to fall below once."""
+SPIKE = 12.0
+"""Deviations of a torque's error beyond which an innovation counts no more: one sample lasts not."""
 NOISE_ALLOWANCE = 3.0
 """Variance of the smoothed noise that is allowed, over its own [1]."""
 
@@ -46,16 +48,16 @@ def smoothed_innovation(
     inputs: Parts, own: Parts, output: Parts, by_k: Expression
 ) -> tuple[Expression, Expression, Expression]:
     """The smoothed innovation [N m], whether it is more than is explained, and whether it is clear."""
-    known = is_known(inputs["M_z"])
-    innovation = ca.if_else(known, innovation_of(inputs, own, output), 0)
-    part = ca.if_else(known, ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1), 0)
-    lasting = own["lasting"] + part * (innovation - own["lasting"])
+    known, share = is_known(inputs["M_z"]), ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1)
     slide, error = output["M_slide"] * own["scale"], named(SETTINGS, inputs["limits"])["error"]
     a = inputs["tyre"][1]
     _, variance, noisy = build_torque_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
+    innovation = ca.if_else(known, innovation_of(inputs, own, output), 0)
+    most = SPIKE * ca.sqrt(variance + by_k)
+    innovation = ca.fmax(-most, ca.fmin(most, innovation))
+    lasting = own["lasting"] + ca.if_else(known, share, 0) * (innovation - own["lasting"])
     # Of the noise the smoothed innovation has but a part; it is tested often, so that more is allowed.
     noise = noisy * variance / NOISIER
-    share = ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1)
     variance -= noise * (1 - NOISE_ALLOWANCE * share / (2 - share))
     square, variance = lasting**2, variance + by_k
     return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= CLEAR**2 * variance

@@ -60,8 +60,8 @@ from symbolic import Model, full_slide_torque
 from symbolic.functions import named_function, output_if
 
 MAY_HAVE_MOVED = 3.0
-"""Factor on the deviation of the torque's zero where friction is acquired anew without an alarm: a zero
-that moved shows in lasting innovations as another ground does [1]."""
+"""Factor on the deviations of s and of the zero where friction is acquired anew as an innovation lasted:
+what moved shows as another ground does [1]."""
 MAX_ZERO_DEVIATIONS = 3.0
 """Limit of the torque's zero in its standard deviations before the first sample [1]."""
 CONFIRMS = 0.5
@@ -243,9 +243,9 @@ def _known_before(
     """
     found, std = ca.exp(named(VERDICT, verdict)["log_gain"]), zero_std * full_slide_torque(own["F_N"], 1)
     most = MAX_ZERO_DEVIATIONS * std
-    scale = ca.if_else(tracked, found, own["scale"]), ca.if_else(tracked, RESTART_STD, VAGUE)
     lasted = ca.logic_and(own["lost"], own["confirmed"] == PROVED)
     moved = ca.if_else(ca.logic_and(tracked, lasted), MAY_HAVE_MOVED, 1)
+    scale = ca.if_else(tracked, found, own["scale"]), ca.if_else(tracked, moved * RESTART_STD, VAGUE)
     return *scale, ca.fmax(-most, ca.fmin(most, zero)), moved * std
 
 

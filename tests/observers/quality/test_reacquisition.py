@@ -14,12 +14,14 @@ from observers.quality.acquisition import (
     HOPELESS,
     OVER,
     OWN,
+    PROVED,
     EquivalentPatch,
     build_handover,
 )
 from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.branches import TRACK, build_new_ground_branches
 from observers.quality.hypotheses import (
+    RESTART_STD,
     SETTINGS,
     build_restart,
     build_start,
@@ -28,6 +30,7 @@ from observers.quality.hypotheses import (
 )
 from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.innovation_attribution import smoothed_innovation
+from observers.quality.supervised_step import MAY_HAVE_MOVED, _known_before
 from observers.tuning import Tuning
 from reference_rig import RigTyre, friction_step, make_ground_recording, make_recording
 from symbolic import SIGNALS, Model, Rig, simulate
@@ -123,6 +126,52 @@ def test_a_model_is_right_once_it_has_explained_ten_independent_samples(
     weight: float, confirmed: int
 ) -> None:
     assert _tracked(weight=weight)["confirmed"] == confirmed
+
+
+def test_a_model_proves_itself_again_once_its_doubt_is_gone() -> None:
+    """After one change that lasted, another needs more than ten independent samples between them."""
+    assert _tracked(weight=12.0, doubt=1.5)["confirmed"] == PROVED - 1
+    assert _tracked(weight=12.0, doubt=0.4)["confirmed"] == PROVED
+
+
+@pytest.mark.parametrize(
+    ("confirmed", "lost", "times"),
+    [(PROVED, 1, MAY_HAVE_MOVED), (PROVED - 1, 1, 1), (PROVED, 0, 1)],
+)
+def test_where_an_innovation_lasted_scale_and_zero_may_have_moved(
+    confirmed: int, lost: int, times: float
+) -> None:
+    own = dict.fromkeys(OWN, 0.0) | {"scale": 1, "F_N": 400.0, "confirmed": confirmed, "lost": lost}
+    given = {name: ca.DM(value) for name, value in own.items()}
+    _, gain_std, _, zero_std = _known_before(
+        given, ca.DM([0.0] * len(VERDICT)), ca.DM(1), ca.DM(0), 0.01
+    )
+
+    assert float(gain_std) == pytest.approx(times * RESTART_STD)
+    assert float(zero_std) == pytest.approx(times * 0.01 * 150.0)
+
+
+def test_single_spikes_of_the_torque_are_no_other_ground() -> None:
+    """Two in a thousand samples, as large as the torque's range."""
+    made = make_recording(9001, mu=0.5, k=K, load=400.0, bristles=500, duration=14.0)
+    rng = np.random.default_rng(9001)
+    spikes = (rng.random(made.t.size) < 0.002) * rng.choice([-1, 1], made.t.size) * np.ptp(made.M_z)
+    found = run(
+        Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, made.M_z + spikes
+    )
+
+    assert np.count_nonzero(spikes) >= 2
+    assert not (found.status & Status.RESET).any()
+    assert found.usable[made.t > 3].mean() > 0.9
+
+
+def test_a_zero_that_drifts_is_never_usable_and_wrong() -> None:
+    """It drifts by 0.1 N m/s beside 2 N m of full slide; once it made the model doubted for good."""
+    made = make_recording(660_004, mu=0.3, k=K, load=400.0, bristles=500, duration=14.0)
+    torque = made.M_z + 0.1 * made.t
+    found = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, torque)
+
+    assert (np.abs(found.mu - 0.3)[found.usable] < 3 * found.mu_std[found.usable]).all()
 
 
 def _tracked(**own: float) -> dict[str, float]:

@@ -79,13 +79,13 @@ static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) 
     }
 }
 
-/* The search anew on a ground that has changed; M_z is the torque [N m]; without an alarm the zero may have moved by so many
-   of its deviations. */
+/* The search anew on a ground that has changed; M_z is the torque [N m]; where an innovation lasted, the scale and the
+   zero may have moved by so many times their deviations. */
 static void restart_search(${name}_state_t *state, ${real} M_z, const ${real} *tyre, bool tracked, ${real} zero_std, ${real} moved) {
     const ${real} scale = state->own[OWN_SCALE];
     /* Garbage may have moved the zero of the estimator anywhere. */
     const ${real} zero = scale * ${zero_state}, most = ${most_zero} * zero_std;
-    const ${real} gain = tracked ? any_exp(state->verdict[VERDICT_LOG_GAIN]) : scale, gain_std = tracked ? ${restart_std} : ${vague};
+    const ${real} gain = tracked ? any_exp(state->verdict[VERDICT_LOG_GAIN]) : scale, gain_std = tracked ? moved * ${restart_std} : ${vague};
     ${real} track[TRACKS];
     new_ground(state->track, M_z, state->result[OUT_M_SLIDE], tyre, track, state->points);
     begin_search(state, gain, gain_std, (zero > most) ? most : ((zero < -most) ? -most : zero), moved * zero_std, 0.5 * gain);
