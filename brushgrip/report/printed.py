@@ -9,6 +9,7 @@ from brushgrip.report.friction_summary import (
     widest_causes,
 )
 from brushgrip.report.plain_summary import friction_and_notes, paragraph_to_send
+from brushgrip.report.scope import other_notes
 from brushgrip.report.tables import friction_by_ground
 from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism
 from brushgrip.wording.formatting import (
@@ -89,7 +90,7 @@ def print_diagnosis(
         if spreads := ground_spreads(outcome):
             print_text(spreads)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
-    for note in diagnosis.notes:
+    for note in other_notes(diagnosis) if outcome and outcome.further() else diagnosis.notes:
         print_text(f"note: {note}")
     for line in own_rejected(diagnosis):
         print_text(line)

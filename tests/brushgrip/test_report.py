@@ -83,6 +83,7 @@ def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
         ("c = 1.20 ± 0.05, 49 % of it", "c = 1.20~±~0.05, 49~% of it"),
         ("(± 0.41 to 0.45)", "(±~0.41 to 0.45)"),
         ("before [N m]", "before [N~m]"),
+        ("388.2 N m/rad at 10⁶ N/m² and 2 ms", "388.2~N~m/rad at 10⁶~N/m² and 2 ms"),
         ("parameters ± standard deviation", "parameters ± standard deviation"),
     ],
 )
@@ -141,7 +142,6 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "steering (torque offset); 1.20 % of range stay unexplained: validation error 4.30 % → 2.37 % of"
         " range.",
         "What was found",
-        "Glossary",
         "Contents",
         "Friction over time",
         "Mechanisms",
@@ -153,6 +153,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "Effects found",
         "Next recording",
         "What remains unexplained",
+        "Glossary",
     ]
     assert "Before any effect is tried: The residual follows " in page.text
     assert "Sweep to and fro, 10 s: carcass torsion and patch width then differ" in page.text
@@ -171,14 +172,15 @@ def test_the_first_screen_says_what_friction_is(tmp_path: Path) -> None:
 
     assert "1.20 ± 0.10" in first
     assert "Valid for a wheel that stands still" in first
-    assert "not for driving speed" in first
-    assert "to 2.37 % of its range (4.30 % without what was found), on 1 validation recording" in first
+    assert "Not for driving speed" in first
+    assert "to quote: 2.37 % of range, each recording's own friction adjusted, on 1 recording" in first
+    assert "By the assumed model: 4.30 % with its parameters adjusted, 6.88 % as given." in first
     assert "Simulated" not in first
-    assert "never: friction is being acquired" in first
+    assert "never: it has not slid enough to tell" in first
     assert "friction at the end of b, whose last value to rely on is earlier" in first
     assert "Share of the informed samples whose 95 % band holds the last estimate." in rest
     assert "It stands on 3 recordings, 1 validation recording judged it" in rest
-    assert page.headings[1:5] == ["To send", "What was found", "Glossary", "Contents"]
+    assert page.headings[1:5] == ["To send", "What was found", "Contents", "Settling and coverage"]
 
 
 def test_on_a_narrow_screen_every_cell_has_its_heading(full: Path) -> None:
