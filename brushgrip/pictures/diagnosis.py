@@ -20,7 +20,14 @@ from brushgrip.pictures.style import (
     representative_first,
     set_title,
 )
-from brushgrip.wording.formatting import candidate_outcome, listed, percent, plain, signed
+from brushgrip.wording.formatting import (
+    candidate_outcome,
+    candidate_reason,
+    listed,
+    percent,
+    plain,
+    signed,
+)
 from identification import Candidate, Diagnosis, Proposal, Series, Signatures
 from identification.loop_plot import matplotlib_text
 
@@ -207,26 +214,18 @@ def _figures(axes: Axes, candidates: tuple[Candidate, ...]) -> None:
 
 
 def _remarks(axes: Axes, diagnosis: Diagnosis) -> None:
-    """Say on its bar why a candidate was added or not where its own figures do not."""
+    """Say on its bar why a candidate was added or not where its own figures say otherwise."""
     added = [effect.name for effect in diagnosis.effects]
-    ranked = [candidate.name for candidate in diagnosis.candidates]
-    for row, name in enumerate(ranked):
-        text = ""
-        if name in added[1:]:
+    first = next((row for row, c in enumerate(diagnosis.candidates) if c.name in added[:1]), 0)
+    for row, candidate in enumerate(diagnosis.candidates):
+        text, name, colour = "", candidate.name, "black"
+        if name in added[1:] and candidate.delta_bic >= 0:
             before = listed([plain(one) for one in added[: added.index(name)]])
-            text, colour = f"helps once {before} is in", "white"
-        elif name not in added and any(ranked.index(one) > row for one in added[:1] if one in ranked):
-            text, colour = "not clearly better than what was added", "black"
-        if text:
-            axes.text(
-                0.01,
-                row,
-                text,
-                transform=axes.get_yaxis_transform(),
-                va="center",
-                fontsize=8,
-                color=colour,
-            )
+            text, colour = f"helps once {before} is in the model", "white"
+        elif row < first and not candidate_outcome(diagnosis, name):
+            text = candidate_reason(diagnosis, candidate)
+        place = axes.get_yaxis_transform()
+        axes.text(0.01, row, text, transform=place, va="center", fontsize=8, color=colour)
 
 
 def _key(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artist]:

@@ -100,8 +100,8 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
     "settling": (
         "time to settle",
         _seconds,
-        "From then on the estimate stays within 10 % of where it ends. Settled does not yet mean usable:"
-        " one that has learned nothing stays where it began.",
+        "From then on the estimate stays within 10 % of where it ends. Settled is not yet usable: one"
+        " that has learned nothing stays where it began.",
     ),
     "drift": (
         "movement after half-time",

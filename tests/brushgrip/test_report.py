@@ -10,12 +10,14 @@ import pytest
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures import draw_signatures
 from brushgrip.report import page as report
+from brushgrip.report import tables
+from brushgrip.report.friction_summary import goes_pale
 from brushgrip.report.page import write_report
 from brushgrip.report.printed import own_rejected
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
 from identification.selection.trial_runner import workers
-from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
+from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, signatures
 
 PNG = b"\x89PNG\r\n\x1a\n"
 VOID = {"meta", "img", "link", "br", "input"}
@@ -89,6 +91,18 @@ def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_a_figure_stays_on_its_line_and_a_heading_breaks(text: str, kept: str) -> None:
     assert report._keep_units(text).replace("\u00a0", "~") == kept
+
+
+def test_a_correlation_of_nothing_has_no_sign() -> None:
+    strong = signatures(0.8).signatures
+    assert [tables._correlation(s) for s in strong[:2]] == ["+0.80* (0.30)", "−0.80* (0.30)"]
+    assert {tables._correlation(s) for s in signatures(0.004).signatures} == {"0.00 (0.30)"}
+
+
+def test_a_pale_line_is_spoken_of_where_there_is_one() -> None:
+    outcome = replace(make_outcome(), tracks=TRACKS[:1])
+    assert not goes_pale(outcome)
+    assert goes_pale(replace(outcome, tracks=TRACKS[:2]))
 
 
 def text_of(folder: Path, diagnosis: Diagnosis) -> str:
