@@ -79,9 +79,9 @@ def reservation(diagnosis: Diagnosis) -> str:
     return " ".join([*map(sentence, notes), f"If {rests_on} or the model is wrong, so is the ±."])
 
 
-def other_notes(diagnosis: Diagnosis) -> list[str]:
-    """The notes of a diagnosis beside that in `reservation`."""
-    return [note for note in diagnosis.notes if not note.startswith(ASSUMED)]
+def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
+    """The notes of a diagnosis that a text does not tell."""
+    return [note for note in diagnosis.notes if sentence(note) not in told]
 
 
 def missing_effects(diagnosis: Diagnosis) -> str:

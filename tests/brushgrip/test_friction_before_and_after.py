@@ -30,7 +30,7 @@ from brushgrip.report.scope import (
     benefit,
     friction_over_speed,
     missing_effects,
-    other_notes,
+    notes_beside,
     reservation,
     simulated_warning,
     validity,
@@ -230,10 +230,10 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
         "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e ± 2 mm, load ± 2 %,"
         " stiffness k ± 20 %. If that or the model is wrong, so is the ±."
     )
-    assert other_notes(diagnosis) == ["c got worse"]
-    assert reservation(diagnosis) in paragraph_to_send(
-        diagnosis, replace(make_outcome("c"), tracks=TRACKS)
-    )
+    text = paragraph_to_send(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
+    assert reservation(diagnosis) in text
+    assert notes_beside(diagnosis, text) == ["c got worse"]
+    assert notes_beside(diagnosis, "") == [note, "c got worse"]
     assert reservation(make_diagnosis()).startswith("If a declared tolerance or the model is wrong,")
 
 
