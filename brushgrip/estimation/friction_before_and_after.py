@@ -18,6 +18,7 @@ from brushgrip.inputs.choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction
+from symbolic.deformation import full_slide_arm
 
 _Observed = tuple[FrictionTrack, FrictionQuality]
 Stage = Mapping[str, FrictionQuality]
@@ -43,6 +44,8 @@ class FrictionOutcome:
             chose the effects.
         tracks: friction over time of every recording by `EKF_DECLARED` and `EKF_FOUND`, and of some by
             `MHE_FOUND`.
+        slide_speed: sliding speed that mu_eff belongs to, averaged over the contact by its pressure and
+            over the recordings [m/s]; None where unknown.
     """
 
     before: Stage
@@ -50,6 +53,7 @@ class FrictionOutcome:
     grounds: Mapping[str, tuple[str, ...]]
     holdout: tuple[str, ...] = ()
     tracks: tuple[FrictionTrack, ...] = ()
+    slide_speed: float | None = None
 
     @property
     def stages(self) -> Mapping[str, Stage]:
@@ -197,6 +201,7 @@ def friction_outcome(
             for label in (EKF_DECLARED, EKF_FOUND, MHE_FOUND)
             if r.name in outcomes[label]
         ),
+        slide_speed=_mean([r.rig.slide_rate * full_slide_arm(r.rig.a, r.rig.e) for r in recordings]),
     )
 
 

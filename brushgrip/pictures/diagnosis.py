@@ -20,7 +20,14 @@ from brushgrip.pictures.style import (
     representative_first,
     set_title,
 )
-from brushgrip.wording.formatting import candidate_outcome, percent, plain, signed
+from brushgrip.wording.formatting import (
+    candidate_outcome,
+    candidate_reason,
+    listed,
+    percent,
+    plain,
+    signed,
+)
 from identification import Candidate, Diagnosis, Proposal, Series, Signatures
 from identification.loop_plot import matplotlib_text
 
@@ -59,7 +66,7 @@ def draw_loops(path: Path, diagnosis: Diagnosis) -> None:
 
 def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) -> list[Artist]:
     curves = (
-        (series.measured, QUIET, "measured", 3.0),
+        (series.measured, QUIET, "recorded", 3.0),
         (series.before, BEFORE, "before: declared structure, refitted", 0.9),
         (series.after, AFTER, "after: with the effects found", 0.9),
     )
@@ -77,7 +84,7 @@ def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) 
 
 
 def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
-    """Draw simulated minus measured torque of `MAX_RECORDINGS` at most, before and after."""
+    """Draw simulated minus recorded torque of `MAX_RECORDINGS` at most, before and after."""
     shown = representative_first(diagnosis)[:MAX_RECORDINGS]
     with picture(path, 0.9 + 1.9 * len(shown)) as figure:
         grid = figure.add_gridspec(len(shown), 2, width_ratios=[2, 1])
@@ -85,7 +92,7 @@ def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
             over_time = figure.add_subplot(grid[row, 0])
             over_angle = figure.add_subplot(grid[row, 1], sharey=over_time)
             artists = _residual(over_time, over_angle, series)
-            over_time.set_ylabel("model − measured\n[N m]")
+            over_time.set_ylabel("model − recorded\n[N m]")
             set_title(over_time, series)
             over_angle.tick_params(labelleft=False)
         over_time.set_xlabel("time t [s]")
@@ -158,7 +165,7 @@ def _correlations(axes: Axes, stages: Sequence[Stage]) -> None:
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.set_xlim(-1.02, 1.02)
-    axes.set_xlabel("correlation of model − measured [1]")
+    axes.set_xlabel("correlation of model − recorded [1]")
     axes.set_title("Correlation of the residual with signals")
 
 
@@ -177,6 +184,7 @@ def draw_candidates(path: Path, diagnosis: Diagnosis) -> None:
         baseline = None if share is None else 100 * share
         _limit(axes, errors, baseline)
         _figures(axes, candidates)
+        _remarks(axes, diagnosis)
         judged = "validation" if diagnosis.holdout else "left-out"
         axes.set_xlabel(f"{judged} torque error with this effect alone [% of range]")
         legend_above(figure, _key(axes, diagnosis, baseline))
@@ -203,6 +211,21 @@ def _figures(axes: Axes, candidates: tuple[Candidate, ...]) -> None:
     for error, evidence, row in rows:
         for place, text in ((1.08, error), (1.17, evidence)):
             axes.text(place, row, text, transform=beside, ha="right", va="center", fontsize=8)
+
+
+def _remarks(axes: Axes, diagnosis: Diagnosis) -> None:
+    """Say on its bar why a candidate was added or not where its own figures say otherwise."""
+    added = [effect.name for effect in diagnosis.effects]
+    first = next((row for row, c in enumerate(diagnosis.candidates) if c.name in added[:1]), 0)
+    for row, candidate in enumerate(diagnosis.candidates):
+        text, name, colour = "", candidate.name, "black"
+        if name in added[1:] and candidate.delta_bic >= 0:
+            before = listed([plain(one) for one in added[: added.index(name)]])
+            text, colour = f"helps once {before} is in the model", "white"
+        elif row < first and not candidate_outcome(diagnosis, name):
+            text = candidate_reason(diagnosis, candidate)
+        place = axes.get_yaxis_transform()
+        axes.text(0.01, row, text, transform=place, va="center", fontsize=8, color=colour)
 
 
 def _key(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artist]:

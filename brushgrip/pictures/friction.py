@@ -23,7 +23,7 @@ RECORDINGS = ("#0063a8", "#e07b00", "#008f6b", "#a0559c", "#6b4a2b", "#c0392b", 
 """Colours of recordings on one ground; where there are more, they begin again and have no names."""
 MAX_GROUNDS = 4
 """Grounds in the overview; all stand in the table beside it."""
-OVERVIEW_WIDTH = 5.6
+OVERVIEW_WIDTH = 4.2
 """Width of the overview, so that its letters can be read on a telephone [in]."""
 
 
@@ -109,7 +109,8 @@ def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTr
             axes.set_ylim(*_limits(tracks))
             axes.margins(x=0.01)
             if named:
-                axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, handlelength=1.2)
+                axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, handlelength=1.2)
+        panels[-1].set_xlim(left=0)
         panels[-1].set_xlabel("time since the beginning [s]")
 
 
@@ -150,7 +151,7 @@ def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> 
         for label, style in line_styles.items()
     ]
     if any(np.isfinite(track.mu_std).any() for track in tracks):
-        label = f"± {BAND_STDS:.0f} standard deviations"
+        label = f"± {BAND_STDS:.0f} standard deviations, in the colour of their line"
         key.append(Patch(color="#777777", alpha=0.25, lw=0, label=label))
     key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: not usable"))
     if any(track.inconsistent is not None and track.inconsistent.any() for track in tracks):

@@ -12,6 +12,8 @@ from symbolic import InvalidInputError
 RIG = "rig.toml"
 GROUND = "plate"
 """Ground of the demo's recordings."""
+TRUE_FRICTION = "1.28 to 1.42"
+"""Effective friction that `examples/make_recordings.py` simulates in them, least and greatest [1]."""
 SIMULATED, FIRST = "reference_rig", "estimate_in_a_loop.py"
 
 

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FIGURES, FrictionOutcome
 from brushgrip.wording.formatting import listed
@@ -15,7 +17,7 @@ IN_PLAIN_WORDS = {
     REST: "noise of the torque, and what the model gets wrong",
     OF_LENGTHS: "how well the lengths of contact and caster are known",
     OF_LOAD: "how well the load is known",
-    OF_TUNING: "the least doubt that is kept of any tyre (--tune mu_floor)",
+    OF_TUNING: "a minimum uncertainty that is always kept (--tune mu_floor)",
 }
 """Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
@@ -49,11 +51,13 @@ def widest_causes(outcome: FrictionOutcome) -> str:
         return ""
     told = {cause: share for cause, share in shares.items() if share >= LEAST_TOLD}
     parts = [f"{IN_PLAIN_WORDS.get(cause, cause)}, {100 * share:.0f} %" for cause, share in told.items()]
-    line = f"The ± comes from (shares of its square): {'; '.join(parts)}."
+    line = f"The ± of a recording comes from (shares of the variance): {'; '.join(parts)}."
+    if any(one.further is not None for one in outcome.further().values()):
+        line += " That of a ground also covers how recordings differ, and is wider."
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
         line += (
-            " Lengths and load are known alike in all recordings: their error moves all values"
-            " together, so that recordings may agree more closely than their ±."
+            " All recordings share the errors of lengths and load, so that their agreement does not"
+            " prove the value."
         )
     return line
 
@@ -74,6 +78,12 @@ def usable_until(track: FrictionTrack) -> str:
     return f"{_share(track)} of the samples, until {track.t[at]:.1f} of {track.t[end]:.1f} s: {why}"
 
 
+def goes_pale(outcome: FrictionOutcome) -> bool:
+    """Whether a track of the model found is not usable somewhere after its first usable sample."""
+    tracks = outcome.tracks_of(EKF_FOUND).values()
+    return any((np.diff(track.usable.astype(int)) < 0).any() for track in tracks)
+
+
 def _share(track: FrictionTrack) -> str:
     return f"{100 * track.usable_share:.0f} %"
 
@@ -90,7 +100,8 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
     "settling": (
         "time to settle",
         _seconds,
-        "From then on the estimate stays within 10 % of where it ends.",
+        "From then on the estimate stays within 10 % of where it ends. Settled is not yet usable: one"
+        " that has learned nothing stays where it began.",
     ),
     "drift": (
         "movement after half-time",

@@ -104,7 +104,6 @@ def _contents(
     """Anchors and titles of the sections that the page has, in order."""
     sections = [
         ("causes", "What was found", True),
-        ("glossary", "Glossary", True),
         ("friction", "Settling and coverage", outcome is not None),
         ("tracks", "Friction over time", bool(friction)),
         ("mechanisms", "Mechanisms", has_curves(diagnosis)),
@@ -121,6 +120,7 @@ def _contents(
         ),
         ("unexplained", "What remains unexplained", True),
         ("inputs", "Inputs", bool(made and made["inputs"])),
+        ("glossary", "Glossary", True),
     ]
     return [(anchor, title) for anchor, title, there in sections if there]
 
@@ -205,7 +205,9 @@ def _keep_units(value: Any) -> Any:
     """A text whose percent signs, deviations and units stay on the line of what they belong to."""
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
-    together = r"(?<=[\d)]) (%|± ?)|± (?=\d)|\[N m\]"
+    together = (
+        r"(?<=[\d)]) (%|± ?)|± (?=\d)|\[N m\]|(?<=[\d⁰¹²³⁴⁵⁶⁷⁸⁹]) (?=(N|m|mm|s|rad)\b)|\bN (?=m\b)"
+    )
     apart = re.sub(r"(?<=\d)%(?!\w)", " %", value)
     return re.sub(together, lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), apart)
 

@@ -1,16 +1,25 @@
 """The results for somebody who knows no tyre model: friction by ground, and a paragraph for a mail."""
 
+from math import sqrt
+from statistics import fmean
+
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_summary import band_shares, last_usable_friction
-from brushgrip.report.scope import missing_effects, several_mechanisms, validity
+from brushgrip.report.scope import missing_effects, reservation, several_mechanisms, validity
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed, rest_is_larger
-from brushgrip.wording.formatting import listed, percent, plain
+from brushgrip.wording.formatting import band_decimals, listed, percent, plain
 from brushgrip.wording.friction import further_band, further_recording, narrowed_by
-from identification import Diagnosis
+from identification import Diagnosis, FoundEffect
 from observers import GroundFriction
+from observers.planning.uncertainty_budget import SLOPE
+from observers.quality.settling_and_coverage import BAND_95
+from observers.quality.tolerances import OF_LENGTHS
 
 MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
+IN_FURTHER = "in 95 of 100 further recordings of this kind on this ground"
+ADDRESSED = {SLOPE: (SLOPE, OF_LENGTHS)}
+"""Parts of a band that a remedy lowers, where they are more than the one that it is of."""
 
 
 def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list[str]]:
@@ -34,7 +43,7 @@ def ground_statements(outcome: FrictionOutcome | None) -> list[tuple[str, str]]:
     further = outcome.further()
     never = [ground for ground in filter(None, outcome.grounds) if ground not in further]
     return [
-        (f"{ground}: friction μ_eff {further_band(one)}", _next_recording(one))
+        (f"{ground}: friction {further_band(one)}", _next_recording(one))
         for ground, one in further.items()
         if one.further is not None
     ] + [
@@ -49,11 +58,7 @@ def _next_recording(friction: GroundFriction) -> str:
     # Of the rounded figures, so that they agree with the ± beside them.
     middle, half = round(friction.mu_eff, 2), round(half, 2)
     low, high = max(0.0, middle - half), middle + half
-    return (
-        f"between {low:.2f} and {high:.2f} in 95 of 100 further recordings of this kind on this ground,"
-        " as far as loads, lengths and the model's error are stated rightly;"
-        f" from {friction.recordings} recordings"
-    )
+    return f"between {low:.2f} and {high:.2f} {IN_FURTHER}; from {friction.recordings} recordings"
 
 
 def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> str:
@@ -64,22 +69,24 @@ def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: s
         outcome: friction before and after, recording by recording.
         warning: what goes before all, such as that the recordings are simulated.
     """
-    count, further = len(outcome.before), [g.further for g in outcome.further().values()]
-    one_more = ", and that of one more recording of this kind," * any(further)
+    count, further = len(outcome.before), outcome.further()
     on_grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     friction = (
-        f"The coefficient of friction between tyre and ground is {on_grounds}, from"
-        f" {count} recording{'s' * (count != 1)}"
+        f"Friction between tyre and ground is {on_grounds}, from {count} recording{'s' * (count != 1)}"
     )
-    if any(track.last_usable is not None for track in outcome.tracks_of(EKF_FOUND).values()):
-        friction += (
-            f" (ice has about 0.1, dry asphalt about 1); in 95 of 100 cases the true value{one_more}"
-            " lies within the ±, as far as loads, lengths and the model's error are stated rightly"
-        )
+    known = any(track.last_usable is not None for track in outcome.tracks_of(EKF_FOUND).values())
+    if known:
+        bands = [one.further is not None for one in further.values()]
+        within = [IN_FURTHER] * any(bands)
+        if len(further) < len(outcome.grounds) or not all(bands):
+            named = " where a recording is named" * any(bands)
+            within.append(f"the true value{named} in 95 of 100 cases")
+        friction += f" (ice has about 0.1, dry asphalt about 1); the ± holds {', and '.join(within)}"
     sentences = [
         warning,
         f"{friction}.",
-        validity(diagnosis),
+        reservation(diagnosis) * known,
+        validity(diagnosis, outcome),
         missing_effects(diagnosis),
         _open_and_next(diagnosis, outcome),
     ]
@@ -116,23 +123,50 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if weak := [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]:
         return f"Next: more recordings, which settle whether {listed(weak)} is there."
     cause = next(iter(band_shares(outcome)), "")
-    narrower = f" to narrow the ±, {narrowed_by(cause, with_model=True)}" if cause else " nothing"
-    return f"Next:{narrower}; no further recording is needed to find the model."
+    narrower = (
+        f"to narrow the ±, {narrowed_by(cause, with_model=True)}{_at_best(outcome, cause)}"
+        if cause
+        else "nothing"
+    )
+    rest = [not_separable(e) for e in diagnosis.effects if e.experiment]
+    if all(e.grade != "ambiguous" for e in diagnosis.effects):
+        rest.append("no further recording is needed to find the model")
+    return f"Next: {'; '.join([narrower, *rest])}."
+
+
+def not_separable(effect: FoundEffect) -> str:
+    """That recordings do not settle which of several effects it is."""
+    rivals = effect.indistinguishable_from or tuple(e.rival for e in (effect.experiment,) if e)
+    others = listed([plain(name) for name in rivals], "or")
+    return f"more recordings on this rig would not tell {plain(effect.name)} from {others}"
+
+
+def _at_best(outcome: FrictionOutcome, cause: str) -> str:
+    """What the band of the only ground is without what a remedy addresses; empty for several grounds."""
+    further = [one.further for one in outcome.further().values()]
+    if len(outcome.grounds) > 1 or not further or further[0] is None:
+        return ""
+    shares, own = band_shares(outcome), outcome.tracks_of(EKF_FOUND).values()
+    share = sum(shares.get(name, 0.0) for name in ADDRESSED.get(cause, (cause,)))
+    squares = [float(t.mu_std[t.last_usable]) ** 2 for t in own if t.last_usable is not None]
+    best = sqrt(max(0.0, further[0] ** 2 - share * BAND_95**2 * fmean(squares)))
+    digits = band_decimals(further[0])
+    return f", which brings ± {further[0]:.{digits}f} to ± {best:.{digits}f} at best"
 
 
 def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
-    where, further = f"on {ground} " * bool(ground), outcome.further().get(ground)
+    where, further = f" on {ground}" * bool(ground), outcome.further().get(ground)
     if further and further.further is not None:
         of = f" (from {further.recordings} recordings)" * (further.recordings < len(outcome.before))
-        return f"{where}{further_band(further)}{of}"
+        return f"{further_band(further)}{where}{of}"
     tracks = outcome.tracks_of(EKF_FOUND)
     own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
     known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])
     values = [f"{last_usable_friction(track)} ({track.name})" for track in known]
     if len(values) > MAX_LISTED:
-        return f"{where}{values[0]} to {values[-1]} in {len(values)} recordings"
-    return where + (listed(values) or "not known")
+        return f"{values[0]} to {values[-1]}{where} in {len(values)} recordings"
+    return (listed(values) or "not known") + where
 
 
 def _open_and_next(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:

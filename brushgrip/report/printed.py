@@ -9,6 +9,7 @@ from brushgrip.report.friction_summary import (
     widest_causes,
 )
 from brushgrip.report.plain_summary import friction_and_notes, paragraph_to_send
+from brushgrip.report.scope import notes_beside
 from brushgrip.report.tables import friction_by_ground
 from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism
 from brushgrip.wording.formatting import (
@@ -89,13 +90,14 @@ def print_diagnosis(
         if spreads := ground_spreads(outcome):
             print_text(spreads)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
-    for note in diagnosis.notes:
+    to_send = paragraph_to_send(diagnosis, outcome, warning) if outcome else ""
+    for note in notes_beside(diagnosis, to_send):
         print_text(f"note: {note}")
     for line in own_rejected(diagnosis):
         print_text(line)
     print_text(use_of(diagnosis, found_model(diagnosis)))
-    if outcome:
-        print_text(f"To send: {paragraph_to_send(diagnosis, outcome, warning)}")
+    if to_send:
+        print_text(f"To send: {to_send}")
 
 
 def own_rejected(diagnosis: Diagnosis) -> list[str]:

@@ -8,22 +8,34 @@ import numpy as np
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
 from brushgrip.outputs.provenance import digest_of
-from brushgrip.published.bundled_files import demo_folder
-from brushgrip.wording.diagnosis_in_words import CLEAR
-from brushgrip.wording.formatting import judged_error_percentages, listed, plain
+from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
+from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed
+from brushgrip.wording.formatting import (
+    judged_error_percentages,
+    judged_percentage,
+    listed,
+    percent,
+    plain,
+    sentence,
+)
 from identification import Diagnosis, FoundEffect
+from identification.diagnosis.found_effects import ASSUMED
 from observers.estimates import BAND_STDS
 from symbolic import EFFECTS, InvalidInputError
 
+OVER_SPEED = "friction over speed"
 MECHANISMS = {
-    "friction over speed": "that friction changes with the speed of sliding",
-    "friction over time": "that friction changes with time or with the angle turned",
-    "friction over load": "that friction changes with the load",
-    "friction over direction": "that friction differs by the direction of turning",
-    "compliance and contact shape": "how the tyre's body yields, or how its pressure is spread",
-    "sensor and steering": "what sensor and steering add to the torque",
+    OVER_SPEED: "friction changes with the speed of sliding",
+    "friction over time": "friction changes with time or with the angle turned",
+    "friction over load": "friction changes with the load",
+    "friction over direction": "friction differs by the direction of turning",
+    "compliance and contact shape": "the tyre's body yields, or its pressure is spread otherwise",
+    "sensor and steering": "sensor and steering add to the torque",
 }
 """What a model without a mechanism leaves out, for somebody who knows no tyre model."""
+COUNTS = {2: "two", 3: "three"}
+STRAIGHT = 0.15
+"""Distance of a curve from a line over its change, up to which it is told by its slope [1]."""
 
 
 def simulated_warning(made: Mapping[str, Any] | None) -> str:
@@ -38,10 +50,13 @@ def simulated_warning(made: Mapping[str, Any] | None) -> str:
     if not count:
         return ""
     which = "all" if count == len(inputs) else f"{count} of {len(inputs)}"
-    return f"Simulated, not measured: {which} recordings come from brushgrip's demo."
+    return (
+        f"Simulated, not measured: {which} recordings come from brushgrip's demo (true friction"
+        f" {TRUE_FRICTION})."
+    )
 
 
-def validity(diagnosis: Diagnosis) -> str:
+def validity(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> str:
     """What the friction holds for, in one line."""
     loads = [series.F_N[np.isfinite(series.F_N)] for series in diagnosis.series]
     known = np.concatenate(loads) if loads else np.empty(0)
@@ -49,30 +64,76 @@ def validity(diagnosis: Diagnosis) -> str:
     if known.size and not diagnosis.of_car:
         low, high = f"{known.min():.0f}", f"{known.max():.0f}"
         at = f", at a load of {low} N" if low == high else f", at loads of {low} to {high} N"
+    speed = outcome and outcome.slide_speed
+    stated = f"; friction is stated at a sliding speed of about {1e3 * speed:.2g} mm/s" if speed else ""
     return (
-        f"Valid for a wheel that stands still and is turned as in these recordings{at}; not for driving"
-        " speed, as friction changes with the speed of sliding."
+        f"Valid for a wheel that stands still and is turned as in these recordings{at}{stated}. Not for"
+        " driving speed, rain or other ground."
     )
+
+
+def reservation(diagnosis: Diagnosis) -> str:
+    """What the bands of friction rest on that no recording tells, in one or two sentences."""
+    notes = [note for note in diagnosis.notes if note.startswith(ASSUMED)]
+    rests_on = "that" if notes else "a declared tolerance"
+    return " ".join([*map(sentence, notes), f"If {rests_on} or the model is wrong, so is the ±."])
+
+
+def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
+    """The notes of a diagnosis that a text does not tell."""
+    return [note for note in diagnosis.notes if sentence(note) not in told]
 
 
 def missing_effects(diagnosis: Diagnosis) -> str:
     """What the declared model leaves out, in one sentence; empty where nothing is certain."""
     clear, weak = (
-        list(dict.fromkeys(_cause(effect) for effect in diagnosis.effects if effect.grade in grades))
+        [effect for effect in diagnosis.effects if effect.grade in grades]
         for grades in (CLEAR, ("weak",))
     )
-    hints = listed([cause for cause in weak if cause not in clear])
-    unsure = f"; less surely, {hints}" * bool(hints)
-    sentence = f"The tyre model that was assumed beforehand leaves out {listed(clear)}{unsure}."
-    return sentence if clear else ""
+    if not clear:
+        return ""
+    causes: dict[str, str] = {}
+    for effect in (*clear, *weak):
+        cause = _cause(diagnosis, effect)
+        causes.setdefault(cause, _sureness(effect, cause))
+    if len(causes) == 1:
+        return "The assumed tyre model lacks one thing: {} ({}).".format(*next(iter(causes.items())))
+    told = "; ".join(f"({i}) {cause} ({sure})" for i, (cause, sure) in enumerate(causes.items(), 1))
+    return f"The assumed tyre model lacks {COUNTS.get(len(causes), len(causes))} things: {told}."
 
 
-def _cause(effect: FoundEffect) -> str:
+def _sureness(effect: FoundEffect, cause: str) -> str:
+    """How sure an effect is that leaves this cause open or not."""
+    if effect.grade == "weak":
+        return "not confirmed" if is_unconfirmed(effect) else "may be chance"
+    one_of = effect.grade == "ambiguous" and " or " in cause
+    return "one of these, not known which" if one_of else "clear"
+
+
+def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     """The mechanism of an effect, or the effect; with those of other mechanisms that it may be."""
     names = (effect.name, *effect.indistinguishable_from)
     families = [effect.family, *(_family_of(name) for name in names[1:])]
+    known = MECHANISMS | {OVER_SPEED: friction_over_speed(diagnosis)}
     pairs = zip(families, names, strict=True)
-    return listed(list(dict.fromkeys(MECHANISMS.get(f, plain(name)) for f, name in pairs)), "or")
+    return listed(list(dict.fromkeys(known.get(f, plain(name)) for f, name in pairs)), "or")
+
+
+def friction_over_speed(diagnosis: Diagnosis) -> str:
+    """Which way and how much friction changes with speed by the fitted curve, as far as it is simple."""
+    curve = next((f.curve for f in diagnosis.families if f.name == OVER_SPEED), None)
+    if curve is None or not (curve.y > 0).all():
+        return MECHANISMS[OVER_SPEED]
+    steps, change = np.diff(curve.y), curve.y[-1] - curve.y[0]
+    if not change or (steps * change < 0).any():
+        return MECHANISMS[OVER_SPEED]
+    verb, decades = "rises" if change > 0 else "falls", np.log10(curve.x / curve.x[0])
+    line = curve.y[0] + change * decades / decades[-1]
+    if np.abs(curve.y - line).max() > STRAIGHT * abs(change):
+        return f"friction {verb} with the speed of sliding"
+    share = 100 * abs((curve.y[-1] / curve.y[0]) ** (1 / decades[-1]) - 1)
+    size = f"about {share:.0f} %" if share >= 1 else "less than 1 %"
+    return f"friction {verb} by {size} each time sliding is ten times as fast"
 
 
 def several_mechanisms(effect: FoundEffect) -> bool:
@@ -90,13 +151,19 @@ def benefit(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
         return ""
     return (
-        f"With the assumed model friction is usable {_usable(declared)} of the time{_band(declared)},"
-        f" with the model found {_usable(found)}{_band(found)}."
+        f"With the assumed model friction is usable {_usable(declared)}; with the model found"
+        f" {_usable(found)}."
     )
 
 
 def _usable(tracks: Sequence[FrictionTrack]) -> str:
-    return _range([100 * track.usable_share for track in tracks], 0) + " %"
+    """How often friction is usable, and how closely it is known then."""
+    shares = [100 * track.usable_share for track in tracks if track.usable_share]
+    if not shares:
+        return "never"
+    never = len(tracks) - len(shares)
+    but = f" (in {never} of {len(tracks)} recordings never)" * bool(never)
+    return f"{_range(shares, 0)} % of the time{but}{_band(tracks)}"
 
 
 def _band(tracks: Sequence[FrictionTrack]) -> str:
@@ -106,7 +173,7 @@ def _band(tracks: Sequence[FrictionTrack]) -> str:
         for track in tracks
         if track.last_usable is not None
     ]
-    return f" (± {_range(halves, 2)})" if halves and np.isfinite(halves).all() else ""
+    return f", then to ± {_range(halves, 2)}" if halves and np.isfinite(halves).all() else ""
 
 
 def _range(values: Sequence[float], digits: int) -> str:
@@ -115,14 +182,21 @@ def _range(values: Sequence[float], digits: int) -> str:
 
 
 def error_to_quote(diagnosis: Diagnosis) -> str:
-    """The one torque error to quote, what it was without the effects, and what judged it."""
+    """The one torque error to quote, what judged it, and the errors that it compares with."""
     kind, before, after = judged_error_percentages(diagnosis)
     count = len(diagnosis.holdout)
     judged = {
-        "validation": f"on {count} validation recording{'s' * (count != 1)}, which chose the effects but"
-        " not the tyre's parameters",
+        "validation": f"on {count} recording{'s' * (count != 1)} kept out of the fit (though used to"
+        " pick the effects)",
         "left-out": "on each recording with the parameters that the others gave",
         "training": "on the recordings that it was fitted to, as none was left to judge it",
     }[kind]
-    without = f" ({before} without what was found)" if diagnosis.effects else ""
-    return f"The model predicts the steering torque to {after} of its range{without}, {judged}."
+    line = f"Torque error to quote: {after} of range, each recording's own friction adjusted, {judged}"
+    if diagnosis.after.unrefitted:
+        nothing = percent(diagnosis.after.summary()["holdout_torque_nrmse_unrefitted"])
+        line += f"; {nothing} with nothing adjusted"
+    if not diagnosis.effects:
+        return f"{line}."
+    declared = judged_percentage(diagnosis, diagnosis.declared)
+    as_given = f", {declared} as given" * (declared != "–")
+    return f"{line}. By the assumed model: {before} with its parameters adjusted{as_given}."

@@ -180,8 +180,8 @@ def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
     after = {s.signal: s for s in diagnosis.signatures_after.signatures}
     before = sorted(diagnosis.signatures_before.signatures, key=lambda s: -abs(s.correlation))
     return ReportTable(
-        caption="Correlation of the residual with each signal; in brackets the limit that chance exceeds"
-        " in 1 of 100 cases, * beyond it",
+        caption="Correlation of the residual with each signal alone (in the text, of what the first"
+        " leaves); in brackets the limit that chance exceeds in 1 of 100 cases, * beyond it",
         headings=("signal", "before", "after", "usual cause"),
         rows=[
             (s.signal, _correlation(s), _correlation(after[s.signal]), s.reading if s.stands_out else "")
@@ -193,7 +193,8 @@ def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
 
 def _correlation(signature: Signature) -> str:
     mark = "*" if signature.leaves_band else ""
-    return f"{signature.correlation:+.2f}{mark} ({signature.band:.2f})".replace("-", "−")
+    value = f"{signature.correlation:+.2f}".replace("-", "−")
+    return f"{value if value.strip('+−0.') else '0.00'}{mark} ({signature.band:.2f})"
 
 
 def candidates(diagnosis: Diagnosis) -> ReportTable:
@@ -245,8 +246,8 @@ def all_parameters(diagnosis: Diagnosis) -> ReportTable:
     held_out = tuple(f" [{name}]" for name in diagnosis.holdout)
     return ReportTable(
         caption="All parameters of the final model ± standard deviation of the fit, with the recording"
-        " that a value belongs to. The bands of friction hold the tolerances of lengths and load too."
-        " *: shared parameters were held, so the deviation is too small",
+        " that a value belongs to. The bands of friction include the tolerances of lengths and load."
+        " *: shared parameters were kept fixed, so the deviation is too small",
         headings=("parameter", "value"),
         rows=[
             (

@@ -16,7 +16,11 @@ GRADES: Mapping[str, str] = {
 """Words for the grades; a placeholder stands in for something unknown."""
 CLEAR = ("strong", "ambiguous")
 """Grades of effects that are said to be missing."""
-COMMON_NAMES = {"mu": "μ of the model's own law", "k": "bristle stiffness k"}
+COMMON_NAMES = {
+    "mu": "μ of the model's own law",
+    "k": "bristle stiffness k",
+    "load": "load over the recorded one",
+}
 
 
 def headline(diagnosis: Diagnosis) -> str:

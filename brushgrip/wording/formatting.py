@@ -13,6 +13,8 @@ from symbolic import EFFECTS
 
 TWO_DECIMALS_FROM = 0.02
 """Half-width of a band from which on it is given with two decimals, below with three [1]."""
+NOTHING = 0.01
+"""Share of a large deviation below which a value is no figure [1]."""
 MAX_FEW = 4
 """Names that are listed in brackets."""
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -70,6 +72,8 @@ def quantity(estimate: ParameterEstimate) -> str:
     if std is None or not math.isfinite(std) or std <= 0:
         return f"{_four_digits(*_power(value, value * 1e-3 or 1e-3))}{unit}"
     number, factor = _power(value, std)
+    if factor > 0 and abs(value) < NOTHING * std:
+        return "not determined"
     scaled = std / 10**factor
     digits = max(0, 1 - math.floor(math.log10(scaled)))
     text = f"{number:.{digits}f} ± {scaled:.{digits}f}".replace("-", "−")
@@ -85,6 +89,11 @@ def judged_error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
     """The error that judges the model: its name, and its size before and after."""
     before, after = judged_errors(diagnosis)
     return _judged_by(diagnosis)[0], percent(before), percent(after)
+
+
+def judged_percentage(diagnosis: Diagnosis, errors: Errors) -> str:
+    """That error of a stage of the model; a dash where the stage has none."""
+    return percent(errors.summary()[_judged_by(diagnosis)[1]])
 
 
 def judged_errors(diagnosis: Diagnosis) -> tuple[float, float]:

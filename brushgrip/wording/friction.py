@@ -25,7 +25,7 @@ REASONS = {
     Status.SUSPECT: "an input looks wrong",
     Status.INCONSISTENT: "the model does not explain the torque",
     Status.BOUND: "μ is on its bound",
-    Status.ACQUIRING: "friction is being acquired",
+    Status.ACQUIRING: "it has not slid enough to tell",
     Status.RESET: "the ground has changed",
 }
 """Why a sample is not usable, the gravest first; of others the remedy says it."""
@@ -44,7 +44,7 @@ NARROWED_BY = {
 }
 """What narrows a band, by the largest part of it."""
 WITH_MODEL = {
-    SLOPE: "check the lengths a and e and the scale of the torque, which narrows a part of it",
+    SLOPE: "measure half-length a and caster e again, and check the torque's scale with a known weight",
     REST: "turn to and fro more often",
 }
 """The same where a model is given, or for a car, whose model is the vehicle file."""
@@ -253,7 +253,7 @@ def _plural(count: int, noun: str) -> str:
 def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
     """Friction by `estimate` with the model of a diagnosis."""
     if not diagnosis.of_car:
-        return f"From model.json, estimate takes {taken_from_model(found)}."
+        return f"With model.json the command estimate uses {taken_from_model(found)}."
     return (
         "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
         " a car. Declare what was found, with its tolerance, in the vehicle file."

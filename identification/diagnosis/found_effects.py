@@ -27,6 +27,8 @@ CLEAR_ERRORS = 3.0
 its neutral value, for a finding."""
 CLEAR_BIC = -6.0
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
+ASSUMED = "assumed, as nobody declared a tolerance"
+"""How the note on what counts as known within the usual tolerance begins."""
 SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
 """An effect belongs to the first of these that one of its parameters belongs to."""
 
@@ -216,19 +218,18 @@ def notes_on(
 def assumed_tolerances(recordings: Sequence[Recording]) -> str:
     """Note that lists the values declared without a tolerance, for which the usual one is assumed.
 
-    It is a sentence without a full stop, empty if there are none.
+    It is a sentence without a full stop that begins with `ASSUMED`, empty if there are none.
     """
+    names = {"a": "half-length a", "e": "caster e", "k": "stiffness k"}
     missing = [
-        f"{name} to {100 * usual:g} %" if name in ("load", "k") else f"{name} to {1000 * usual:g} mm"
+        names.get(name, name)
+        + (f" ± {100 * usual:g} %" if name in ("load", "k") else f" ± {1000 * usual:g} mm")
         for name, usual in USUAL.items()
         if any(getattr(r.rig.tolerances, name) is None for r in recordings)
     ]
     if not missing:
         return ""
-    return (
-        f"declared without a tolerance and read as known within the usual one: {', '.join(missing)};"
-        " tolerance = 0 says exact"
-    )
+    return f"{ASSUMED}: {', '.join(missing)}"
 
 
 def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:

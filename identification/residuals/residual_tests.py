@@ -72,7 +72,7 @@ def unexplained(
     if round(correlated) > 1:
         lasting = f"correlated over {correlated:.0f} samples"
     opening = (
-        f"residual {rms:.2%} of range, white noise of the torque channel {floor:.2%},"
+        f"residual {rms:.2%} of range, white noise of the torque channel about {floor:.2%},"
         f" structured part {structured:.2%}, {lasting}"
     )
     if not present:

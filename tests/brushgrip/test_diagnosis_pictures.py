@@ -6,12 +6,14 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures import draw_experiment, draw_friction, draw_overview, draw_signatures
+from brushgrip.pictures.diagnosis import _remarks
 from brushgrip.pictures.friction import RECORDINGS, STYLES
 from brushgrip.pictures.style import AFTER, BEFORE, QUIET
-from tests.brushgrip.factories import TRACKS, experiment, signatures
+from tests.brushgrip.factories import TRACKS, experiment, make_diagnosis, signatures
 
 
 def share(picture: np.ndarray, colour: str) -> float:
@@ -48,6 +50,21 @@ def test_longer_bars_cover_more(tmp_path: Path) -> None:
         shares.append(share(matplotlib.image.imread(path), BEFORE))
 
     assert shares[1] > 2 * shares[0]
+
+
+def test_a_candidate_whose_figures_alone_mislead_says_why() -> None:
+    diagnosis = make_diagnosis()
+    torsion, offset = diagnosis.effects
+    own = {c.name: c for c in diagnosis.candidates}
+    late = replace(own[offset.name], delta_bic=7.6)
+    better = replace(own["speed_law"], delta_bic=-85.1)
+    ranked = (better, own["patch_width"], own[torsion.name], own["backlash"], late)
+    axes = Figure().add_subplot()
+    _remarks(axes, replace(diagnosis, candidates=ranked))
+
+    assert [text.get_text() for text in axes.texts] == [
+        "no clear gain beside what was added", "", "", "", "helps once carcass torsion is in the model"
+    ]  # fmt: skip
 
 
 def test_two_observers_that_agree_are_both_visible(tmp_path: Path, tracks: list[FrictionTrack]) -> None:

@@ -48,6 +48,7 @@ from tests.brushgrip.factories import make_diagnosis
         (2.4312e6, 1.2e4, "N/m^2", "(2.431 ± 0.012)·10⁶ N/m²"),
         (2.5e-5, 1e-6, "s", "(2.50 ± 0.10)·10⁻⁵ s"),
         (0.0, 0.02, "rad", "0.000 ± 0.020 rad"),
+        (3.0, 1.5e6, "m/s", "not determined"),
         (1.2345, None, "1", "1.234"),
         (2.4e6, None, "N/m^2", "2.4·10⁶ N/m²"),
         (1.5, math.inf, "s", "1.5 s"),

@@ -1,6 +1,7 @@
 """Friction before and after: what belongs to training and held-out recordings, and the offline fit."""
 
 import re
+import runpy
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,7 +11,7 @@ import pytest
 
 from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, offline_friction
 from brushgrip.outputs.provenance import provenance_of
-from brushgrip.published.bundled_files import demo_folder
+from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.report.friction_summary import (
     friction_group_labels,
     friction_quality_rows,
@@ -25,12 +26,24 @@ from brushgrip.report.plain_summary import (
     next_step,
     paragraph_to_send,
 )
-from brushgrip.report.scope import benefit, simulated_warning
+from brushgrip.report.scope import (
+    benefit,
+    friction_over_speed,
+    missing_effects,
+    notes_beside,
+    reservation,
+    simulated_warning,
+    validity,
+)
 from brushgrip.report.tables import friction_by_ground
-from identification import FoundModel
+from identification import Curve, FoundFamily, FoundModel
+from identification.diagnosis.found_effects import assumed_tolerances
+from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
+
+SPREAD = (("a", -0.02), ("b", 0.0), ("c", 0.02))
 
 
 def test_training_and_held_out_recordings_are_reported_apart() -> None:
@@ -68,7 +81,7 @@ def test_friction_is_that_of_the_last_usable_sample() -> None:
         "ice", "1.10 ± 0.10",
         "27 % of the samples, until 7.0 of 10.0 s: the model does not explain the torque",
     ]  # fmt: skip
-    assert rows["c"] == ["ice", "–", "never: friction is being acquired"]
+    assert rows["c"] == ["ice", "–", "never: it has not slid enough to tell"]
     assert rows["d"][2] == "never: the deviation of mu is too large to act on"
     moved = replace(TRACKS[1], changes=np.array([7.5]))
     assert (moved.last_usable, last_usable_friction(moved)) == (None, "–")
@@ -82,17 +95,18 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     tracks = (replace(TRACKS[0], budget={OF_LENGTHS: 0.03, OF_LOAD: 0.04}), *TRACKS[1:])
     judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
     assert widest_causes(judged).startswith(
-        "The ± comes from (shares of its square): how well the load is known, 64 %; how well the lengths"
-        " of contact and caster are known, 36 %. Lengths and load are known alike in all recordings"
+        "The ± of a recording comes from (shares of the variance): how well the load is known, 64 %; how"
+        " well the lengths of contact and caster are known, 36 %. All recordings share the errors of"
     )
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
-    assert "is on ice 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a), from 4 recordings" in text
+    assert "is 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice, from 4 recordings" in text
+    assert "the ± holds the true value in 95 of 100 cases. " in text
     assert "9.00" not in text
-    assert "not for driving speed" in text
+    assert "Not for driving speed" in text
     assert "Not known: friction in c and d; friction at the end of b, whose last value" in text
     assert "what makes the 1.20 % of range that no known effect explains; next: record c" in text
-    assert len(re.findall(r"[^.]\. [A-Z]", text)) == 3
+    assert len(re.findall(r"[^.]\. [A-Z]", text)) == 5
     assert text.endswith(
         "next: record c and d again, turning to and fro until the wheel slides both ways."
     )
@@ -101,7 +115,8 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert ground_statements(judged) == []
     unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
     text = paragraph_to_send(make_diagnosis(("d",), ("c",)), unknown)
-    assert "between tyre and ground is on ice not known, from 4 recordings. " in text
+    assert "between tyre and ground is not known on ice, from 4 recordings. " in text
+    assert "so is the ±" not in text
     assert "95 of 100" not in text
     assert [value for value, _ in ground_statements(unknown)] == ["ice: friction not known"]
 
@@ -117,11 +132,20 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         [],
     )
     (value, ends), *others = ground_statements(judged)
-    assert value == f"ice: friction μ_eff 1.20 ± {half:.2f}"
-    assert ends.startswith(f"between {1.2 - round(half, 2):.2f} and {1.2 + round(half, 2):.2f} in 95 of")
+    assert value == f"ice: friction 1.20 ± {half:.2f}"
+    within = "in 95 of 100 further recordings of this kind on this ground"
+    low, high = 1.2 - round(half, 2), 1.2 + round(half, 2)
+    assert ends == f"between {low:.2f} and {high:.2f} {within}; from 3 recordings"
     assert others == []
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
-    assert f"is on ice 1.20 ± {half:.2f} (from 3 recordings); not known, from 4" in text
+    assert f"is 1.20 ± {half:.2f} on ice (from 3 recordings); not known, from 4" in text
+    assert (
+        f"the ± holds {within}, and the true value where a recording is named in 95 of 100 cases. "
+        in text
+    )
+    alone = replace(judged, grounds={"ice": ("a", "b", "c")})
+    text = paragraph_to_send(make_diagnosis(("a", "b"), ("c",)), alone)
+    assert f"; the ± holds {within}. " in text, "one meaning of 95 of 100, on top and in the paragraph"
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
 
@@ -135,15 +159,18 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     text = paragraph_to_send(graded, replace(make_outcome("c"), tracks=TRACKS))
 
     assert (
-        "leaves out how the tyre's body yields, or how its pressure is spread; less surely, what sensor"
-        " and steering add to the torque." in text
+        "lacks two things: (1) the tyre's body yields, or its pressure is spread otherwise (one of"
+        " these, not known which); (2) sensor and steering add to the torque (may be chance). " in text
     )
     assert "which of carcass torsion" not in text
     drift = replace(torsion, grade="ambiguous", indistinguishable_from=("friction_drift",))
     other = paragraph_to_send(
         replace(graded, effects=(drift,)), replace(make_outcome("c"), tracks=TRACKS)
     )
-    assert "is spread or that friction changes with time or with the angle turned." in other
+    assert (
+        "lacks one thing: the tyre's body yields, or its pressure is spread otherwise or friction"
+        " changes with time or with the angle turned (one of these, not known which). " in other
+    )
     assert "which of carcass torsion or friction drift it is" in other
     assert "whether the weak signs of torque offset are chance" in text
     known = replace(make_outcome("c"), tracks=TRACKS[:2])
@@ -160,6 +187,11 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     loose = replace(known, tracks=(replace(TRACKS[0], budget={OF_LOAD: 0.04}), TRACKS[1]))
     assert next_step(nothing, loose).startswith("Next: to narrow the ±, weigh the load")
     assert "weigh" not in widest_causes(loose)
+    far = replace(torsion.experiment, times=None)
+    unsettled = replace(clear, effects=(replace(torsion, grade="ambiguous", experiment=far),))
+    assert next_step(unsettled, known) == (
+        "Next: nothing; more recordings on this rig would not tell carcass torsion from patch width."
+    )
 
 
 def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> None:
@@ -171,17 +203,107 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
     assert "next: fit a recording of each ground (with --holdout, leave that out), which settles" in text
     assert "whether torque offset is there, as only the fitted recordings demand it" in text
     assert "chance" not in text
+    assert "add to the torque (not confirmed). " in text
 
 
 def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED, usable_share=0.1) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
     assert benefit(make_diagnosis(), outcome) == (
-        "With the assumed model friction is usable 10 % of the time (± 0.10), with the model found 27 to"
-        " 55 % (± 0.10)."
+        "With the assumed model friction is usable 10 % of the time, then to ± 0.10; with the model"
+        " found 27 to 55 % of the time, then to ± 0.10."
+    )
+    never = replace(old[1], usable_share=0.0, usable=np.zeros(11, dtype=bool))
+    once = replace(outcome, tracks=(old[0], never, *TRACKS[:2]))
+    assert "is usable 10 % of the time (in 1 of 2 recordings never), then to ±" in benefit(
+        make_diagnosis(), once
     )
     assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
     assert benefit(make_diagnosis(found=False), outcome) == ""
+
+
+def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
+    note = assumed_tolerances([SimpleNamespace(rig=Rig(a=0.04, e=0.0))])  # type: ignore[list-item]
+    diagnosis = replace(make_diagnosis(), notes=(note, "c got worse"))
+
+    assert reservation(diagnosis) == (
+        "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e ± 2 mm, load ± 2 %,"
+        " stiffness k ± 20 %. If that or the model is wrong, so is the ±."
+    )
+    text = paragraph_to_send(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
+    assert reservation(diagnosis) in text
+    assert notes_beside(diagnosis, text) == ["c got worse"]
+    assert notes_beside(diagnosis, "") == [note, "c got worse"]
+    assert reservation(make_diagnosis()).startswith("If a declared tolerance or the model is wrong,")
+
+
+def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:
+    outcome = replace(make_outcome("c"), slide_speed=0.00182)
+    assert "friction is stated at a sliding speed of about 1.8 mm/s" in validity(
+        make_diagnosis(), outcome
+    )
+    assert "sliding speed" not in validity(make_diagnosis())
+
+
+@pytest.mark.parametrize(
+    ("friction", "told"),
+    [
+        ([1.0, 1.1, 1.2], "friction rises by about 10 % each time sliding is ten times as fast"),
+        ([1.2, 1.1, 1.0], "friction falls by about 9 % each time sliding is ten times as fast"),
+        ([1.0, 1.0, 1.2], "friction rises with the speed of sliding"),
+        ([1.0, 1.3, 1.2], "friction changes with the speed of sliding"),
+        ([1.0, 1.0, 1.0], "friction changes with the speed of sliding"),
+    ],
+)
+def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
+    friction: list[float], told: str
+) -> None:
+    y = np.array(friction)
+    curve = Curve(
+        x_name="sliding speed", x_unit="m/s", y_name="friction", y_unit="1", y=y, std=0.01 * y,
+        x=np.array([1e-4, 1e-3, 1e-2]), declared=np.ones(3),
+    )  # fmt: skip
+    name = "friction over speed"
+    family = FoundFamily(name=name, effects=("rate_friction",), rivals=(), curve=curve)
+    diagnosis = replace(make_diagnosis(), families=(family,))
+    found = replace(diagnosis.effects[0], name="rate_friction", family=name, indistinguishable_from=())
+
+    assert friction_over_speed(diagnosis) == told
+    assert missing_effects(replace(diagnosis, effects=(found,))) == (
+        f"The assumed tyre model lacks one thing: {told} (clear)."
+    )
+
+
+def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
+    budget = {SLOPE: 0.08, OF_LENGTHS: 0.05, OF_LOAD: 0.0331662}
+    tracks = [replace(TRACKS[0], name=n, budget=budget, mu=np.full(11, 1.2 + d)) for n, d in SPREAD]
+    outcome = replace(make_outcome(), tracks=tuple(tracks), grounds={"ice": ("a", "b", "c")})
+    nothing = make_diagnosis(found=False, unexplained=False)
+    # t of two degrees of freedom 4.3027, scatter 0.02; 89 % of the own variance of 0.05**2 goes.
+    between, own = 4.3027 * 0.02 * np.sqrt(4 / 3), 1.96 * 0.05
+
+    text = (
+        f"± {np.hypot(between, own):.2f} to ± {np.hypot(between, np.sqrt(0.11) * own):.2f} at best; no"
+    )
+    assert f"which brings {text}" in next_step(nothing, outcome)
+    assert "That of a ground also covers how recordings differ" in widest_causes(outcome)
+    two = replace(outcome, grounds={"ice": ("a", "b", "c"), "snow": ()})
+    assert "at best" not in next_step(nothing, two)
+
+
+def test_the_demo_states_the_friction_that_it_simulates() -> None:
+    made = runpy.run_path(str(demo_folder().parent / "make_recordings.py"))
+    effects, tyre = made["EFFECTS"], made["TYRE"]
+    model = Model(effects=effects_named(list(effects)))
+    values = {f"{name}.{p}": v for name, own in effects.items() for p, v in own.items()}
+    friction = [
+        model.full_slide(
+            np.zeros(model.memory_size), run["load"],
+            model.theta(values | {"mu": run["mu"], "k": tyre.k}),
+            [tyre.a, tyre.e], Rig(a=tyre.a, e=tyre.e).slide_rate,
+        )[0] for run in made["RUNS"].values()
+    ]  # fmt: skip
+    assert f"{float(min(friction)):.2f} to {float(max(friction)):.2f}" == TRUE_FRICTION
 
 
 def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_from(

@@ -10,12 +10,14 @@ import pytest
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures import draw_signatures
 from brushgrip.report import page as report
+from brushgrip.report import tables
+from brushgrip.report.friction_summary import goes_pale
 from brushgrip.report.page import write_report
 from brushgrip.report.printed import own_rejected
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
 from identification.selection.trial_runner import workers
-from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
+from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, signatures
 
 PNG = b"\x89PNG\r\n\x1a\n"
 VOID = {"meta", "img", "link", "br", "input"}
@@ -83,11 +85,24 @@ def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
         ("c = 1.20 ± 0.05, 49 % of it", "c = 1.20~±~0.05, 49~% of it"),
         ("(± 0.41 to 0.45)", "(±~0.41 to 0.45)"),
         ("before [N m]", "before [N~m]"),
+        ("388.2 N m/rad at 10⁶ N/m² and 2 ms", "388.2~N~m/rad at 10⁶~N/m² and 2 ms"),
         ("parameters ± standard deviation", "parameters ± standard deviation"),
     ],
 )
 def test_a_figure_stays_on_its_line_and_a_heading_breaks(text: str, kept: str) -> None:
     assert report._keep_units(text).replace("\u00a0", "~") == kept
+
+
+def test_a_correlation_of_nothing_has_no_sign() -> None:
+    strong = signatures(0.8).signatures
+    assert [tables._correlation(s) for s in strong[:2]] == ["+0.80* (0.30)", "−0.80* (0.30)"]
+    assert {tables._correlation(s) for s in signatures(0.004).signatures} == {"0.00 (0.30)"}
+
+
+def test_a_pale_line_is_spoken_of_where_there_is_one() -> None:
+    outcome = replace(make_outcome(), tracks=TRACKS[:1])
+    assert not goes_pale(outcome)
+    assert goes_pale(replace(outcome, tracks=TRACKS[:2]))
 
 
 def text_of(folder: Path, diagnosis: Diagnosis) -> str:
@@ -141,7 +156,6 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "steering (torque offset); 1.20 % of range stay unexplained: validation error 4.30 % → 2.37 % of"
         " range.",
         "What was found",
-        "Glossary",
         "Contents",
         "Friction over time",
         "Mechanisms",
@@ -153,6 +167,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "Effects found",
         "Next recording",
         "What remains unexplained",
+        "Glossary",
     ]
     assert "Before any effect is tried: The residual follows " in page.text
     assert "Sweep to and fro, 10 s: carcass torsion and patch width then differ" in page.text
@@ -171,14 +186,15 @@ def test_the_first_screen_says_what_friction_is(tmp_path: Path) -> None:
 
     assert "1.20 ± 0.10" in first
     assert "Valid for a wheel that stands still" in first
-    assert "not for driving speed" in first
-    assert "to 2.37 % of its range (4.30 % without what was found), on 1 validation recording" in first
+    assert "Not for driving speed" in first
+    assert "to quote: 2.37 % of range, each recording's own friction adjusted, on 1 recording" in first
+    assert "By the assumed model: 4.30 % with its parameters adjusted, 6.88 % as given." in first
     assert "Simulated" not in first
-    assert "never: friction is being acquired" in first
+    assert "never: it has not slid enough to tell" in first
     assert "friction at the end of b, whose last value to rely on is earlier" in first
     assert "Share of the informed samples whose 95 % band holds the last estimate." in rest
     assert "It stands on 3 recordings, 1 validation recording judged it" in rest
-    assert page.headings[1:5] == ["To send", "What was found", "Glossary", "Contents"]
+    assert page.headings[1:5] == ["To send", "What was found", "Contents", "Settling and coverage"]
 
 
 def test_on_a_narrow_screen_every_cell_has_its_heading(full: Path) -> None:

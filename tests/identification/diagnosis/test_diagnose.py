@@ -104,7 +104,7 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     assert family == {
         "name": "sensor and steering", "effects": ["sensor_delay"], "rivals": [], "curve": None,
     }  # fmt: skip
-    assert "a to 2 mm, e to 2 mm, load to 2 %, k to 20 %" in content["notes"][0]
+    assert "half-length a ± 2 mm, caster e ± 2 mm, load ± 2 %, stiffness k ± 20 %" in content["notes"][0]
 
 
 def test_the_model_error_is_that_of_recordings_left_out(
