@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from symbolic.deformation import full_slide_arm, gauss_legendre
 from symbolic.errors import InvalidInputError
 from symbolic.patch_interface import Expression, PatchInputs
-from symbolic.slip import SlipSearch, clipped, creep_factor, slip
+from symbolic.slip import SlipSearch, clipped, log_creep_factor, slip
 
 SPAN = 1.25
 """Half-lengths over which a patch that grows has bristles; growth is clamped to it [1]."""
@@ -166,7 +166,7 @@ class BristlePatch:
         """
         lever, limit, weight = self._geometry(inputs)
         if self.traits.creep is not None:
-            limit = limit * creep_factor(ca.fabs(lever * inputs.speed), self.traits.creep)
+            limit = limit * log_creep_factor(ca.fabs(lever * inputs.speed), self.traits.creep)
         declared = inputs.F_N * full_slide_arm(inputs.a, inputs.e)
         return inputs.k * inputs.a * ca.dot(weight * ca.fabs(lever), limit) / declared
 

@@ -65,7 +65,7 @@ def slip(
     return ca.sign(stress) * (slipped - yielding * beyond)
 
 
-def creep_factor(speed: Expression, c: Expression) -> Expression:
+def log_creep_factor(speed: Expression, c: Expression) -> Expression:
     """Factor on the limit of a bristle that slides at a steady speed [m/s], >= 0."""
     return 1 + c * (ca.log(ca.fmax(speed, REST_SPEED)) - _REFERENCE_LOG_SPEED)
 

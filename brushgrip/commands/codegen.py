@@ -93,7 +93,7 @@ class CodegenRequest:
         from brushgrip.outputs import observer_export
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, show
-        from brushgrip.outputs.provenance import comment, rig_warning
+        from brushgrip.outputs.provenance import comment, rig_mismatch_warning
         from observers.embedded import generate_vehicle, require_replaceable
         from observers.embedded.cost import estimated_cost
         from observers.interfaces.factory import read_vehicle_file
@@ -138,7 +138,10 @@ class CodegenRequest:
         say(observer_export.prior_in_words(observer.tuning, self.rig))
         observer_export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
         if found is not None:
-            for line in (found.ground_taken(self.ground), rig_warning(observer.rig, self.model)):
+            for line in (
+                found.ground_taken(self.ground),
+                rig_mismatch_warning(observer.rig, self.model),
+            ):
                 if line:
                     say(line)
         show({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})

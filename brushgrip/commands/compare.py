@@ -94,12 +94,12 @@ class CompareRequest(RecordingRequest):
     def _finals(self) -> list[Path]:
         from itertools import combinations
 
-        from brushgrip.outputs.atomic import check_picture_name, is_same_file
+        from brushgrip.outputs.atomic import check_png_name, is_same_file
         from symbolic import InvalidInputError
 
         finals = [path for path in (self.out, self.table, self.picture) if path is not None]
         if any(is_same_file(*pair) for pair in combinations(finals, 2)):
             raise InvalidInputError("--out, --table and --picture must be different files")
         if self.picture is not None:
-            check_picture_name(self.picture)
+            check_png_name(self.picture)
         return finals

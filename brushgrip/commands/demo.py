@@ -30,7 +30,7 @@ class DemoRequest:
         from shutil import copyfile
 
         import identification
-        from brushgrip.estimation.friction_before_and_after import friction_outcome
+        from brushgrip.estimation.friction_before_and_after import friction_by_both_models
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress
         from brushgrip.outputs.provenance import require_same_run
@@ -51,7 +51,7 @@ class DemoRequest:
             with progress() as report:
                 result = identification.diagnose(recordings, holdout, executor=executor, progress=report)
                 report("estimating friction", 0, 1)
-                outcome = friction_outcome(recordings, holdout, result, submit)
+                outcome = friction_by_both_models(recordings, holdout, result, submit)
             content = write_diagnosis(stage, result, outcome, made, submit)
             copyfile(inputs.rig or RIG, stage / RIG)
         clean_up_and_print(self.out, earlier, content, result, outcome)

@@ -59,7 +59,7 @@ class DiagnoseRequest(RecordingRequest):
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
         import identification
-        from brushgrip.estimation.friction_before_and_after import friction_outcome
+        from brushgrip.estimation.friction_before_and_after import friction_by_both_models
         from brushgrip.estimation.suspected import implausible
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress, say, warn
@@ -113,6 +113,6 @@ class DiagnoseRequest(RecordingRequest):
                 )
                 report("estimating friction", 0, 1)
                 submit = submit_of(executor)
-                outcome = friction_outcome(used[:training], used[training:], result, submit)
+                outcome = friction_by_both_models(used[:training], used[training:], result, submit)
             content = write_diagnosis(folder, result, outcome, made, submit)
         clean_up_and_print(self.out, earlier, content, result, outcome)

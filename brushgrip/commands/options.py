@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from brushgrip.inputs.choices import TorqueChannel, TuningName
+from brushgrip.inputs.choices import TorqueChannel, TuningPreset
 
 if TYPE_CHECKING:
     from brushgrip.inputs.command_inputs import Inputs
@@ -127,7 +127,7 @@ ModelFile = Annotated[
     ),
 ]
 TuningProfile = Annotated[
-    TuningName | None,
+    TuningPreset | None,
     option(
         "--tuning",
         help="Tuning by name; real_tyre if left out. A model file's model_error goes before its error,"

@@ -155,7 +155,7 @@ def model_with_own_values(diagnosis: Diagnosis) -> FoundModel:
     return replace(found_model(diagnosis), own=values.own, rig=values.rig)
 
 
-def friction_outcome(
+def friction_by_both_models(
     training: Sequence[Recording],
     holdout: Sequence[Recording],
     diagnosis: Diagnosis,

@@ -25,7 +25,7 @@ class TorqueChannel(StrEnum):
     HAND = "M"
 
 
-class TuningName(StrEnum):
+class TuningPreset(StrEnum):
     """Tunings by the name that a user gives."""
 
     REAL_TYRE = "real_tyre"

@@ -61,7 +61,7 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
             _move_into(stage, target)
 
 
-def check_picture_name(picture: Path) -> None:
+def check_png_name(picture: Path) -> None:
     """Refuses a picture that is no PNG.
 
     Raises:

@@ -112,7 +112,7 @@ def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[
     return tuple(n for n in plain_names if Path(n).name == n and n not in ("", "..") and n.isprintable())
 
 
-def rig_warning(rig: Rig, model: Path | None) -> str:
+def rig_mismatch_warning(rig: Rig, model: Path | None) -> str:
     """A line where a model was found on a rig with another half-length or trail, else nothing."""
     try:
         told = json.loads((model or Path()).read_bytes())[KEY]["rig"]["content"]

@@ -81,7 +81,7 @@ def write_report(
         contents=contents,
         diagnosis=diagnosis,
         friction=friction,
-        friction_outcome=outcome,
+        friction_by_both_models=outcome,
         made=made,
         residuals_shown=min(MAX_RECORDINGS, len(diagnosis.series)),
         compared=len({track.name for track in friction}),

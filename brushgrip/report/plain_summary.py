@@ -8,7 +8,7 @@ from brushgrip.report.friction_summary import band_shares, last_usable_friction
 from brushgrip.report.scope import missing_effects, reservation, several_mechanisms, validity
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed, rest_is_larger
 from brushgrip.wording.formatting import band_decimals, listed, percent, plain
-from brushgrip.wording.friction import further_band, further_recording, narrowed_by
+from brushgrip.wording.friction import further_recording, narrowed_by, prediction_band
 from identification import Diagnosis, FoundEffect
 from observers import GroundFriction
 from observers.planning.uncertainty_budget import SLOPE
@@ -36,14 +36,14 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
     return known, notes
 
 
-def ground_statements(outcome: FrictionOutcome | None) -> list[tuple[str, str]]:
+def friction_statements(outcome: FrictionOutcome | None) -> list[tuple[str, str]]:
     """For a page: friction of each ground that has a band, and what it is of, or that none is known."""
     if outcome is None:
         return []
     further = outcome.further()
     never = [ground for ground in filter(None, outcome.grounds) if ground not in further]
     return [
-        (f"{ground}: friction {further_band(one)}", _next_recording(one))
+        (f"{ground}: friction {prediction_band(one)}", _next_recording(one))
         for ground, one in further.items()
         if one.further is not None
     ] + [
@@ -159,7 +159,7 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     where, further = f" on {ground}" * bool(ground), outcome.further().get(ground)
     if further and further.further is not None:
         of = f" (from {further.recordings} recordings)" * (further.recordings < len(outcome.before))
-        return f"{further_band(further)}{where}{of}"
+        return f"{prediction_band(further)}{where}{of}"
     tracks = outcome.tracks_of(EKF_FOUND)
     own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
     known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])

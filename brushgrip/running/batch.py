@@ -23,7 +23,7 @@ from brushgrip.estimation.torque_channel_checks import differing_rates, excess_n
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs, staged_files, write_utf8
 from brushgrip.inputs.tunings import ChosenTuning
-from brushgrip.outputs.atomic import check_picture_name
+from brushgrip.outputs.atomic import check_png_name
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
@@ -125,12 +125,12 @@ def other_outputs(
     if alone:
         if out is None:
             if picture is not None:
-                check_picture_name(picture)
+                check_png_name(picture)
             return [picture] if picture else []
         if out.suffix.lower() == ".png":
             raise InvalidInputError(f"{out}: the table needs a name such as .csv; .png is its picture")
         image = picture or out.with_suffix(".png")
-        check_picture_name(image)
+        check_png_name(image)
         return [out, image]
     if picture is not None:
         raise InvalidInputError("--picture is that of one recording without --summary; leave it out")

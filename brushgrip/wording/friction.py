@@ -76,7 +76,7 @@ def with_95_band(value: float, std: float) -> str:
     return f"{value:.{digits}f} ± {half:.{digits}f}"
 
 
-def further_band(friction: GroundFriction) -> str:
+def prediction_band(friction: GroundFriction) -> str:
     """Friction of a ground with the band of a further recording; no friction is below nothing."""
     low, half = friction.mu_eff, math.inf if friction.further is None else friction.further
     return with_95_band(low, half / BAND_STDS) if half < low else f"up to {low + half:.2f}"
@@ -91,9 +91,8 @@ def further_recording(ground: str, friction: GroundFriction | None, recordings: 
             f" recordings with usable friction; here {known} of {recordings}"
         )
     of = "" if known == recordings else f" of {recordings}"
-    return (
-        f"{ground}: mu_eff {further_band(friction)} for a further recording, from {known}{of} recordings"
-    )
+    band = prediction_band(friction)
+    return f"{ground}: mu_eff {band} for a further recording, from {known}{of} recordings"
 
 
 def last_usable(estimates: Estimates) -> int | None:

@@ -18,7 +18,7 @@ from identification.selection.trials import RANKING, model_of
 from symbolic import Effect, Expression, Signals, parameter_name, simulate
 from symbolic.arrays import Array
 from symbolic.bristles import BristleTraits
-from symbolic.slip import REST_SPEED, creep_factor
+from symbolic.slip import REST_SPEED, log_creep_factor
 
 POINTS = 60
 """Points of a curve, and of each leg of a loop."""
@@ -111,7 +111,7 @@ def _over_speed(drawn: _Drawn) -> Curve:
         traits = BristleTraits()
         for effect, values in model.values(theta):
             traits = effect.traits(traits, values)
-        creeping = 1 if traits.creep is None else creep_factor(ca.DM(v), traits.creep)
+        creeping = 1 if traits.creep is None else log_creep_factor(ca.DM(v), traits.creep)
         return creeping * prod(limit(ca.DM(v)) for limit in traits.limits)
 
     return _over(drawn, v, factor, "sliding speed", "m/s")

@@ -77,7 +77,7 @@ def predict_gaps(series: Array, weights: Array) -> Array:
     return filled
 
 
-def slow_part_samples(influenced: Array, innovations: Array, weights: Array) -> float:
+def slow_part_effective_samples(influenced: Array, innovations: Array, weights: Array) -> float:
     """Number of independent samples that the slow part of a series is worth.
 
     It is the variance of a sample over that of the mean, n gamma(0) / S(0), after the white part, the

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.fits.autocorrelation import autoregression, predict_gaps, slow_part_samples
+from identification.fits.autocorrelation import autoregression, predict_gaps, slow_part_effective_samples
 from identification.fits.fitting import Fit
 from identification.fits.loss import curvature, influence
 from identification.fits.problem import over_range
@@ -110,7 +110,7 @@ def scores_variance(jacobian: Array, influenced: Array, decided: float) -> Array
     rows = np.zeros((filled.size, jacobian.shape[1]))
     rows[np.isfinite(influenced)] = jacobian
     scores = lfilter([1.0], weights, rows[::-1], axis=0)[::-1] * innovations[:, None]
-    independent = slow_part_samples(influenced, innovations, weights)
+    independent = slow_part_effective_samples(influenced, innovations, weights)
     # The correction n / (n - p) for small samples, with n - p at least 1.
     share = independent / max(independent - decided, 1.0)
     variance: Array = share * (scores.T @ scores)

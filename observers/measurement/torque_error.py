@@ -57,7 +57,7 @@ def model_error_variance(x: Parts, tuning: Parts) -> Expression:
 
     It is 0 where the tuning states no model error. The error is a share of full slide at the present mu.
     """
-    return ca.if_else(is_stated(tuning), model_error_share(x, tuning) ** 2, 0)
+    return ca.if_else(is_stated(tuning), model_error_std(x, tuning) ** 2, 0)
 
 
 def is_stated(tuning: Parts) -> Expression:
@@ -65,7 +65,7 @@ def is_stated(tuning: Parts) -> Expression:
     return ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
 
 
-def model_error_share(x: Parts, tuning: Parts) -> Expression:
+def model_error_std(x: Parts, tuning: Parts) -> Expression:
     """Deviation of the model's torque error at the present mu, divided by full slide at mu = 1 [1].
 
     An infinite one is set to 0, so that derivatives stay finite.
@@ -77,7 +77,7 @@ def model_error_share(x: Parts, tuning: Parts) -> Expression:
 def huber_scale(x: Parts, tuning: Parts, noise: Expression) -> Expression:
     """Square of the error up to which Huber's loss is quadratic, in full slides at mu = 1 [1]."""
     stated = tuning["error"] < SENSIBLE
-    return ca.if_else(stated, model_error_share(x, tuning) ** 2 + noise, ca.inf)
+    return ca.if_else(stated, model_error_std(x, tuning) ** 2 + noise, ca.inf)
 
 
 NOISE = ("time", "sum", "newer", "older", "variance", "blocks")

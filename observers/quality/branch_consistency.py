@@ -28,8 +28,8 @@ from observers.quality.innovation_attribution import (
     IN_A_ROW,
     innovation_of,
     smoothed_innovation,
+    torque_variance_by_k,
     update_streak,
-    variance_by_k,
 )
 from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
 from observers.quality.input_plausibility import MAX_TYRE_FRICTION
@@ -78,7 +78,7 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     older = forgetting_factor(share, FORGETTING_SAMPLES)
     nis, by_k, lasts, clear = output["nis"], ca.SX(0), ca.SX(0), ca.SX(1)
     if not is_computed and (patch.misfit > 0 or not gear):
-        by_k = variance_by_k(inputs, own, output, patch)
+        by_k = torque_variance_by_k(inputs, own, output, patch)
     if patch.misfit > 0 and not is_computed:
         square = ca.fmax(innovation_of(inputs, own, output) ** 2, MIN_SQUARE_DIVISOR)
         nis = nis * square / (square + by_k * nis)

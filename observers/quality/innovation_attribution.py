@@ -30,7 +30,7 @@ def innovation_of(inputs: Parts, own: Parts, output: Parts) -> Expression:
     return inputs["M_z"] - output["M_z_predicted"] * own["scale"]
 
 
-def variance_by_k(inputs: Parts, own: Parts, output: Parts, patch: EquivalentPatch) -> Expression:
+def torque_variance_by_k(inputs: Parts, own: Parts, output: Parts, patch: EquivalentPatch) -> Expression:
     """Variance of the present branch's torque that k makes, being softer or stiffer [N^2 m^2].
 
     The torque of the declared model is divided by s: k is off by no more than s is. A model that was

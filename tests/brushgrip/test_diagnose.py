@@ -160,7 +160,7 @@ def test_friction_takes_the_samples_that_the_search_takes(
     monkeypatch.setattr("identification.reading.thinned_recordings.bounded", lambda _: (thinned, None))
     monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning", lambda _: "")
     search(lambda training, *_, **__: searched.extend(r.name for r in training))
-    monkeypatch.setattr(friction_before_and_after, "friction_outcome", stop)
+    monkeypatch.setattr(friction_before_and_after, "friction_by_both_models", stop)
     diagnose()
 
     assert (searched, estimated) == (["a", "b", "c", "d"], thinned)
@@ -286,7 +286,7 @@ class TestDemo:
     def test_runs_on_the_embedded_recordings(
         self, run: Run, asked: list[Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
-        monkeypatch.setattr(friction_before_and_after, "friction_outcome", lambda *_: None)
+        monkeypatch.setattr(friction_before_and_after, "friction_by_both_models", lambda *_: None)
         outcome = run("demo", "--out", tmp_path / "out")
         (training, held_out, _) = asked[0]
 
@@ -299,7 +299,7 @@ class TestDemo:
     @pytest.mark.usefixtures("interpreted")
     def test_friction_by_both_models_and_every_observer(self, write_csv: Write, rig: Path) -> None:
         recordings = locate_inputs([str(write_csv("held.csv"))], rig=rig).recordings()
-        outcome = friction_before_and_after.friction_outcome(
+        outcome = friction_before_and_after.friction_by_both_models(
             [], recordings, make_diagnosis(("a",), ("held",))
         )
         assert outcome is not None
@@ -313,7 +313,7 @@ class TestDemo:
 
         with workers(2) as submit:
             found = make_diagnosis(("a",), ("held",))
-            again = friction_before_and_after.friction_outcome([], recordings, found, submit)
+            again = friction_before_and_after.friction_by_both_models([], recordings, found, submit)
         assert again is not None
         assert again.to_dict() == outcome.to_dict()
         for track, other in zip(tracks, again.tracks, strict=True):

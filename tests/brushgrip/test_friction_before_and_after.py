@@ -22,7 +22,7 @@ from brushgrip.report.friction_summary import (
 )
 from brushgrip.report.plain_summary import (
     friction_and_notes,
-    ground_statements,
+    friction_statements,
     next_step,
     paragraph_to_send,
 )
@@ -112,13 +112,13 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     )
     note = "note on ice: no band for a further recording yet, which takes 3 recordings with usable"
     assert friction_and_notes(judged) == ([], [f"{note} friction; here 2 of 4"])
-    assert ground_statements(judged) == []
+    assert friction_statements(judged) == []
     unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
     text = paragraph_to_send(make_diagnosis(("d",), ("c",)), unknown)
     assert "between tyre and ground is not known on ice, from 4 recordings. " in text
     assert "so is the ±" not in text
     assert "95 of 100" not in text
-    assert [value for value, _ in ground_statements(unknown)] == ["ice: friction not known"]
+    assert [value for value, _ in friction_statements(unknown)] == ["ice: friction not known"]
 
 
 def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
@@ -131,7 +131,7 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         [f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"],
         [],
     )
-    (value, ends), *others = ground_statements(judged)
+    (value, ends), *others = friction_statements(judged)
     assert value == f"ice: friction 1.20 ± {half:.2f}"
     within = "in 95 of 100 further recordings of this kind on this ground"
     low, high = 1.2 - round(half, 2), 1.2 + round(half, 2)
