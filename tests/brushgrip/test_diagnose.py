@@ -13,6 +13,7 @@ from brushgrip.estimation import friction_before_and_after
 from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.pictures.style import picture
 from brushgrip.published import bundled_files
+from brushgrip.running import unfinished
 from identification import Diagnosis, Huber, Journal, Recording
 from identification.selection.trial_runner import workers
 from symbolic import InvalidInputError
@@ -226,7 +227,7 @@ def test_it_is_said_that_nothing_can_be_kept(
         raise InvalidInputError(f"enough, {journal}")
 
     search(faulty)
-    monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "a.csv" / "cache"))
+    monkeypatch.setattr(unfinished, "cache_directory", lambda: tmp_path / "a.csv" / "cache")
 
     assert diagnose(out="o" * 250).err.splitlines() == [
         "what is found cannot be kept, no folder can be written; interrupted, all begins anew",
