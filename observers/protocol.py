@@ -129,6 +129,13 @@ _REMEDIES = {
 }
 
 
+UNCHECKED = (
+    "the observer states no deviation and checks nothing, so that friction is for comparison only: use"
+    " ekf or mhe"
+)
+"""Meaning and remedy of an informed estimate without a deviation."""
+
+
 def uninformed_remedy(relative_std: float) -> str:
     """Meaning and remedy of an estimate that is not informed and has no flag.
 
@@ -177,14 +184,16 @@ class Estimate:
 
     @property
     def usable(self) -> bool:
-        """True where a controller may act on mu_eff: informed by this sample, with no flag."""
-        return self.informed and self.status == Status.USED
+        """True where a controller may act on mu_eff: informed, without a flag, with a deviation."""
+        return self.informed and self.status == Status.USED and isfinite(self.mu_std)
 
     @property
     def remedy(self) -> str:
         """Why it is not usable and what to do, that of `status` or of the deviation; empty if usable."""
-        if self.informed or self.status:
+        if self.status or self.usable:
             return self.status.remedy
+        if self.informed:
+            return UNCHECKED
         return uninformed_remedy(self.mu_std / self.mu)
 
     @property

@@ -106,8 +106,11 @@ def _sureness(effect: FoundEffect, cause: str) -> str:
     """How sure an effect is that leaves this cause open or not."""
     if effect.grade == "weak":
         return "not confirmed" if is_unconfirmed(effect) else "may be chance"
-    one_of = effect.grade == "ambiguous" and " or " in cause
-    return "one of these, not known which" if one_of else "clear"
+    if effect.grade != "ambiguous":
+        return "clear"
+    if not effect.indistinguishable_from:
+        return "how much of it is open"
+    return "one of these, not known which" if " or " in cause else "clear"
 
 
 def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:

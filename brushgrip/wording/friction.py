@@ -12,7 +12,7 @@ from identification import Diagnosis, FoundModel, ParameterEstimate
 from observers import Estimates, GroundFriction, Status
 from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
-from observers.protocol import uninformed_remedy
+from observers.protocol import UNCHECKED, uninformed_remedy
 from observers.quality.ground_friction import MIN_RECORDINGS
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 from symbolic import Rig
@@ -179,6 +179,8 @@ def estimates_summary(
     if changes := counts[Status.RESET]:
         parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
     line = ", ".join(parts)
+    if np.isnan(estimates.mu_std).all():
+        return f"{line}; {UNCHECKED}"
     if rates:
         line, counts[Status.MISSING] = f"{line}; {rates}", 0
     if estimates.usable.any():
@@ -200,11 +202,9 @@ def estimates_summary(
         line = f"{line}; {number} {_plural(number, 'sample')} not usable: {meaning(most_frequent)}"
         return f"{line}; {noise}; where that does not help, {LACKING}"
     if number:
-        share = np.median(
-            (estimates.mu_std / estimates.mu)[estimates.wide if estimates.wide.any() else -1]
-        )
-        remedy = most_frequent.remedy or uninformed_remedy(float(share))
-        remedy = _on_command_line(remedy, of_car=of_car)
+        wide = estimates.wide if estimates.wide.any() else -1
+        share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
+        remedy = _on_command_line(most_frequent.remedy or uninformed_remedy(share), of_car=of_car)
         return f"{line}; {number} {_plural(number, 'sample')} not usable: {remedy}"
     return line
 

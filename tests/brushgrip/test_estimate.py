@@ -137,6 +137,9 @@ def test_root_has_no_standard_deviation(estimate: Run, simulated: Path, tmp_path
     assert np.isnan(estimated["mu_std"]).all()
     assert np.median(estimated["mu"][estimated["informed"] == 1]) == pytest.approx(1.2, abs=1e-3)
     assert "±" not in outcome.out
+    # Nothing checks it: on ice it is off by a factor of fifty, and says nothing of it.
+    assert not estimated["usable"].any()
+    assert "friction is for comparison only: use ekf or mhe" in " ".join(outcome.out.split())
     assert (tmp_path / "mu.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -272,6 +272,9 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
     assert missing_effects(replace(diagnosis, effects=(found,))) == (
         f"The assumed tyre model lacks one thing: {told} (clear)."
     )
+    # What may be another effect of the model is not clear.
+    open_one = replace(found, grade="ambiguous")
+    assert missing_effects(replace(diagnosis, effects=(open_one,))).endswith("(how much of it is open).")
 
 
 def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
