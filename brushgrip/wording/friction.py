@@ -236,7 +236,7 @@ def _last_friction(estimates: Estimates) -> str:
             since = f": what was usable up to {last:.4g} s does not explain the torque that follows"
         return f"friction is not known{since}, {share}"
     mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
-    friction = f"mu_eff = {with_95_band(mu, std)}" + " (95 % band)" * math.isfinite(std)
+    friction = f"mu_eff = {with_95_band(mu, std)} (95 % band)"
     where = "at the end" if at == estimates.t.size - 1 else f"at {estimates.t[at]:.4g} s, last usable"
     line = f"{friction} {where}, {share}"
     # On the declared model the two are the same.

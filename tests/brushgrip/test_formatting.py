@@ -171,7 +171,6 @@ def estimates(
             "mu_eff = 1.15 ± 0.08 (95 % band) at the end, usable in 50 % of 4 samples, from 0.02 s"
             " (mu = 1.25 in the model's own law, which compares with no other)",
         ),
-        ({"std": np.nan}, "mu_eff = 1.25 at the end, usable in 50 % of 4 samples, from 0.02 s"),
         (
             {"last": 2},
             "mu_eff = 1.17 ± 0.08 (95 % band) at 0.02 s, last usable, usable in 25 % of 4 samples,"
@@ -186,8 +185,8 @@ def estimates(
         ),
         (
             {"last": 0, "std": np.nan},
-            "friction is not known, usable in 0 % of 4 samples; 2 samples not usable: the patch has not"
-            " slid far enough to tell friction: turn further",
+            "friction is not known, usable in 0 % of 4 samples; the observer states no deviation and"
+            " checks nothing, so that friction is for comparison only: use ekf or mhe",
         ),
     ],
 )
