@@ -143,10 +143,10 @@ def test_where_an_innovation_lasted_scale_and_zero_may_have_moved(
 ) -> None:
     own = dict.fromkeys(OWN, 0.0) | {"scale": 1, "F_N": 400.0, "confirmed": confirmed, "lost": lost}
     given = {name: ca.DM(value) for name, value in own.items()}
-    _, gain_std, _, zero_std = _known_before(
-        given, ca.DM([0.0] * len(VERDICT)), ca.DM(1), ca.DM(0), 0.01
-    )
+    verdict = ca.DM([0.2 * (name == "log_gain") for name in VERDICT])
+    gain, gain_std, _, zero_std = _known_before(given, verdict, ca.DM(1), ca.DM(0), 0.01)
 
+    assert float(gain) == pytest.approx(np.exp(0.2))
     assert float(gain_std) == pytest.approx(times * RESTART_STD)
     assert float(zero_std) == pytest.approx(times * 0.01 * 150.0)
 
