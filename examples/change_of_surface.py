@@ -9,8 +9,8 @@ The ground changes under a turning wheel, mu from 1.2 to 0.5: how far until an o
 
 The wheel turns out, back and out again; on the way back the friction drops. The torque is the model's,
 with white noise of 0.4 % of its range. The observers are tuned to that: an innovation beyond five times
-its noise is rejected, and five in a row are a change of the ground. Under the default tuning, made for
-models that are wrong by far more than that, the change is not noticed and mu follows it slowly.
+its noise is rejected, and five in a row are a change of the ground. The default tuning, made for models
+that are wrong by far more than that, notices the change too.
 
 Two patches are compared. The exact one keeps its memory in units of mu, so it reads all of the past at
 the present mu: right where the ground stays, wrong for what the old ground has left in the patch.

@@ -81,7 +81,7 @@ def write_report(
         contents=contents,
         diagnosis=diagnosis,
         friction=friction,
-        friction_by_both_models=outcome,
+        friction_outcome=outcome,
         made=made,
         residuals_shown=min(MAX_RECORDINGS, len(diagnosis.series)),
         compared=len({track.name for track in friction}),
