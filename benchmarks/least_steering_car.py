@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.car_files import vehicle_toml
 from benchmarks.least_steering import GROUNDS, PATHS, Command, Reached, along, led, report, steered
-from identification.reading.rack_motion import RackMotion
+from identification.reading.rack_derivatives import RackMotion
 from observers import Ekf, Probe, Sample, SteeringLimits, plan
 from observers.interfaces.car import car_observer
 from reference_rig import FleetCar, SteeredCar, draw_car

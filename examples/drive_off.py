@@ -25,7 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from identification.reading.rack_motion import RackMotion
+from identification.reading.rack_derivatives import RackMotion
 from observers import Ekf, Loop, Sample
 from observers.interfaces.car import car_observer
 from reference_rig import CAR_STEP, Car, CarBus, CarRecording, record_car, simulate_car

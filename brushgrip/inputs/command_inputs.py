@@ -36,10 +36,10 @@ from identification.reading.chosen_map import with_steering_ratio
 from identification.reading.file_content import read_bytes
 from identification.reading.readers import files_beside
 from identification.reading.signal_map import parse_maps
-from identification.reading.trimming_and_wheel_angle import trimmed
+from identification.reading.trimming import trimmed
 from symbolic import Effect, InvalidInputError
 from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
-from symbolic.tables.vehicle_tables import VEHICLE
+from symbolic.tables.vehicle_from_tables import VEHICLE
 
 Content = TypeVar("Content")
 WHOLE = (None, None)

@@ -13,7 +13,7 @@ from brushgrip.live.adviser import Adviser
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car import of_mean_wheel, require_steering
 from identification.reading.car_plausibility import require_plausible_car, way_and_force
-from identification.reading.rack_motion import RackInstant, RackMotion
+from identification.reading.rack_derivatives import RackInstant, RackMotion
 from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
 from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car import HOLDING

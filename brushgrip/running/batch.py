@@ -19,7 +19,7 @@ from brushgrip.estimation.estimates import (
     observer_factory,
 )
 from brushgrip.estimation.suspected import require_plausible, suspected_cause
-from brushgrip.estimation.torque_channel_checks import differing_rates, excess_noise
+from brushgrip.estimation.torque_noise_and_rate import differing_rates, excess_noise
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs, staged_files, write_utf8
 from brushgrip.inputs.tunings import ChosenTuning

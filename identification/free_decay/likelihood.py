@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import expit
 
-from identification.free_decay.onset import FreeVibration
 from identification.free_decay.vibration import UNKNOWNS, Response, simulate_vibration, stiffness
+from identification.free_decay.vibration_detection import FreeVibration
 from symbolic import full_slide_level
 from symbolic.arrays import Array
 

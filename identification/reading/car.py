@@ -24,14 +24,14 @@ from identification.reading.car_plausibility import (
 from identification.reading.channel_matching import map_hint, missing_channels
 from identification.reading.file_content import read_bytes
 from identification.reading.guessed_car_channels import absent_of_steering
-from identification.reading.rack_motion import RackInstant, rack_motion
+from identification.reading.rack_derivatives import RackInstant, rack_motion
 from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MIN_SAMPLES, Table
 from symbolic import InvalidInputError
 from symbolic.arrays import Array
 from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of
-from symbolic.tables.vehicle_tables import vehicle_from_tables
+from symbolic.tables.vehicle_from_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle

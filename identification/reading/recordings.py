@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from identification.loop_plot import ALIGNING, draw_loops
 from identification.reading.car import Standstills, wheel_table
 from identification.reading.channel_matching import ChannelFile, Samples
-from identification.reading.clock import tabulate
+from identification.reading.clock_and_units import tabulate
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_and_signals, rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals

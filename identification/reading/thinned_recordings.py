@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
-from identification.reading.trimming_and_wheel_angle import at_samples
+from identification.reading.trimming import at_samples
 from symbolic.arrays import Array
 
 MAX_SEARCH_SAMPLES = 500_000

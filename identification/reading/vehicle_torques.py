@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.reading.recordings import Recording
-from identification.reading.trimming_and_wheel_angle import at_samples
+from identification.reading.trimming import at_samples
 from symbolic.arrays import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_of

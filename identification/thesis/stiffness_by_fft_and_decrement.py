@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from identification.free_decay.likelihood import contact_geometry
-from identification.free_decay.onset import FreeVibration, find_vibration
 from identification.free_decay.recording import Decay
 from identification.free_decay.vibration import stiffness
+from identification.free_decay.vibration_detection import FreeVibration, find_vibration
 from symbolic.arrays import Array
 
 _FINE = 0.01

@@ -27,7 +27,7 @@ from observers.quality.acquisition import OWN
 from observers.quality.tolerances import friction_floor
 from symbolic import full_slide_torque
 from symbolic.arrays import Array
-from symbolic.functions import BufferedCall
+from symbolic.casadi_functions import BufferedCall
 
 SAMPLES_PER_CALL = 25
 """Samples of one compiled call; between two calls a forecast may end."""

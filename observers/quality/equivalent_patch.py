@@ -17,12 +17,12 @@ from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.update import signals_with_states
 from observers.quality.acquired_to_estimator import newest_of_sample, newest_state
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
-from observers.quality.hypotheses import RATIOS, SETTINGS, VAGUE, build_start
 from observers.quality.hypothesis_mixture import VERDICT
+from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, VAGUE, build_start
 from observers.tuning import Tuning
 from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
+from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Signals
-from symbolic.functions import named_function
 from symbolic.model import add_torques
 
 TURN, RATE, PERIOD = 0.3, 0.2, 0.01

@@ -1,4 +1,4 @@
-"""The verdict of the hypotheses of `observers.quality.hypotheses`: mu, s and whether they are known."""
+"""The verdict of all `observers.quality.ratio_hypotheses`: mu, s and whether they are known."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
-from observers.quality.hypotheses import (
+from observers.quality.ratio_hypotheses import (
     GRID_SPACING,
     MAX_MODEL_ERROR,
     RATIOS,
@@ -17,7 +17,7 @@ from observers.quality.hypotheses import (
     per_hypothesis,
     variance_of,
 )
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 EVEN = 0.1
 """Share of the prior of ln mu that is even over all hypotheses [1]."""

@@ -27,7 +27,7 @@ from observers.quality.directional_change_monitor import (
 )
 from observers.quality.innovation_monitor import MIN_SAMPLES, MONITOR, build_monitor
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 COUNTS = ("streak", "resets")
 """Innovations beyond the gate in a row, with the sign of their side; changes of the ground so far."""

@@ -22,7 +22,7 @@ from identification.reading.channel_matching import (
     resolve,
 )
 from identification.reading.chosen_map import fitting_map
-from identification.reading.clock import tabulate
+from identification.reading.clock_and_units import tabulate
 from identification.reading.formats.csvdialect import Numbers, delimiter_of, read_letters, units_in
 from identification.reading.guessed_car_channels import absent_of_steering
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
@@ -32,7 +32,7 @@ from identification.reading.units import unit_of_name
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
 from symbolic.tables.parsing import excerpt
-from symbolic.tables.rig_tables import NEUTRAL
+from symbolic.tables.rig_from_tables import NEUTRAL
 
 GROUND = "ground"
 """Key of the ground in a first line."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from identification.reading.channel_matching import COLUMNS, ChannelFile, Samples, map_hint
 from identification.reading.chosen_map import fitting_map
-from identification.reading.clock import tabulate
+from identification.reading.clock_and_units import tabulate
 from identification.reading.file_content import read_bytes, require_readable
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap

@@ -8,8 +8,8 @@ import pytest
 from identification.free_decay import noise_continuation as solving
 from identification.free_decay.likelihood import Likelihood, misfit
 from identification.free_decay.noise_continuation import Solution, half_swings, jackknife, solve
-from identification.free_decay.onset import find_vibration
 from identification.free_decay.vibration import simulate_vibration
+from identification.free_decay.vibration_detection import find_vibration
 from reference_rig import FOURTEEN_BIT_STEP, inertia, make_impact, make_impacts
 from reference_rig import FOURTEEN_BIT_STEP as STEP
 from reference_rig import THESIS_DAMPING as B_T

@@ -17,7 +17,7 @@ from identification import (
     read_signals,
 )
 from identification.reading.channel_matching import ChannelFile, Samples, resolve
-from identification.reading.clock import tabulate
+from identification.reading.clock_and_units import tabulate
 from identification.reading.signal_map import NO_MAP
 from identification.reading.table import REQUIRED_COLUMNS, Table, require_valid_samples
 from identification.reading.units import factor_of

@@ -9,8 +9,8 @@ import pytest
 
 from observers.embedded.rolled_c import rolled_c
 from observers.embedded.rolled_values import Known
-from observers.quality.hypotheses import RATIOS, SETTINGS, per_hypothesis
 from observers.quality.hypothesis_mixture import build_verdict
+from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, per_hypothesis
 from symbolic import BrushgripError, compiler
 from symbolic.compilation.scalar_c import c_function
 from tests.compile_once import compile_once

@@ -20,7 +20,8 @@ from observers.quality.branches import (
     build_branch,
     build_track,
 )
-from observers.quality.hypotheses import (
+from observers.quality.hypothesis_mixture import VERDICT
+from observers.quality.ratio_hypotheses import (
     SETTINGS,
     build_hypothesis_update,
     build_start,
@@ -29,7 +30,6 @@ from observers.quality.hypotheses import (
     per_hypothesis,
     variance_of,
 )
-from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.tolerances import with_tolerances
 from observers.tuning import Tuning
 from reference_rig import (

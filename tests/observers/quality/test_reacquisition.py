@@ -18,9 +18,12 @@ from observers.quality.acquisition import (
     EquivalentPatch,
     build_handover,
 )
+from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _known_before
 from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.branches import TRACK, build_new_ground_branches
-from observers.quality.hypotheses import (
+from observers.quality.hypothesis_mixture import VERDICT
+from observers.quality.innovation_attribution import smoothed_innovation
+from observers.quality.ratio_hypotheses import (
     RESTART_STD,
     SETTINGS,
     build_restart,
@@ -28,9 +31,6 @@ from observers.quality.hypotheses import (
     per_hypothesis,
     search_layout,
 )
-from observers.quality.hypothesis_mixture import VERDICT
-from observers.quality.innovation_attribution import smoothed_innovation
-from observers.quality.supervised_step import MAY_HAVE_MOVED, _known_before
 from observers.tuning import Tuning
 from reference_rig import RigTyre, friction_step, make_ground_recording, make_recording
 from symbolic import SIGNALS, Model, Rig, simulate

@@ -44,7 +44,8 @@ from observers.quality.acquisition import (
 from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.branches import TRACK, build_present_branch, sliding_onset_turn
 from observers.quality.equivalent_patch import added_torques
-from observers.quality.hypotheses import (
+from observers.quality.hypothesis_mixture import VERDICT, build_deviation_by_scale
+from observers.quality.ratio_hypotheses import (
     RESTART_STD,
     SETTINGS,
     VAGUE,
@@ -53,11 +54,10 @@ from observers.quality.hypotheses import (
     search_layout,
     settings_of,
 )
-from observers.quality.hypothesis_mixture import VERDICT, build_deviation_by_scale
-from observers.quality.screening import has_flag
+from observers.quality.sensor_limits import has_flag
 from observers.tuning import TUNING_FIELDS
 from symbolic import Model, full_slide_torque
-from symbolic.functions import named_function, output_if
+from symbolic.casadi_functions import named_function, output_if
 
 MAY_HAVE_MOVED = 3.0
 """Factor on the deviations of s and of the zero where friction is acquired anew as an innovation lasted:

@@ -35,9 +35,9 @@ from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
 from observers.quality.branches import TRACK
 from observers.quality.directional_change_monitor import monitor_fields
-from observers.quality.hypotheses import SETTINGS, per_hypothesis
 from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.innovation_gate import COUNTS
+from observers.quality.ratio_hypotheses import SETTINGS, per_hypothesis
 from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY
 
