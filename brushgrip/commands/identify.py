@@ -124,7 +124,7 @@ class IdentifyRequest:
         if self.out and written and is_same_file(self.out, written):
             raise InvalidInputError(f"{written}: --write-vehicle and --out must name different files")
         inputs = locate_inputs(recordings, vehicle=vehicle, channel_map=self.channel_map)
-        inputs.keep(finals)
+        inputs.refuse_overwriting(finals)
         key, title = ("plates", "Steering, wheels on plates") if self.plates else ("tyres", "Tyres")
         car = read_vehicle(vehicle)
         with staged_files(finals) as stages:
@@ -206,7 +206,7 @@ class IdentifyRequest:
             raise InvalidInputError(f"{written}: --write-rig and --out must name different files")
         finals = [*results, *([written] if written else [])]
         inputs = locate_inputs(recordings, rig=self.rig, channel_map=self.channel_map)
-        inputs.keep(finals)
+        inputs.refuse_overwriting(finals)
         decays = inputs.decays()
         declared = declared_rig(decays, self.rig) if written else None
         with staged_files(finals) as stages:

@@ -11,8 +11,8 @@ import numpy as np
 
 from brushgrip.inputs.recordings import (
     grounds_by_name,
-    keep_inputs,
     locate,
+    refuse_overwriting,
     shares_samples,
     unique_labels,
 )
@@ -146,10 +146,10 @@ class Inputs:
         paths = list(self.paths.values())[of]
         return replace(self, paths=dict(zip(unique_labels(paths), paths, strict=True)))
 
-    def keep(self, outputs: Sequence[Path], others: Sequence[Path] = ()) -> None:
+    def refuse_overwriting(self, outputs: Sequence[Path], others: Sequence[Path] = ()) -> None:
         """Refuses outputs that would overwrite what is read; `others` are read as well."""
         named = [path for path in (self.rig, self.model, self.vehicle) if path is not None]
-        keep_inputs(outputs, [*self.files, *named, *others])
+        refuse_overwriting(outputs, [*self.files, *named, *others])
 
     def provenance(self, **settings: object) -> Provenance:
         """The provenance of what is written now; settings are options that change the result."""
@@ -256,7 +256,7 @@ def staged_tables(
         yield []
         return
     told = provenance_file(written[0])
-    inputs.keep([*others, *finals, told])
+    inputs.refuse_overwriting([*others, *finals, told])
     made = inputs.provenance(**settings)
     with staged_files([*finals, told]) as (*stages, origin):
         write_utf8(origin, json_text(made))

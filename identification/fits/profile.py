@@ -93,7 +93,7 @@ def profile(
 
     def fitted_at(value: float, near: Values) -> Fit:
         changed, begin = axis.point(value, recordings, near)
-        return fit(model, changed, begin, replace(options, fixed=(*options.fixed, *axis.fixed)))
+        return fit(model, changed, begin, replace(options, fixed=(*options.fixed, *axis.fixed_labels)))
 
     first = int(np.argmin(np.abs(values - axis.initial(start))))
     fits = dict(_walk(values, first, start, fitted_at))

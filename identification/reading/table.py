@@ -85,7 +85,7 @@ def required_columns(*, torque_required: bool) -> tuple[str, ...]:
     return tuple(name for name in REQUIRED_COLUMNS if torque_required or name != "M_z")
 
 
-def columns_of(needed: Sequence[str]) -> tuple[str, ...]:
+def possible_columns(needed: Sequence[str]) -> tuple[str, ...]:
     """The columns that a recording may have: those of a car where no angle of a wheel is needed."""
     if "psi" in needed:
         return (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)

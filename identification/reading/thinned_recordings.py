@@ -16,7 +16,7 @@ MIN_REVERSAL = 1e-3
 """Turning back by this much is a reversal, not the encoder's noise [rad]."""
 
 
-def bounded(
+def thin_recordings(
     recordings: Sequence[Recording], most: int = MAX_SEARCH_SAMPLES
 ) -> tuple[list[Recording], str | None]:
     """The recordings, thinned alike where together they have too many samples.

@@ -235,7 +235,7 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
     return Body(
         core=with_meanings(code.text),
         stepping=render("stepping.c", {**terms, **calls}),
-        private=f"    {real.c_type} values[2][{size}]; /* before and after a sample */\n"
+        private_fields=f"    {real.c_type} values[2][{size}]; /* before and after a sample */\n"
         f"    {real.c_type} scratch[{reals}];\n"
         f"    int32_t integers[{integers}];",
         bytes=(2 * size + reals) * real.size + 4 * integers,

@@ -9,7 +9,7 @@ from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.patch.effective_friction import output_vector
-from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_constants
+from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.patch.update import tyre_states
 from observers.protocol import SAMPLE
 from observers.quality import acquisition_and_tracking
@@ -34,7 +34,7 @@ def build_initial_state(
         layout: parts of the state; in a window one column stands for all, other parts begin as zeros.
     """
     inputs = symbols(ca.MX, sample=len(SAMPLE), constants=observer_constants_size(model))
-    theta, rig, vector = split_constants(model, inputs["constants"])
+    theta, rig, vector = split_theta_rig_tuning(model, inputs["constants"])
     tuning, first = named(TUNING_FIELDS, vector), named(SAMPLE, inputs["sample"])
     first["psi_dot"] = ca.if_else(is_known(first["psi_dot"]), first["psi_dot"], 0)
     signals = vector_of(SIGNALS, first)

@@ -58,7 +58,7 @@ def _silent() -> Iterator[None]:
             logger.setLevel(level)
 
 
-def library(name: str, extra: str, path: Path) -> Any:
+def import_library(name: str, extra: str, path: Path) -> Any:
     """A module of an optional library.
 
     Raises:

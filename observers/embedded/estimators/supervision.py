@@ -26,7 +26,7 @@ from observers.quality import (
     hypothesis_mixture,
     ratio_hypotheses,
 )
-from observers.quality.acquired_to_estimator import handed_states, handover_names, pairs_of
+from observers.quality.acquired_to_estimator import covariance_pairs, handed_states, handover_names
 from observers.quality.equivalent_patch import build_added_torque, equivalent_patch
 from observers.tuning import TUNING_FIELDS
 from symbolic.deformation import corner_moment_and_derivative
@@ -110,14 +110,14 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
         "track": len(branches.TRACK), "points": branches.POINTS * branches.PATHS, "result": len(OUTPUT),
     }  # fmt: skip
     fields = ", ".join(f"{name}[{size}]" for name, size in sizes.items() if size)
-    parts = ratio_hypotheses.per_hypothesis(
+    parts = ratio_hypotheses.hypothesis_fields(
         acquisition_and_tracking.has_gear_friction(observer.measurement_model)
     )
     rows, columns = len(ratio_hypotheses.RATIOS), len(parts)
     return replace(
         body,
         stepping=f"{body.stepping}\n{render('estimators/supervision.c', values)}",
-        private=f"{body.private}\n    {real.c_type} {fields}; /* of the supervision */\n"
+        private_fields=f"{body.private_fields}\n    {real.c_type} {fields}; /* of the supervision */\n"
         f"    {real.c_type} hypotheses[{rows}][{columns}];",
         bytes=body.bytes + (sum(sizes.values()) + rows * columns) * real.size,
         supervised=True,
@@ -129,7 +129,7 @@ def _handed(observer: ModelObserver, *, is_window: bool) -> dict[str, Any]:
     """Where the states that are handed over go, and their covariances, stored column by column."""
     states, handed = observer.states, handed_states(observer.states)
     at = {name: i for i, name in enumerate(handover_names(handed))}
-    pairs = [(states.index(a), states.index(b), f"{a}_{b}") for a, b in pairs_of(handed)]
+    pairs = [(states.index(a), states.index(b), f"{a}_{b}") for a, b in covariance_pairs(handed)]
     n, kind = len(states), "P" if is_window else "F"
     covariance = [{"index": i + n * j, "at": at[f"{kind}_{pair}"]} for i, j, pair in pairs]
     if is_window:
@@ -181,7 +181,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
     declared = f"{literal['zero_std']} * 0.375 * sample[2] * {literal['a']}"
     return {
         "own": acquisition.OWN, "track": branches.TRACK, "gear": gear,
-        "parts": ratio_hypotheses.per_hypothesis(gear),
+        "parts": ratio_hypotheses.hypothesis_fields(gear),
         "added_torque": build_added_torque(observer.model) is not None,
         "gear_spread": repr(float(observer.measurement_model.gear_spread)),
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
