@@ -52,7 +52,7 @@ class CompareRequest(RecordingRequest):
         from brushgrip.comparison.networks import trained_methods
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
         from brushgrip.estimation.suspected import implausibility_lines
-        from brushgrip.inputs.command_inputs import staged_files, write_utf8
+        from brushgrip.outputs.atomic import staged_files, write_utf8
         from brushgrip.outputs.console import progress, say, show, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment
         from brushgrip.pictures import draw_boxes

@@ -109,8 +109,8 @@ class IdentifyRequest:
 
     def _run_car(self, vehicle: Path, recordings: list[str]) -> None:
         """Write what recordings on plates, or on ground of known friction, tell of a car."""
-        from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_utf8
-        from brushgrip.outputs.atomic import is_same_file
+        from brushgrip.inputs.command_inputs import locate_inputs
+        from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
         from brushgrip.outputs.console import print_table, say, show, warn
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text, with_identified
@@ -185,8 +185,8 @@ class IdentifyRequest:
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""
         import identification
-        from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_utf8
-        from brushgrip.outputs.atomic import is_same_file
+        from brushgrip.inputs.command_inputs import locate_inputs
+        from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
         from brushgrip.outputs.console import say, show
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import declared_rig, identified_rig_text

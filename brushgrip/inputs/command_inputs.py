@@ -1,7 +1,7 @@
-"""What commands share: locate the inputs, keep them from being written over, read, stage results."""
+"""What commands share: locate the inputs, read them, refuse to write over them, stage tables."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -17,7 +17,7 @@ from brushgrip.inputs.recordings import (
     unique_labels,
 )
 from brushgrip.inputs.user_effects import effect_files, user_effects
-from brushgrip.outputs.atomic import staged_file
+from brushgrip.outputs.atomic import staged_files, write_utf8
 from brushgrip.outputs.provenance import Provenance, provenance_file, provenance_of
 from brushgrip.wording.formatting import json_text
 from identification import (
@@ -225,13 +225,6 @@ def _twice(one: Path, other: Path, where: str = "") -> InvalidInputError:
 
 
 @contextmanager
-def staged_files(finals: Sequence[Path]) -> Iterator[list[Path]]:
-    """Paths to write to, which take the places of all final files in the end; see `staged_file`."""
-    with ExitStack() as stack:
-        yield [stack.enter_context(staged_file(final)) for final in finals]
-
-
-@contextmanager
 def staged_tables(
     inputs: Inputs,
     finals: Sequence[Path],
@@ -261,16 +254,6 @@ def staged_tables(
     with staged_files([*finals, told]) as (*stages, origin):
         write_utf8(origin, json_text(made))
         yield stages
-
-
-def write_utf8(path: Path, text: str) -> None:
-    """The text as UTF-8 with the same ends of lines everywhere."""
-    path.write_text(text, encoding="utf-8", newline="\n")
-
-
-def table_path(out: Path, label: str, count: int) -> Path:
-    """The file of one of several recordings: OUT_<label>, OUT itself for a single one."""
-    return out if count == 1 else out.with_stem(f"{out.stem}_{label}")
 
 
 def require_brakes_known(file: Path | None, recordings: Sequence[Recording]) -> None:
