@@ -8,7 +8,7 @@ import numpy as np
 
 from observers.protocol import Sample
 from symbolic import compiled
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall
 from symbolic.trajectory_sensitivity import SAMPLES_PER_CALL
 

@@ -8,7 +8,7 @@ from math import isfinite
 import numpy as np
 
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot", "gear", "log_mu_other")
 """Order of the states, of which an observer takes those it needs: natural logarithm of mu, zero of the

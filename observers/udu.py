@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from observers.layout import Expression, symbols
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.casadi_functions import named_function
 
 LEAST_SHARE = 1e-6

@@ -12,7 +12,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.bristle_kernel import bristle_kernel
 from symbolic.compilation.compiled import compiled

@@ -32,7 +32,7 @@ from observers import (
     tuning_for,
 )
 from symbolic import InvalidInputError, Model, rig_of
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
 """Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""

@@ -11,7 +11,7 @@ import numpy as np
 from brushgrip.outputs.atomic import staged_file
 from identification.reading.formats.opening import import_library
 from observers import ESTIMATE
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 GROUP = 5_000
 """Samples of a row group, which is written at once."""

@@ -35,7 +35,7 @@ from identification.selection.trial_runner import (
 )
 from identification.selection.trials import RANKING, Trial
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MIN_ANGLE_RANGE = 0.01
 """Least range of the angle that a diagnosis needs [rad]."""

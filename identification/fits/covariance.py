@@ -19,7 +19,7 @@ from identification.fits.fitting import Fit
 from identification.fits.loss import curvature, influence
 from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 _UNKNOWN = 1e-12
 """Below this share of the greatest information, the data do not determine a direction [1]."""

@@ -19,7 +19,7 @@ from identification.fits.profile_axis import ProfileAxis
 from identification.fits.values import Values, with_effects
 from identification.reading.recordings import Recording
 from symbolic import TOLERATED, InvalidInputError, Model, units_of
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 FittedAt = Callable[[float, Values], Fit]
 """A fit with a value fixed, begun from other values."""

@@ -29,7 +29,7 @@ from scipy.special import expit
 from identification.free_decay.vibration import UNKNOWNS, Response, simulate_vibration, stiffness
 from identification.free_decay.vibration_detection import FreeVibration
 from symbolic import full_slide_level
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 Contact = tuple[float, float]
 """a and e [m]; recordings that share them share the slip."""

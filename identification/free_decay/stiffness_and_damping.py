@@ -24,7 +24,7 @@ from identification.free_decay.results import (
 from identification.free_decay.vibration import stiffness
 from identification.free_decay.vibration_detection import find_vibration
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 UNITS = ("N/m^2", "N m s/rad")
 _CONFIDENCE = 0.95

@@ -25,7 +25,7 @@ import casadi as ca
 import numpy as np
 
 from symbolic import Expression, compiled, full_slide_level
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall
 from symbolic.deformation import unit_corner_moment
 

@@ -9,7 +9,7 @@ from identification.reading.signal_map import SignalSource, mending_map
 from identification.reading.table import Table
 from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.plausible_ranges import MAX_RETURNED_WORK
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle

@@ -20,7 +20,7 @@ from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import MIN_SAMPLES, Table, require_valid_samples, required_columns
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.tables.notebook_html import html_table
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
 from identification.reading.trimming import at_samples
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MAX_SEARCH_SAMPLES = 500_000
 """Samples of all recordings of a search together; a fit of 20 parameters then takes 80 MB for each copy

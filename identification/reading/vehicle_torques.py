@@ -16,7 +16,7 @@ import numpy as np
 
 from identification.reading.recordings import Recording
 from identification.reading.trimming import at_samples
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_of
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of

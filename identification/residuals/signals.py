@@ -8,7 +8,7 @@ import numpy as np
 from identification.reading.recordings import Recording
 from identification.reading.thinned_recordings import MIN_REVERSAL
 from symbolic import Effect, InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MIN_MOVING_SHARE = 0.05
 """Below this share of its rms yaw rate the wheel counts as resting [1]."""

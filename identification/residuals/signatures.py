@@ -28,7 +28,7 @@ from identification.residuals.signals import (
     motion_and_model_torque,
 )
 from symbolic import EFFECTS, Effect
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MAX_LAG = 2.0
 """Longest lag of the autocorrelation that is kept [s]."""

@@ -18,7 +18,7 @@ from identification.free_decay.likelihood import contact_geometry
 from identification.free_decay.recording import Decay
 from identification.free_decay.vibration import stiffness
 from identification.free_decay.vibration_detection import FreeVibration, find_vibration
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 _FINE = 0.01
 """Distance of two frequencies of the padded transform [Hz]; [Györök 2022] has one over the duration."""

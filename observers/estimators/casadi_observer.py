@@ -23,7 +23,7 @@ from observers.quality.input_plausibility import EVIDENCE, START
 from observers.quality.sensor_limits import SCREEN, build_screened_step, can_be_first, initial_screen
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.tables.found_model import units_of
 
 _AT_REST = Sample(psi=0.0, psi_dot=0.0, F_N=1000.0, dt=0.01, M_z=0.0, M=0.0)

@@ -18,7 +18,7 @@ from observers.quality.equivalent_patch import equivalent_patch
 from observers.quality.tolerances import with_tolerances
 from observers.tuning import TUNING_FIELDS, Tuning
 from symbolic import InvalidInputError, Model, Rig
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.compliance import deflection_of
 
 RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")

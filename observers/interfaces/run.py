@@ -17,7 +17,7 @@ from observers.protocol import (
 )
 from observers.quality.sensor_limits import beyond_limits, masked_angles, sample_limits_of
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 
 def run(

@@ -26,7 +26,7 @@ from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
 from observers.quality.tolerances import friction_floor
 from symbolic import full_slide_torque
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall
 
 SAMPLES_PER_CALL = 25

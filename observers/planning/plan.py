@@ -24,7 +24,7 @@ from observers.planning.path import SteeringLimits, SteeringPath, steer
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.parameters import FRICTION
 
 Objective = Literal["travel", "time", "angle"]

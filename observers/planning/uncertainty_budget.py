@@ -11,7 +11,7 @@ from observers.planning.forecast import least_deviation
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality.acquisition import OWN
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.trajectory_sensitivity import SAMPLES_PER_CALL
 
 SLOPE = "slope of the torque that k does not explain"

@@ -20,7 +20,7 @@ from identification.reading.file_content import MAX_FILE_SIZE, read_text, requir
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap, SignalSource
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MAX_DATABASE_SIZE = 20_000_000
 """Largest DBC file that is read [bytes]."""

@@ -13,7 +13,7 @@ from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 _LEAD_IN = 28
 """Of every segment: tag, contents, version, length of all that follows and of its metadata [bytes]."""
