@@ -94,6 +94,10 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
                 f" {shaft}{source.for_ratio}"
             )
             if float(scale[1]) < MIN_SCALE:
+                angle_source = _source(recording, "psi")
+                if angle_source.unit is None:
+                    degrees = {"psi": replace(angle_source, unit="deg")}
+                    ratio += f"; if psi is in degrees: {mending_map(recording.sources, degrees)}"
                 other = "N m" if source.unit else "kN m"
                 entry = {torque: replace(source, unit=other.replace(" ", ""))}
                 ratio += f"; if the torque is in {other}: {mending_map(recording.sources, entry)}"

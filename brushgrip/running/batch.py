@@ -200,20 +200,21 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     ground = found.ground_taken(recording.ground) if found else ""
     noise = excess_noise(factory(recording, found), recording)
     of_car = recording.standstills is not None
-    rates = differing_rates(recording)
-    told = [ground, estimates_summary(estimates, noise, rates, of_car=of_car)]
-    at, budget, unknown = last_usable(estimates), {}, ""
+    rates, at, budget = differing_rates(recording), last_usable(estimates), {}
+    cause = "" if at is not None else suspected_cause(factory, recording, found, estimates)
+    why = not_usable(estimates, noise, rates, cause, of_car=of_car)[1]
+    told = [ground, estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
         told.append(band_parts(budget, with_model=found is not None or of_car))
     if at is None:
-        told.append(cause := suspected_cause(factory, recording, found, estimates))
-        unknown = cause.partition("; ")[0] or not_usable(estimates, noise, rates, of_car=of_car)[1]
+        told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
         told.append(dry_friction_note(float(estimates.mu_eff[at]), recording.rig))
     elif not budget:
         told.append(rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])]))
     lines = (f"{recording.name}: {line}" for line in told if line)
+    unknown = (cause.partition("; ")[0] or why) if at is None else ""
     return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines), unknown=unknown)
 
 

@@ -160,7 +160,7 @@ def meaning(status: Status) -> str:
 
 
 def estimates_summary(
-    estimates: Estimates, noise: str = "", rates: str = "", *, of_car: bool = False
+    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
 ) -> str:
     """Friction by the last usable sample, rejected ones, and the remedy of the most frequent fault.
 
@@ -168,6 +168,7 @@ def estimates_summary(
         estimates: of a recording.
         noise: what to declare where the torque is noisier than stated; it goes before other remedies.
         rates: of torque and angle where they differ; a sample without a torque is then no fault.
+        cause: of what looks wrong with an input, in place of all that may.
         of_car: remedies name what a vehicle file declares.
     """
     parts = [_last_friction(estimates)]
@@ -179,12 +180,12 @@ def estimates_summary(
     if np.isnan(estimates.mu_std).all():
         return f"{line}; {UNCHECKED}"
     line += f"; {rates}" * bool(rates)
-    number, why = not_usable(estimates, noise, rates, of_car=of_car)
+    number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
     return f"{line}; {number} {_plural(number, 'sample')} not usable: {why}" if number else line
 
 
 def not_usable(
-    estimates: Estimates, noise: str = "", rates: str = "", *, of_car: bool = False
+    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
 ) -> tuple[int, str]:
     """How many samples the gravest or most frequent fault kept from being usable, and its remedy.
 
@@ -206,6 +207,8 @@ def not_usable(
     # Whether the deviation can be believed goes before what happened to samples.
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
     flag = max(first or counts, key=lambda one: counts[one])
+    if flag is Status.SUSPECT and cause:
+        return counts[flag], cause
     unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
     if noise and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
         return counts[flag], f"{meaning(flag)}; {noise}; where that does not help, {LACKING}"

@@ -100,7 +100,25 @@ def test_the_table_says_what_a_single_recording_says(
     (row,) = (line for line in printed.splitlines() if line.startswith("│ doubted "))
     remark = row.split("│")[-2].strip()
     assert remark.startswith("not known: the torque grows with the angle 0.31 times as k, a and F_N say")
-    assert f"doubted: {remark.removeprefix('not known: ')}; " in alone
+    assert f"samples not usable: {remark.removeprefix('not known: ')}; " in alone
+    # The torque has the right sign.
+    assert "sign" not in alone
+
+
+def test_small_angles_in_degrees_on_ice_ask_for_the_unit_and_not_for_the_sign(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path
+) -> None:
+    t = np.arange(600) * 0.01
+    small = {"t": t, "psi": np.radians(np.sin(t)), "F_N": np.full(t.size, 400.0), "M_z": None}
+    path = write_csv("turned.csv", small)
+    run("simulate", "--rig", rig, path, "--mu", 0.1, "--out", tmp_path / "torque.csv")
+    torque = table_of(tmp_path / "torque.csv")["M_z"] + np.random.default_rng(1).normal(0, 0.02, t.size)
+    ice = write_csv("ice.csv", small | {"psi": np.sin(t), "M_z": torque})
+    told = run("estimate", "--rig", rig, ice).out
+
+    assert "; if psi is in degrees: --map psi=psi:deg" in told
+    assert "sign" not in told
+    assert "mu_eff = 0.1" in run("estimate", "--rig", rig, ice, "--map", "psi=psi:deg").out
 
 
 def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> None:

@@ -329,6 +329,7 @@ def test_a_suspicion_goes_before_an_acquisition_that_lasts_as_long() -> None:
     doubted = estimates(*[Status.ACQUIRING | Status.SUSPECT] * 3, Status.ACQUIRING, last=-1)
 
     assert not_usable(doubted) == (3, Status.SUSPECT.remedy)
+    assert not_usable(doubted, cause="in degrees") == (3, "in degrees")
     assert not_usable(estimates(*[Status.ACQUIRING] * 4, last=-1)) == (4, Status.ACQUIRING.remedy)
 
 
