@@ -112,6 +112,20 @@ def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[
     return tuple(n for n in plain_names if Path(n).name == n and n not in ("", "..") and n.isprintable())
 
 
+def files_behind(model: Path) -> frozenset[tuple[str, str]]:
+    """Names and digests of what a model was found from; empty where its file does not tell them."""
+    try:
+        told = json.loads(model.read_bytes())[KEY]["inputs"]
+        return frozenset((file["name"], file["sha256"]) for file in told)
+    except (ValueError, LookupError, TypeError):
+        return frozenset()
+
+
+def is_behind(path: Path, files: frozenset[tuple[str, str]]) -> bool:
+    """Whether a file is one of these, by its name and its content."""
+    return (printable(path.name), digest_of(path)) in files
+
+
 def rig_mismatch_warning(rig: Rig, model: Path | None) -> str:
     """A line where a model was found on a rig with another half-length or trail, else nothing."""
     try:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from brushgrip.inputs.recordings import grounds_by_name
+from brushgrip.outputs.provenance import provenance_of
 from tests.brushgrip.helpers import Run, Write
 from tests.refusal import refused
 
@@ -87,6 +88,8 @@ def test_simulate_takes_what_became_of_the_declared_values(
 ) -> None:
     out = tmp_path / "out.csv"
     path = write_csv("known.csv", top="# ground = steel\n")
+    behind = {"provenance": provenance_of([path])}
+    model.write_text(json.dumps(json.loads(model.read_text()) | behind))
     assert run("simulate", "--rig", rig, "--model", model, path, "--out", out).status == 0
 
     # At rest the channel shows its zero, in full slide the patch 3/8 mu F_N a, 6 % more for the caster.
