@@ -1,4 +1,5 @@
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,10 @@ def struck(tmp_path: Path) -> list[Path]:
 @pytest.fixture
 def rig(tmp_path: Path) -> Path:
     path = tmp_path / "rig.toml"
-    path.write_text(impact_rig_toml())
+    exact = re.sub(
+        r"^([ae]) = (\S+)", r"\1 = { value = \2, tolerance = 0 }", impact_rig_toml(), flags=re.M
+    )
+    path.write_text(exact)
     return path
 
 
