@@ -24,6 +24,7 @@ from brushgrip.outputs.provenance import (
     is_behind,
     provenance_file,
     provenance_of,
+    warn_of_another_rig,
 )
 from brushgrip.wording.formatting import json_text
 from identification import (
@@ -209,6 +210,7 @@ def locate_inputs(
         raise InvalidInputError("--rig and --vehicle are both given; name the one that was recorded")
     if steering_ratio is not None and vehicle is not None:
         raise InvalidInputError("--steering-ratio: that of a car is steering_ratio in its vehicle file")
+    warn_of_another_rig(rig, model)
     own = user_effects(effects)
     located = [locate(name, of_car=vehicle is not None) for name in names]
     for one, other in combinations(located, 2):

@@ -11,9 +11,11 @@ from math import isclose
 from pathlib import Path
 from typing import Any
 
+from brushgrip.outputs.console import warn
 from brushgrip.outputs.verbosity import COMMAND_LINE
 from identification.reading.file_content import require_readable
-from symbolic import InvalidInputError, Rig, rig_from_tables
+from identification.reading.rigfile import read_rig
+from symbolic import InvalidInputError, rig_from_tables
 from symbolic.errors import printable
 from symbolic.tables.parsing import toml_of
 
@@ -126,19 +128,21 @@ def is_behind(path: Path, files: frozenset[tuple[str, str]]) -> bool:
     return (printable(path.name), digest_of(path)) in files
 
 
-def rig_mismatch_warning(rig: Rig, model: Path | None) -> str:
-    """A line where a model was found on a rig with another half-length or trail, else nothing."""
+def warn_of_another_rig(file: Path | None, model: Path | None) -> None:
+    """Warn where a model was found with another half-length or trail than a rig file declares."""
+    if file is None or model is None:
+        return
     try:
-        told = json.loads((model or Path()).read_bytes())[KEY]["rig"]["content"]
+        rig, _ = read_rig(file)
+        told = json.loads(model.read_bytes())[KEY]["rig"]["content"]
         found, _ = rig_from_tables(toml_of(told.encode()))
     except (OSError, ValueError, LookupError, TypeError, AttributeError, InvalidInputError):
-        return ""
-    if isclose(rig.a, found.a) and isclose(rig.e, found.e):
-        return ""
-    return (
-        f"the rig file says a = {rig.a:g} m, e = {rig.e:g} m; the model was found with"
-        f" a = {found.a:g} m, e = {found.e:g} m"
-    )
+        return  # What is wrong with a file is said where it is used.
+    if not (isclose(rig.a, found.a) and isclose(rig.e, found.e)):
+        warn(
+            f"the rig file says a = {rig.a:g} m, e = {rig.e:g} m; the model was found with"
+            f" a = {found.a:g} m, e = {found.e:g} m"
+        )
 
 
 def remove_earlier(folder: Path, names: Sequence[str], kept: Sequence[str]) -> None:

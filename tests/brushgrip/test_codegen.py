@@ -194,14 +194,6 @@ def test_what_is_tuned_by_hand_goes_before_the_error_of_the_model(
     assert tuning["noise"] == pytest.approx(0.002)
 
 
-def test_another_rig_than_that_of_the_diagnosis_is_told(codegen: Run, model: Model) -> None:
-    told = {"rig": {"content": "[rig]\na = 0.05\ne = 0.009\n[tyre]\nk = 2e6\nmu = 1.0\n"}}
-    outcome = codegen("--model", model(provenance=told))
-
-    assert outcome.status == 0, outcome.err
-    assert "the model was found with a = 0.05 m, e = 0.009 m" in outcome.out + outcome.err
-
-
 def test_a_description_of_an_earlier_generation_goes(codegen: Run, out: Path) -> None:
     codegen("--tunable", "tuning")
     outcome = codegen()
