@@ -13,7 +13,7 @@ from observers import Ekf, from_files
 from observers.embedded import generate
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, compiler
-from tests.brushgrip.helpers import Run
+from tests.brushgrip.helpers import Run, with_defaults
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
@@ -32,9 +32,8 @@ def out(tmp_path: Path) -> Path:
 @pytest.fixture
 def codegen(run: Run, rig: Path, out: Path) -> Run:
     """The command for an EKF; an option given again goes before its default."""
-    return lambda *options: run(
-        "codegen", "--rig", rig, "--observer", "ekf", "--out", out, "--name", "grip", *options
-    )
+    usual = ("--rig", rig, "--observer", "ekf", "--out", out, "--name", "grip")
+    return lambda *options: run("codegen", *with_defaults(usual, options))
 
 
 @pytest.fixture

@@ -45,7 +45,7 @@ def steering_rig(rig: Path) -> Path:
 
 @pytest.fixture
 def estimate(run: Run, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """The command in the folder of the recordings; an option given again goes before its default."""
+    """The command in the folder of the recordings."""
     monkeypatch.chdir(tmp_path)
     return lambda *arguments, observer="ekf", out="mu.csv": run(
         "estimate", "--rig", rig, "--observer", observer, "--out", out, *arguments

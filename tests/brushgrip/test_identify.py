@@ -36,7 +36,7 @@ def rig(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def identify(run: Run, rig: Path, tmp_path: Path) -> Run:
-    """The command on some free vibrations; an option given again goes before its default."""
+    """The command on some free vibrations."""
 
     def command(*struck: object) -> Outcome:
         given = ["--free-decay", *struck] if struck else []
