@@ -33,7 +33,7 @@ class SimulateRequest(GroundRequest):
         from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.outputs.atomic import table_path, write_utf8
         from brushgrip.outputs.console import say, show
-        from brushgrip.report.printed import say_ground
+        from brushgrip.report.printed import say_grounds
         from brushgrip.wording.formatting import csv_text
         from symbolic import InvalidInputError
 
@@ -50,7 +50,7 @@ class SimulateRequest(GroundRequest):
                 write_utf8(stage, csv_text({"t": recording.t, "M_z": torque}))
         for recording, (_, values) in zip(recordings, models, strict=True):
             say(values_in_words(recording, values, found, self.mu))
-            say_ground(recording, found)
+        say_grounds({recording.name: recording.ground for recording in recordings}, found)
         for final in finals:
             say(f"wrote {final}")
         show({"wrote": list(map(str, finals))})

@@ -19,6 +19,8 @@ from identification.reading.units import factor_of
 
 SURELY_DEGREES = 4 * math.pi
 """No steering wheel turns further [rad]; what is beyond is in degrees."""
+USUAL_RATE = 100.0
+"""Samples a second in a hint on a column that counts them [Hz]."""
 MAX_ANGLE_DEGREES = 90.0
 """Largest steering angle of a wheel [deg]."""
 UNITS = {
@@ -98,12 +100,17 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
     why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))
     if recording.standstills is not None and not set(changed) <= {"t"}:
         return why
+    counter = ""
+    if "t" in changed and (np.diff(recording.t) == 1).all():
+        source = _source(recording, "t")
+        counted = replace(source, factor=source.factor / USUAL_RATE).as_map("t")
+        counter = f"; if t counts samples, at {USUAL_RATE:g} Hz: {counted} in its place"
     if not angle:
-        return f"{why}: {mending_map(recording.sources, changed)}" if changed else why + ratio
+        return f"{why}: {mending_map(recording.sources, changed)}{counter}" if changed else why + ratio
     given = {c: s for c, s in recording.sources.items() if s != SignalSource(channel=c)}
     maps = {column: source.as_map(column) for column, source in (given | changed).items()}
     maps["psi"], ratio = _angle(recording)
-    return f"{why}: {as_option(maps.values())}{ratio}"
+    return f"{why}: {as_option(maps.values())}{ratio}{counter}"
 
 
 def _cause_in_vehicle_keys(cause: str) -> str:

@@ -195,10 +195,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         if task.picture:
             label = ("declared model" if found is None else "model found") + ", smoothed" * task.smooth
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
-    ground = found.ground_taken(recording.ground) if found else ""
     noise = excess_noise(factory(recording, found), recording)
     of_car = recording.standstills is not None
-    told = [ground, estimates_summary(estimates, noise, differing_rates(recording), of_car=of_car)]
+    told = [estimates_summary(estimates, noise, differing_rates(recording), of_car=of_car)]
     at, budget = last_usable(estimates), {}
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)

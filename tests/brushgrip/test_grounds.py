@@ -108,3 +108,5 @@ def test_estimate_says_whose_values_it_takes(
 
     assert outcome.status == 0
     assert "run: values of steel" in outcome.out
+    several = run(*given, write_csv("new.csv"), "--ground", "ice")
+    assert "run and new: ice is unknown: mean of steel and emery" in several.out
