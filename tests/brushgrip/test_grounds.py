@@ -7,7 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from brushgrip.estimation.estimates import observer_factory
+from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.inputs.recordings import grounds_by_name
+from brushgrip.live.session_setup import follow
 from brushgrip.outputs.provenance import provenance_of
 from tests.brushgrip.helpers import Run, Write
 from tests.refusal import refused
@@ -110,3 +114,11 @@ def test_estimate_says_whose_values_it_takes(
     assert "run: values of steel" in outcome.out
     several = run(*given, write_csv("new.csv"), "--ground", "ice")
     assert "run and new: ice is unknown: mean of steel and emery" in several.out
+
+
+def test_live_says_whose_values_it_takes(
+    rig: Path, model: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    follow("-", locate_inputs(rig=rig, model=model), observer_factory(ObserverName.EKF), ground="ice")
+
+    assert capsys.readouterr().out == "ice is unknown: mean of steel and emery\n"
