@@ -3,7 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from brushgrip.wording.formatting import judged_error_percentages, judged_errors, listed, percent, plain
+from brushgrip.wording.formatting import (
+    judged_error_percentages,
+    judged_errors,
+    listed,
+    percent,
+    plain,
+    unrefitted_error,
+)
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import CLEAR_ERRORS
 
@@ -32,7 +39,7 @@ def headline(diagnosis: Diagnosis) -> str:
             if diagnosis.unexplained.present
             else "The declared model misses nothing that these recordings could show"
         )
-        return f"{verdict}: {kind} error {after} of range."
+        return f"{verdict}: {kind} error {after} of range{_unrefitted(diagnosis)}."
     found = _found(diagnosis)
     if diagnosis.unexplained.present:
         rest = percent(diagnosis.unexplained.structured)
@@ -40,7 +47,15 @@ def headline(diagnosis: Diagnosis) -> str:
             found = f"Something unknown remains, {rest} of range; {found[:1].lower()}{found[1:]}"
         else:
             found = f"{found}; {rest} of range stay unexplained"
-    return f"{found}: {kind} error {before} → {after} of range."
+    return f"{found}: {kind} error {before} → {after} of range{_unrefitted(diagnosis)}."
+
+
+def _unrefitted(diagnosis: Diagnosis) -> str:
+    """That the error is small by what is refitted to each validation recording alone."""
+    error = unrefitted_error(diagnosis)
+    if error is None:
+        return ""
+    return f", but {percent(error)} with nothing refitted: there friction, lengths or load are others"
 
 
 def rest_is_larger(diagnosis: Diagnosis) -> bool:

@@ -189,12 +189,16 @@ def grade_of(
 
 
 def notes_on(
-    before: Errors, after: Errors, fitted: Fit, recordings: Sequence[Recording] = ()
+    before: Errors,
+    after: Errors,
+    fitted: Fit,
+    recordings: Sequence[Recording] = (),
+    own: Sequence[Fit] = (),
 ) -> tuple[str, ...]:
     """Remarks on the final model, sentences without a full stop.
 
-    They name recordings that got worse, parameters at the end of their range or tolerance, k beyond its
-    own, and a fit that did not converge.
+    They name recordings that got worse, parameters at the end of their range or tolerance (in `own`, the
+    fits to held-out recordings, too), k beyond its own, and a fit that did not converge.
     """
     notes = [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
@@ -209,7 +213,8 @@ def notes_on(
         f"{effect}: {what}; the effect may stand in for one that is not in the library"
         for effect, what in effects_at_bounds(fitted)
     ]
-    notes += [*_at_their_tolerances(fitted), *_stiffness(fitted, recordings)]
+    notes += [note for one in (fitted, *own) for note in _at_their_tolerances(one)]
+    notes += _stiffness(fitted, recordings)
     if not fitted.converged:
         notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
     return tuple(notes)

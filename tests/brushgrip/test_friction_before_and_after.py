@@ -184,6 +184,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert "proposes, which tells carcass torsion or patch width apart" in next_step(clear, known)
     nothing = replace(clear, effects=())
     assert next_step(nothing, known).startswith("Next: nothing; no further recording is needed")
+    hidden = replace(nothing, after=replace(nothing.after, unrefitted={"c": 0.07}))
+    assert next_step(hidden, known).startswith("Next: check that the validation recordings are of the")
     loose = replace(known, tracks=(replace(TRACKS[0], budget={OF_LOAD: 0.04}), TRACKS[1]))
     assert next_step(nothing, loose).startswith("Next: to narrow the ±, weigh the load")
     assert "weigh" not in widest_causes(loose)
