@@ -10,6 +10,7 @@ from brushgrip.wording.diagnosis_in_words import is_unconfirmed, rest_is_larger
 from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
 from brushgrip.wording.friction import further_recording, narrowed_by, prediction_band
 from identification import Diagnosis, FoundEffect
+from identification.diagnosis.found_effects import UNRECORDED_LOAD
 from observers import GroundFriction
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
@@ -104,6 +105,13 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
         )
     if len(tracks) == 1:
         return "Next: a second recording, without which nothing judges the result."
+    if like_load := [
+        plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from
+    ]:
+        return (
+            "Next: record the load, as one that changes with the angle would look like"
+            f" {listed(like_load)}."
+        )
     if diagnosis.unexplained.present:
         return (
             "Next: recordings at other speeds, angles and loads, as something unknown remains; until"

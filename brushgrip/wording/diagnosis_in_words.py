@@ -12,7 +12,7 @@ from brushgrip.wording.formatting import (
     unrefitted_error,
 )
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import CLEAR_ERRORS
+from identification.diagnosis.found_effects import CLEAR_ERRORS, UNRECORDED_LOAD
 
 GRADES: Mapping[str, str] = {
     "strong": "identified",
@@ -104,7 +104,8 @@ def _family(name: str, effects: list[FoundEffect]) -> str:
 def _rivals(effect: FoundEffect, form: str) -> str:
     """The effects that an ambiguous one may be."""
     rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
-    return form.format(rivals) if effect.grade == "ambiguous" and rivals else ""
+    remedy = ": record it" * (UNRECORDED_LOAD in effect.indistinguishable_from)
+    return form.format(rivals + remedy) if effect.grade == "ambiguous" and rivals else ""
 
 
 def mechanism(effect: FoundEffect) -> str:

@@ -9,6 +9,7 @@ from typing import Any, TypeGuard
 from numpy.typing import NDArray
 
 from identification import Candidate, Diagnosis, Errors, FreeDecay, ParameterEstimate
+from identification.diagnosis.found_effects import UNRECORDED_LOAD
 from identification.residuals.signatures import MIN_STRUCTURE_SHARE
 from identification.thesis import DecrementEstimate
 from symbolic import EFFECTS
@@ -26,7 +27,8 @@ _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 def plain(effect: str) -> str:
     """The name of an effect, or of a family, in words."""
-    return effect.replace("_", " ").replace("friction over time", "friction over time and travel")
+    words = "a load that changes with the angle" if effect == UNRECORDED_LOAD else effect
+    return words.replace("_", " ").replace("friction over time", "friction over time and travel")
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:

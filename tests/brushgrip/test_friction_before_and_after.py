@@ -184,6 +184,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert "proposes, which tells carcass torsion or patch width apart" in next_step(clear, known)
     nothing = replace(clear, effects=())
     assert next_step(nothing, known).startswith("Next: nothing; no further recording is needed")
+    load = replace(offset, grade="ambiguous", indistinguishable_from=("unrecorded_load",))
+    assert next_step(replace(graded, effects=(load,)), known).startswith("Next: record the load, as one")
     hidden = replace(nothing, after=replace(nothing.after, unrefitted={"c": 0.07}))
     assert next_step(hidden, known).startswith("Next: check that the validation recordings are of the")
     loose = replace(known, tracks=(replace(TRACKS[0], budget={OF_LOAD: 0.04}), TRACKS[1]))

@@ -91,6 +91,16 @@ def test_only_clear_effects_are_said_to_be_missing() -> None:
     )
 
 
+def test_an_unrecorded_load_is_named_with_the_remedy() -> None:
+    torsion, offset = make_diagnosis().effects
+    effect = replace(offset, grade="ambiguous", indistinguishable_from=("unrecorded_load",))
+    diagnosis = replace(make_diagnosis(unexplained=False), effects=(effect,))
+    assert "(torque offset, or a load that changes with the angle: record it): " in headline(diagnosis)
+    assert "but a load that changes with the angle would explain as much" in explained_grade(effect)
+    graded_torsion = replace(torsion, grade="ambiguous")
+    assert "record it" not in headline(replace(diagnosis, effects=(graded_torsion,)))
+
+
 @pytest.mark.parametrize(
     ("structured", "grade", "first"),
     [
