@@ -22,9 +22,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.least_steering import DT, LIMITS, LOAD, NOISE, OFF, SLIDE, K, observer_of
 from observers import plan
+from observers.quality.acquisition_and_tracking import CONFIRMS
 from observers.quality.branches import FRACTION, START, sliding_onset_turn
 from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MIN_SAMPLES
-from observers.quality.supervised_step import CONFIRMS
 from symbolic import virgin_torque
 from symbolic.parameters import EVEN
 

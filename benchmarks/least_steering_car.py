@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.car_files import vehicle_toml
 from benchmarks.least_steering import GROUNDS, PATHS, Command, Reached, along, led, report, steered
-from identification.reading.rack_motion import RackMotion
+from identification.reading.rack_derivatives import RackDifferentiator
 from observers import Ekf, Probe, Sample, SteeringLimits, plan
 from observers.interfaces.car import car_observer
 from reference_rig import FleetCar, SteeredCar, draw_car
@@ -46,7 +46,7 @@ class CarWheel:
         self.angles = straight_ahead_angle(
             self.vehicle, mean_angle(self.vehicle, self.ways), brakes=self.brake
         )
-        self.instant_of, self.t = RackMotion(), 0.0
+        self.instant_of, self.t = RackDifferentiator(), 0.0
 
     @property
     def psi(self) -> float:

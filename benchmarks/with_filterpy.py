@@ -9,7 +9,7 @@ from filterpy.kalman import ExtendedKalmanFilter
 
 from benchmarks.problem import Array, TimedProblem
 from symbolic import compiled
-from symbolic.functions import BufferedCall
+from symbolic.casadi_functions import BufferedCall
 
 Call = Callable[..., list[Array]]
 

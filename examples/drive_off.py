@@ -25,7 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from identification.reading.rack_motion import RackMotion
+from identification.reading.rack_derivatives import RackDifferentiator
 from observers import Ekf, Loop, Sample
 from observers.interfaces.car import car_observer
 from reference_rig import CAR_STEP, Car, CarBus, CarRecording, record_car, simulate_car
@@ -83,7 +83,7 @@ def steered(mu: float) -> CarRecording:
 def friction_of(seen: CarRecording) -> tuple[float, float, str]:
     """Friction and its deviation by the last sample, NaN where it is not usable, and what is wrong."""
     loop = Loop(car_observer(Ekf, VEHICLE, brakes=True))
-    instant_of, before = RackMotion(), seen.t[0] - BUS.period
+    instant_of, before = RackDifferentiator(), seen.t[0] - BUS.period
     for t, s, force in zip(seen.t.tolist(), seen.rack.tolist(), seen.F_rack.tolist(), strict=True):
         moved = instant_of(t, s, force)
         torque = aligning_torque_with_friction(VEHICLE, *moved, brakes=True)

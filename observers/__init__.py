@@ -16,7 +16,7 @@ from observers.measurement.directional_friction import DirectionalFriction
 from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.measurement.rack_force import RackForce
-from observers.measurement.steering_torque import SteeringTorque
+from observers.measurement.wheel_yaw_dynamics import SteeringTorque
 from observers.planning.path import SteeringLimits
 from observers.planning.plan import Plan, plan
 from observers.planning.probe import Advice, Probe

@@ -8,9 +8,9 @@ import numpy as np
 
 from observers.protocol import Sample
 from symbolic import compiled
-from symbolic.arrays import Array
-from symbolic.functions import BufferedCall
-from symbolic.trajectory import SAMPLES_PER_CALL
+from symbolic.array_alias import Array
+from symbolic.casadi_functions import BufferedCall
+from symbolic.trajectory_sensitivity import SAMPLES_PER_CALL
 
 
 class CompiledStep(threading.local):

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import casadi as ca
 
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 Expression = Any
 """A casadi expression, SX or MX."""

@@ -8,7 +8,7 @@ from math import isfinite
 import numpy as np
 
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot", "gear", "log_mu_other")
 """Order of the states, of which an observer takes those it needs: natural logarithm of mu, zero of the
@@ -22,7 +22,7 @@ INFORMED = 0.5
 """Share of the prior's relative standard deviation below which an estimate is its own [1]."""
 
 PLAUSIBLE = ("psi_limit", "psi_rate_limit", "F_N_limit", "torque_limit", "rezero_time")
-"""Limits of what a sensor may give, see `observers.quality.screening`."""
+"""Limits of what a sensor may give, see `observers.quality.sensor_limits`."""
 LIMIT_FIELDS = (
     *("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after", "alarm", "explained"),
     *PLAUSIBLE,

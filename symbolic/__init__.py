@@ -44,10 +44,10 @@ from symbolic.parameters import (
 )
 from symbolic.patch_interface import Expression
 from symbolic.tables.found_model import FoundModel, ModelBasis, ModelError, units_of
-from symbolic.tables.found_model_tables import model_from_tables
-from symbolic.tables.rig_tables import rig_from_tables
-from symbolic.tables.vehicle_tables import vehicle_from_tables
-from symbolic.trajectory import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
+from symbolic.tables.found_model_from_tables import model_from_tables
+from symbolic.tables.rig_from_tables import rig_from_tables
+from symbolic.tables.vehicle_from_tables import vehicle_from_tables
+from symbolic.trajectory_sensitivity import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
 

@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.deformation import boundary_edge_distance, full_slide_level, unit_corner_moment
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import Rig, Tyre

@@ -11,11 +11,11 @@ from functools import cache, cached_property
 import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
+from symbolic.casadi_functions import named_function
 from symbolic.compliance import SEARCH_STEPS, advance_in_series, deflection_of
 from symbolic.effects.base import Effect, Parameter, parameter_name, with_scope
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
-from symbolic.functions import named_function
 from symbolic.parameters import FRICTION, STIFFNESS
 from symbolic.patch_interface import Expression, Patch, Signals, patch_inputs
 from symbolic.zones import ZonePatch

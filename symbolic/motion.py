@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.errors import InvalidInputError
 from symbolic.masing import TurningPoints, declared_friction
 from symbolic.parameters import Rig, Tyre, require_positive

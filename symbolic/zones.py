@@ -12,9 +12,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symbolic.casadi_functions import named_function
 from symbolic.deformation import full_slide_level, unit_corner_moment
 from symbolic.errors import InvalidInputError
-from symbolic.functions import named_function
 from symbolic.patch_interface import Expression, PatchInputs
 
 NEAR = 1e-7

@@ -131,7 +131,7 @@ class CodegenRequest:
             finals = [self.out.resolve() / path.name for path in files]
             size = observer_export.state_bytes(files, self.name)
             observer_export.append_origin(files, comment(described, self.model))
-            inputs.keep(finals)
+            inputs.refuse_overwriting(finals)
             require_replaceable(finals)
         # After the files are there: whoever reads the first line alone has them all the same.
         say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")

@@ -51,8 +51,8 @@ class CompareRequest(RecordingRequest):
         from brushgrip.comparison.methods import default_methods
         from brushgrip.comparison.networks import trained_methods
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
-        from brushgrip.estimation.suspected import implausible
-        from brushgrip.inputs.command_inputs import staged_files, write_utf8
+        from brushgrip.estimation.suspected import implausibility_lines
+        from brushgrip.outputs.atomic import staged_files, write_utf8
         from brushgrip.outputs.console import progress, say, show, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment
         from brushgrip.pictures import draw_boxes
@@ -62,11 +62,11 @@ class CompareRequest(RecordingRequest):
         finals = self._finals()
         check_references(declared, count, self.author)
         inputs = self.inputs(self.train or (), model=self.model)
-        inputs.keep(finals, author_files(inputs.paths.values(), self.author))
+        inputs.refuse_overwriting(finals, author_files(inputs.paths.values(), self.author))
         made = inputs.provenance(declared=declared)
         tested, training = (inputs.part(of) for of in (slice(count), slice(count, None)))
         cases = make_cases(tested, self.author, declared)
-        for line in implausible([case.recording for case in cases]):
+        for line in implausibility_lines([case.recording for case in cases]):
             warn(line)
         methods = default_methods(inputs.found())
         if self.train:

@@ -60,7 +60,7 @@ class DiagnoseRequest(RecordingRequest):
         """Search for what the declared model lacks, and write all results."""
         import identification
         from brushgrip.estimation.friction_before_and_after import friction_by_both_models
-        from brushgrip.estimation.suspected import implausible
+        from brushgrip.estimation.suspected import implausibility_lines
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress, say, warn
         from brushgrip.outputs.provenance import require_same_run
@@ -73,20 +73,20 @@ class DiagnoseRequest(RecordingRequest):
         )
         from brushgrip.running.cluster import cluster_or_local_executor
         from brushgrip.running.unfinished import trial_journal
-        from identification.reading.thinned_recordings import bounded
+        from identification.reading.thinned_recordings import thin_recordings
         from identification.selection.trial_runner import submit_of
         from symbolic import CANDIDATES
         from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 
         training, held_out = len(self.recordings), self.holdout or []
         inputs = self.inputs(held_out, ground=self.ground, vehicle=self.vehicle)
-        inputs.keep(results_in(self.out))
+        inputs.refuse_overwriting(results_in(self.out))
         read = inputs.recordings()
         made = inputs.provenance(
             held_out=len(held_out), robust=self.robust, ground=list(self.ground or ())
         )
         earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)
-        for line in implausible(read):
+        for line in implausibility_lines(read):
             warn(line)
         least_squares, huber = identification.LEAST_SQUARES, identification.Huber
         library = CAR_EFFECTS if self.vehicle else CANDIDATES
@@ -96,7 +96,7 @@ class DiagnoseRequest(RecordingRequest):
             staged_directory(self.out) as folder,
             cluster_or_local_executor(self.scheduler, self.jobs) as executor,
         ):
-            used, shortened = bounded(read)
+            used, shortened = thin_recordings(read)
             for line in filter(None, (shortened, thinning(used))):
                 say(line)
             with progress() as report:

@@ -87,9 +87,9 @@ class EstimateRequest(GroundRequest):
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
         from brushgrip.estimation.estimates import observer_factory
-        from brushgrip.inputs.command_inputs import staged_tables, table_path, write_utf8
+        from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.inputs.tunings import chosen_tuning
-        from brushgrip.outputs.atomic import is_same_file
+        from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
         from brushgrip.outputs.console import say
         from brushgrip.running.batch import (
             EstimateTask,

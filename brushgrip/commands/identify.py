@@ -109,8 +109,8 @@ class IdentifyRequest:
 
     def _run_car(self, vehicle: Path, recordings: list[str]) -> None:
         """Write what recordings on plates, or on ground of known friction, tell of a car."""
-        from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_utf8
-        from brushgrip.outputs.atomic import is_same_file
+        from brushgrip.inputs.command_inputs import locate_inputs
+        from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
         from brushgrip.outputs.console import print_table, say, show, warn
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text, with_identified
@@ -124,7 +124,7 @@ class IdentifyRequest:
         if self.out and written and is_same_file(self.out, written):
             raise InvalidInputError(f"{written}: --write-vehicle and --out must name different files")
         inputs = locate_inputs(recordings, vehicle=vehicle, channel_map=self.channel_map)
-        inputs.keep(finals)
+        inputs.refuse_overwriting(finals)
         key, title = ("plates", "Steering, wheels on plates") if self.plates else ("tyres", "Tyres")
         car = read_vehicle(vehicle)
         with staged_files(finals) as stages:
@@ -185,8 +185,8 @@ class IdentifyRequest:
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""
         import identification
-        from brushgrip.inputs.command_inputs import locate_inputs, staged_files, write_utf8
-        from brushgrip.outputs.atomic import is_same_file
+        from brushgrip.inputs.command_inputs import locate_inputs
+        from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
         from brushgrip.outputs.console import say, show
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import declared_rig, identified_rig_text
@@ -206,7 +206,7 @@ class IdentifyRequest:
             raise InvalidInputError(f"{written}: --write-rig and --out must name different files")
         finals = [*results, *([written] if written else [])]
         inputs = locate_inputs(recordings, rig=self.rig, channel_map=self.channel_map)
-        inputs.keep(finals)
+        inputs.refuse_overwriting(finals)
         decays = inputs.decays()
         declared = declared_rig(decays, self.rig) if written else None
         with staged_files(finals) as stages:

@@ -101,9 +101,8 @@ class LiveRequest:
 
     def _senders(self, stack: ExitStack) -> "tuple[Sender, ...]":
         """What sends friction, closed with the stack."""
-        from brushgrip.inputs.command_inputs import write_utf8
         from brushgrip.live.sender import DATABASE, Sender
-        from brushgrip.outputs.atomic import staged_file
+        from brushgrip.outputs.atomic import staged_file, write_utf8
 
         if self.send_dbc is not None:
             with staged_file(self.send_dbc) as stage:

@@ -26,7 +26,8 @@ class SimulateRequest(GroundRequest):
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
         from brushgrip.estimation.simulated_torque import model_and_values, simulated_torque
-        from brushgrip.inputs.command_inputs import staged_tables, table_path, write_utf8
+        from brushgrip.inputs.command_inputs import staged_tables
+        from brushgrip.outputs.atomic import table_path, write_utf8
         from brushgrip.outputs.console import say, show
         from brushgrip.report.printed import say_ground
         from brushgrip.wording.formatting import csv_text

@@ -11,7 +11,7 @@ from brushgrip.inputs.command_inputs import Inputs
 from identification import Recording
 from identification.thesis import PublishedFriction, aligned, published_file, read_published_friction
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 SETTLED = 1.89
 """Time after the beginning of the turn from which [Györök 2022], Table 6.1, takes the error [s]."""
@@ -70,12 +70,12 @@ class Case:
         return mu
 
 
-def make_case(recording: Recording, folder: Path | None, declared: float | None = None) -> Case:
+def make_case(recording: Recording, author_folder: Path | None, declared: float | None = None) -> Case:
     """A case for a recording, with the author's estimate where the folder has one.
 
     Args:
         recording: the signals.
-        folder: the folder of the author's files; None for no author's estimate.
+        author_folder: the folder of the author's files; None for no author's estimate.
         declared: friction coefficient that errors refer to [1]; None for that of the author's file, of
             the surface by the recording's name, or of the rig or the recording, in this order.
 
@@ -83,7 +83,7 @@ def make_case(recording: Recording, folder: Path | None, declared: float | None 
         InvalidInputError: the author's file belongs to another recording, mu is unknown, or no sample is
             left for the error.
     """
-    file = None if folder is None else published_file(folder, recording.name)
+    file = None if author_folder is None else published_file(author_folder, recording.name)
     author = None if file is None or not file.exists() else read_published_friction(file)
     if author is None:
         first, last = _beginning(recording), recording.t.size

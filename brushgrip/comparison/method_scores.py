@@ -10,7 +10,7 @@ from brushgrip.comparison.cases import Case
 from brushgrip.comparison.methods import Method
 from brushgrip.outputs.console import Progress
 from identification import Recording
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MIN_ROUNDS, MIN_TIME = 3, 0.2
 """A calculation is repeated at least so often, and until the repetitions take this time [s]; the

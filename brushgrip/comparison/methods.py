@@ -19,7 +19,7 @@ from identification import FoundModel, Recording
 from observers import Ekf
 from observers.embedded import NativeObserver, compile_native
 from symbolic import Model, Rig, compiler
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 SMOOTHING = 0.99
 """Weight of the last value in the exponential filter of [Györök 2022], (5.9) [1]."""

@@ -10,7 +10,7 @@ from brushgrip.comparison.methods import Method
 from identification import Recording
 from identification.thesis import Activation, Design, FrictionNetwork, label_mean, train
 from observers import ZoneHistory, ZoneRootSolver, run, zone_history
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 ANALYTIC = 9
 """Column of `all_inputs` that holds the analytic estimate of mu."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgrip.estimation.estimates import ObserverFactory, channels_of, with_brakes
+from brushgrip.estimation.estimates import ObserverFactory, run_arguments, with_brakes
 from brushgrip.wording.friction import last_usable
 from identification import FoundModel, Recording
 from observers import DirectionalFriction, Ekf, Estimates, uncertainty_budget
@@ -39,7 +39,7 @@ def friction_budget(
     at = last_usable(estimates)
     if at is None or at >= MAX_BUDGET_SAMPLES:
         return {}
-    channels, held = channels_of(recording), recording
+    channels, held = run_arguments(recording), recording
     if (car := recording.standstills) is not None:
         number = int(car.stretch[at])
         of_stretch = np.flatnonzero(car.stretch == number)

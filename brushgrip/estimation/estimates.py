@@ -32,7 +32,7 @@ from observers import (
     tuning_for,
 )
 from symbolic import InvalidInputError, Model, rig_of
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
 """Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
@@ -193,7 +193,7 @@ def observe(
         raise InvalidInputError(
             "--smooth works on the stored states of the filter; take --observer ekf, not --by-direction"
         )
-    return smooth(observer, **channels_of(recording))
+    return smooth(observer, **run_arguments(recording))
 
 
 def _over_standstills(
@@ -217,10 +217,10 @@ def with_brakes(recording: Recording, standstills: Standstills, brakes: bool) ->
 
 def run_observer(observer: Observer, recording: Recording, *, one_by_one: bool = False) -> Estimates:
     """The estimates of an observer over a recording; see `observers.run`."""
-    return run(observer, **channels_of(recording), one_by_one=one_by_one)
+    return run(observer, **run_arguments(recording), one_by_one=one_by_one)
 
 
-def channels_of(recording: Recording) -> dict[str, Any]:
+def run_arguments(recording: Recording) -> dict[str, Any]:
     """What `observers.run` takes, by name; the aligning torque where there is one."""
     M_z, M = (recording.M_z, None) if has_aligning_torque(recording) else (None, recording.M)
     return {

@@ -54,7 +54,7 @@ BESIDE = (
 )
 
 
-def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str:
+def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) -> str:
     """The suspected causes in one line, with the whole map that mends them.
 
     Args:

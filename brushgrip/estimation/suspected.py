@@ -6,7 +6,7 @@ from itertools import islice
 import numpy as np
 
 from brushgrip.estimation.estimates import ObserverFactory, has_aligning_torque, samples_of
-from brushgrip.estimation.map_correction import with_remedy
+from brushgrip.estimation.map_correction import causes_with_map
 from brushgrip.wording.friction import MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from observers import Estimates, Loop, Status, suspicions_of
@@ -22,18 +22,20 @@ def require_plausible(recording: Recording) -> None:
     Raises:
         InvalidInputError: the message names the suspected cause.
     """
-    for line in implausible([recording]):
+    for line in implausibility_lines([recording]):
         raise InvalidInputError(line)
 
 
-def implausible(recordings: Sequence[Recording]) -> list[str]:
+def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
     return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
 
 
 def _suspects(recording: Recording) -> str:
     channel = "M_z" if has_aligning_torque(recording) else "M"
-    return with_remedy(recording, suspicions_of(samples_of(recording), recording.rig, channel), channel)
+    return causes_with_map(
+        recording, suspicions_of(samples_of(recording), recording.rig, channel), channel
+    )
 
 
 def suspected_cause(
@@ -53,4 +55,4 @@ def suspected_cause(
     loop = Loop(factory(recording, found))
     for sample in islice(samples_of(recording), int(flagged[-1]) + 1):
         loop(sample)
-    return with_remedy(recording, loop.suspicions, "M_z" if has_aligning_torque(recording) else "M")
+    return causes_with_map(recording, loop.suspicions, "M_z" if has_aligning_torque(recording) else "M")

@@ -1,7 +1,7 @@
-"""What commands share: locate the inputs, keep them from being written over, read, stage results."""
+"""What commands share: locate the inputs, read them, refuse to write over them, stage tables."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -11,13 +11,13 @@ import numpy as np
 
 from brushgrip.inputs.recordings import (
     grounds_by_name,
-    keep_inputs,
     locate,
+    refuse_overwriting,
     shares_samples,
     unique_labels,
 )
 from brushgrip.inputs.user_effects import effect_files, user_effects
-from brushgrip.outputs.atomic import staged_file
+from brushgrip.outputs.atomic import staged_files, write_utf8
 from brushgrip.outputs.provenance import Provenance, provenance_file, provenance_of
 from brushgrip.wording.formatting import json_text
 from identification import (
@@ -36,10 +36,10 @@ from identification.reading.chosen_map import with_steering_ratio
 from identification.reading.file_content import read_bytes
 from identification.reading.readers import files_beside
 from identification.reading.signal_map import parse_maps
-from identification.reading.trimming_and_wheel_angle import trimmed
+from identification.reading.trimming import trimmed
 from symbolic import Effect, InvalidInputError
 from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
-from symbolic.tables.vehicle_tables import VEHICLE
+from symbolic.tables.vehicle_from_tables import VEHICLE
 
 Content = TypeVar("Content")
 WHOLE = (None, None)
@@ -146,10 +146,10 @@ class Inputs:
         paths = list(self.paths.values())[of]
         return replace(self, paths=dict(zip(unique_labels(paths), paths, strict=True)))
 
-    def keep(self, outputs: Sequence[Path], others: Sequence[Path] = ()) -> None:
+    def refuse_overwriting(self, outputs: Sequence[Path], others: Sequence[Path] = ()) -> None:
         """Refuses outputs that would overwrite what is read; `others` are read as well."""
         named = [path for path in (self.rig, self.model, self.vehicle) if path is not None]
-        keep_inputs(outputs, [*self.files, *named, *others])
+        refuse_overwriting(outputs, [*self.files, *named, *others])
 
     def provenance(self, **settings: object) -> Provenance:
         """The provenance of what is written now; settings are options that change the result."""
@@ -225,13 +225,6 @@ def _twice(one: Path, other: Path, where: str = "") -> InvalidInputError:
 
 
 @contextmanager
-def staged_files(finals: Sequence[Path]) -> Iterator[list[Path]]:
-    """Paths to write to, which take the places of all final files in the end; see `staged_file`."""
-    with ExitStack() as stack:
-        yield [stack.enter_context(staged_file(final)) for final in finals]
-
-
-@contextmanager
 def staged_tables(
     inputs: Inputs,
     finals: Sequence[Path],
@@ -256,21 +249,11 @@ def staged_tables(
         yield []
         return
     told = provenance_file(written[0])
-    inputs.keep([*others, *finals, told])
+    inputs.refuse_overwriting([*others, *finals, told])
     made = inputs.provenance(**settings)
     with staged_files([*finals, told]) as (*stages, origin):
         write_utf8(origin, json_text(made))
         yield stages
-
-
-def write_utf8(path: Path, text: str) -> None:
-    """The text as UTF-8 with the same ends of lines everywhere."""
-    path.write_text(text, encoding="utf-8", newline="\n")
-
-
-def table_path(out: Path, label: str, count: int) -> Path:
-    """The file of one of several recordings: OUT_<label>, OUT itself for a single one."""
-    return out if count == 1 else out.with_stem(f"{out.stem}_{label}")
 
 
 def require_brakes_known(file: Path | None, recordings: Sequence[Recording]) -> None:

@@ -73,7 +73,7 @@ def _is_there(path: Path) -> bool:
         raise InvalidInputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
-def keep_inputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
+def refuse_overwriting(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
     """Refuses to write over what was read.
 
     Raises:

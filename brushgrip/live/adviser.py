@@ -56,23 +56,23 @@ class Adviser:
                     advice = probe(sample, state)
                     newest = waiting[-1][0] if waiting else sample
                     if own == self._generation:
-                        self.text = text_of(advice, newest.psi, self._target)
+                        self.text = advice_text(advice, newest.psi, self._target)
         except Exception as error:
             self.text = f"no advice: {error}"
             if not isinstance(error, InvalidInputError):
                 raise
 
 
-def text_of(advice: Advice, psi: float, target: float) -> str:
+def advice_text(advice: Advice, psi: float, target_deviation: float) -> str:
     """An advice in a sentence.
 
     Args:
         advice: of a `Probe`.
         psi: angle of the wheel now [rad].
-        target: deviation over friction that is wanted [1].
+        target_deviation: standard deviation over friction that is wanted [1].
     """
     if advice.finished:
-        return f"friction is known to {target:.1%}, stop turning"
+        return f"friction is known to {target_deviation:.1%}, stop turning"
     if advice.stopped:
         return f"stop turning: {advice.reason}"
     left = degrees(advice.toward - psi)

@@ -8,7 +8,7 @@ import numpy as np
 from brushgrip.live.mapped_columns import Columns, Row
 from brushgrip.live.sources import MAX_MESSAGES_AT_ONCE, WAIT
 from identification.reading.formats.can import is_extended, read_database, within_range
-from identification.reading.formats.opening import library
+from identification.reading.formats.opening import import_library
 
 MAX_SKEW = 0.1
 """An angle and a torque of a bus that are further apart are no one sample [s]."""
@@ -31,7 +31,7 @@ class CanSource:
             OSError: there is no such bus.
         """
         self.refused, self.fault = 0, ""
-        can, database = library("can", "can", dbc), read_database(dbc)
+        can, database = import_library("can", "can", dbc), read_database(dbc)
         listed = {f"{m.name}.{s.name}": (m, s) for m in database.messages for s in m.signals}
         found = columns.find({name: s.unit or "" for name, (_, s) in listed.items()}, by_part=True)
         self._messages: dict[tuple[int, bool], tuple[Any, list[tuple[Any, str, float]]]] = {}

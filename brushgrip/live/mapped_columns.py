@@ -4,10 +4,10 @@ import logging
 from collections.abc import Mapping
 from math import inf
 
-from identification.reading.channel_matching import map_hint, resolve
+from identification.reading.channel_matching import map_hint, match_channel
 from identification.reading.chosen_map import fitting_map, unit_by_name
 from identification.reading.signal_map import SignalMap
-from identification.reading.table import MAX_VALUES, columns_of
+from identification.reading.table import MAX_VALUES, possible_columns
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError
 
@@ -53,9 +53,9 @@ class Columns:
         """
         names, found = list(units), {}
         signals = fitting_map(self._where, self._signals, names)
-        for column in columns_of(self._needed):
+        for column in possible_columns(self._needed):
             source = signals.of(column)
-            name = resolve(self._where, source.channel.split("/")[-1], names, by_part=by_part)
+            name = match_channel(self._where, source.channel.split("/")[-1], names, by_part=by_part)
             if name is not None:
                 source, said = unit_by_name(column, source, units[name])
                 if said and column not in self._said:

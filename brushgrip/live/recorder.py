@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from brushgrip.outputs.atomic import staged_file
-from identification.reading.formats.opening import library
+from identification.reading.formats.opening import import_library
 from observers import ESTIMATE
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 GROUP = 5_000
 """Samples of a row group, which is written at once."""
@@ -39,8 +39,8 @@ class Recorder:
         self.path, self.samples = next(path for path in names if not path.exists()), 0
         self._names, self._waiting = (*columns, *ESTIMATE), list[Array]()
         self._arrow, parquet = (
-            library("pyarrow", "live", wanted),
-            library("pyarrow.parquet", "live", wanted),
+            import_library("pyarrow", "live", wanted),
+            import_library("pyarrow.parquet", "live", wanted),
         )
         with ExitStack() as stack:
             stage = stack.enter_context(staged_file(self.path))

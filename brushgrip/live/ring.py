@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgrip.live.row_estimation import Point
 from observers import ESTIMATE
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 FIELDS = ("stretch", "done", "psi", "torque", *ESTIMATE)
 """Fields of a point beside what is recorded: number of the stretch, instant of the estimate on the clock

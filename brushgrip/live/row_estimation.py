@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
-from identification.reading.car import of_mean_wheel, require_steering
-from identification.reading.car_plausibility import require_plausible_car, way_and_force
-from identification.reading.rack_motion import RackInstant, RackMotion
+from identification.reading.car import require_steering, to_mean_wheel
+from identification.reading.car_plausibility import rack_position_and_force, require_plausible_car
+from identification.reading.rack_derivatives import RackDifferentiator, RackInstant
 from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
 from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car import HOLDING
@@ -170,7 +170,7 @@ class CarStandstillEstimator:
         self._held = {"speed": inf, "brake": float(self._vehicle.brakes)}
         self._state: bool | None = None
         self._waiting: list[tuple[tuple[float, ...], float, float]] = []
-        self._motion = RackMotion()
+        self._motion = RackDifferentiator()
 
     @property
     def suspicions(self) -> tuple[str, ...]:
@@ -198,7 +198,7 @@ class CarStandstillEstimator:
         points: list[Point] = []
         if state is not self._state:
             points += self._rolled()
-            self._state, self._stretch, self._motion = state, None, RackMotion()
+            self._state, self._stretch, self._motion = state, None, RackDifferentiator()
         psi, M_z = self._wheel(recorded, bool(state))
         self._waiting.append((recorded, psi, M_z if stands else nan))
         if state is None:
@@ -228,9 +228,9 @@ class CarStandstillEstimator:
     def _wheel(self, recorded: tuple[float, ...], brakes: bool) -> tuple[float, float]:
         """Angle [rad] and torque [N m] of the mean wheel."""
         columns = {name: np.array([v]) for name, v in zip(self.columns, recorded, strict=True)}
-        s, force = way_and_force(columns, self._vehicle)
+        s, force = rack_position_and_force(columns, self._vehicle)
         moved = self._motion(recorded[0], float(s[0]), float(np.ravel(force)[0]))
-        psi, M_z = of_mean_wheel(
+        psi, M_z = to_mean_wheel(
             self._vehicle, RackInstant(*(np.array([each]) for each in moved)), np.array([brakes])
         )
         return float(psi[0]), float(M_z[0])

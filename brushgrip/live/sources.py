@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from brushgrip.live.mapped_columns import Columns, Row
-from identification.reading.formats.csvdialect import Numbers, delimiter_of
+from identification.reading.formats.csvdialect import NumberParser, delimiter_of
 from identification.reading.table import Table
 
 MAX_LINE_LENGTH = 10_000
@@ -29,7 +29,7 @@ class LineParser:
     def __init__(self) -> None:
         """No header has been seen."""
         self._names: list[str] = []
-        self._delimiter, self._number_of = ",", Numbers(",")
+        self._delimiter, self._number_of = ",", NumberParser(",")
 
     def __call__(self, line: str) -> dict[str, float] | None:
         """The values of a line by name; None for a header, a comment or an empty line.
@@ -52,7 +52,7 @@ class LineParser:
             if len(set(fields)) != len(fields) or not 2 <= len(fields) <= MAX_NAMES:
                 raise ValueError(f"no header: it names a column twice, or {len(fields)} columns")
             self._names = fields
-            self._delimiter, self._number_of = delimiter_of(line), Numbers(delimiter_of(line))
+            self._delimiter, self._number_of = delimiter_of(line), NumberParser(delimiter_of(line))
             return None
         return self._named(values)
 

@@ -1,7 +1,7 @@
 """Files and folders of results that are written whole or not at all."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -39,6 +39,13 @@ def staged_file(final: str | Path) -> Iterator[Path]:
 
 
 @contextmanager
+def staged_files(finals: Sequence[Path]) -> Iterator[list[Path]]:
+    """Paths to write to, which take the places of all final files in the end; see `staged_file`."""
+    with ExitStack() as stack:
+        yield [stack.enter_context(staged_file(final)) for final in finals]
+
+
+@contextmanager
 def staged_directory(final: str | Path) -> Iterator[Path]:
     """Yields an empty folder; on success what it holds is moved into the final folder.
 
@@ -59,6 +66,16 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
         yield stage
         with _as_input_error(final):
             _move_into(stage, target)
+
+
+def write_utf8(path: Path, text: str) -> None:
+    """The text as UTF-8 with the same ends of lines everywhere."""
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def table_path(out: Path, label: str, count: int) -> Path:
+    """The file of one of several recordings: OUT_<label>, OUT itself for a single one."""
+    return out if count == 1 else out.with_stem(f"{out.stem}_{label}")
 
 
 def check_png_name(picture: Path) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from identification import SignalSource
 from observers import Plan
 from observers.interfaces.factory import read_vehicle_file
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.vehicle.steering import mean_angle
 
 

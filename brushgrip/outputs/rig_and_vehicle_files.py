@@ -18,7 +18,7 @@ from identification.steering.plates import PlatesResult
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.parameters import EVEN
 from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
-from symbolic.tables.vehicle_tables import VEHICLE
+from symbolic.tables.vehicle_from_tables import VEHICLE
 from symbolic.vehicle.steering import jacking_torque, lock_angle
 from symbolic.vehicle.vehicle import RANGES, STD_PER_TOLERANCE, Vehicle
 

@@ -21,7 +21,7 @@ from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
 from brushgrip.outputs.atomic import staged_directory
 from brushgrip.published.fetch import RETRIES, FetchError, download_bounded
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 Say = Callable[[str], None]
 Download = Callable[[str, str], dict[str, Array]]

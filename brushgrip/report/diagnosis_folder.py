@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
-from brushgrip.inputs.command_inputs import write_utf8
+from brushgrip.outputs.atomic import write_utf8
 from brushgrip.outputs.console import say, show
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, provenance_of, remove_earlier
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report

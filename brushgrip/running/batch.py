@@ -19,11 +19,11 @@ from brushgrip.estimation.estimates import (
     observer_factory,
 )
 from brushgrip.estimation.suspected import require_plausible, suspected_cause
-from brushgrip.estimation.torque_channel_checks import differing_rates, excess_noise
+from brushgrip.estimation.torque_noise_and_rate import differing_rates, excess_noise
 from brushgrip.inputs.choices import ObserverName
-from brushgrip.inputs.command_inputs import Inputs, staged_files, write_utf8
+from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.tunings import ChosenTuning
-from brushgrip.outputs.atomic import check_png_name
+from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor

@@ -17,7 +17,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.problem import torque_range
 from identification.fits.values import grounds_of
 from identification.reading.recordings import Recording
-from identification.reading.thinned_recordings import bounded
+from identification.reading.thinned_recordings import thin_recordings
 from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from identification.residuals.signals import check_signatures
 from identification.residuals.signatures import signatures
@@ -35,7 +35,7 @@ from identification.selection.trial_runner import (
 )
 from identification.selection.trials import RANKING, Trial
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MIN_ANGLE_RANGE = 0.01
 """Least range of the angle that a diagnosis needs [rad]."""
@@ -108,7 +108,7 @@ def _prepared(
     recordings: Sequence[Recording], holdout: Sequence[Recording]
 ) -> tuple[list[Recording], list[Recording], list[str]]:
     """Both as the search takes them, and notes on what was changed."""
-    bound, shortened = bounded([*recordings, *holdout])
+    bound, shortened = thin_recordings([*recordings, *holdout])
     everything, cut = (
         zip(*map(farthest_standstill_without_gear, bound), strict=True) if bound else ((), ())
     )

@@ -24,7 +24,7 @@ from identification.reading.recordings import Recording
 from identification.selection.trial_runner import Submit, results_of
 from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
 from symbolic import ModelError, full_slide_torque
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 LIFTED = 0.05
 """Share of the median load below which a wheel is lifted [1]."""

@@ -16,7 +16,7 @@ from identification.fits.values import replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.trials import RANKING, model_of
 from symbolic import Effect, Expression, Signals, parameter_name, simulate
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.bristles import BristleTraits
 from symbolic.slip import REST_SPEED, log_creep_factor
 

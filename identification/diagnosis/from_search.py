@@ -22,7 +22,7 @@ from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
 from symbolic import TOLERATED, parameter_name, units_of
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 
 def build_diagnosis(

@@ -10,7 +10,7 @@ from typing import Any
 from identification.diagnosis.result import Diagnosis
 from identification.reading.file_content import read_bytes
 from symbolic import Effect, FoundModel, model_from_tables, units_of
-from symbolic.tables.found_model_tables import MODEL_VERSION
+from symbolic.tables.found_model_from_tables import MODEL_VERSION
 from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, naming
 
 __all__ = ["FoundModel", "model_text", "read_model"]

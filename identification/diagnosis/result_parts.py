@@ -10,7 +10,7 @@ from identification.experiments.proposals import Proposal
 from identification.fits.values import ParameterEstimate
 from identification.loop_plot import draw_loops
 from symbolic import Scope
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

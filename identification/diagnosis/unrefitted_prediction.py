@@ -16,7 +16,7 @@ from identification.fits.problem import signals_of
 from identification.fits.values import Values, ground_of, with_effects
 from identification.reading.recordings import Recording
 from symbolic import Model, parameter_name, simulate
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 SCATTER = 0.05
 """Standard deviation of ln mu between recordings of one ground and load [1]."""

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from identification.reading.recordings import Recording
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 SAMPLE_PERIOD = 0.02
 """Time between samples of a manoeuvre [s]."""

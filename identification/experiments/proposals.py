@@ -13,7 +13,7 @@ from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from identification.selection.criteria import SelectionCriteria
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 PATIENCE = 600.0
 """Longest total duration of an experiment that is proposed [s]."""

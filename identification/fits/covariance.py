@@ -19,7 +19,7 @@ from identification.fits.fitting import Fit
 from identification.fits.loss import curvature, influence
 from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 _UNKNOWN = 1e-12
 """Below this share of the greatest information, the data do not determine a direction [1]."""
@@ -92,14 +92,14 @@ def _inverse(information: Array) -> tuple[Array, NDArray[np.bool_]]:
     return inverse / np.outer(size[known], size[known]), known
 
 
-def scores_variance(jacobian: Array, influenced: Array, decided: float) -> Array:
+def scores_variance(jacobian: Array, influenced: Array, total_leverage: float) -> Array:
     """Variance of the sum of one recording's scores, shape (p, p).
 
     Args:
         jacobian: rows of the samples that are present, shape (m, p).
         influenced: psi of every sample, NaN where missing, shape (n,).
-        decided: sum of the recording's leverages, the number of parameters that it determines; fitting
-            takes as many independent samples out of the residuals.
+        total_leverage: sum of the recording's leverages, the number of parameters that it determines;
+            fitting takes as many independent samples out of the residuals.
     """
     # Here, not above: it takes half a second to load, which few processes need.
     from scipy.signal import lfilter
@@ -112,6 +112,6 @@ def scores_variance(jacobian: Array, influenced: Array, decided: float) -> Array
     scores = lfilter([1.0], weights, rows[::-1], axis=0)[::-1] * innovations[:, None]
     independent = slow_part_effective_samples(influenced, innovations, weights)
     # The correction n / (n - p) for small samples, with n - p at least 1.
-    share = independent / max(independent - decided, 1.0)
+    share = independent / max(independent - total_leverage, 1.0)
     variance: Array = share * (scores.T @ scores)
     return variance

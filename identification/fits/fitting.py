@@ -24,7 +24,7 @@ from identification.fits.problem import Problem, over_range
 from identification.fits.values import Values, initial_guess, with_effects
 from identification.reading.recordings import Recording
 from symbolic import Model, parameter_name
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 SAME_WEIGHT = 0.3
 """Relative change of such a weight that counts as none [1]."""

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 
 class Loss(Protocol):

@@ -20,7 +20,7 @@ from symbolic import (
     parameter_name,
     simulate,
 )
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 Simulated = tuple[Array, Mapping[Label, Array]]
 """Torque of a recording, and its derivatives by label, each of shape (n,)."""

@@ -19,7 +19,7 @@ from identification.fits.profile_axis import ProfileAxis
 from identification.fits.values import Values, with_effects
 from identification.reading.recordings import Recording
 from symbolic import TOLERATED, InvalidInputError, Model, units_of
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 FittedAt = Callable[[float, Values], Fit]
 """A fit with a value fixed, begun from other values."""
@@ -93,7 +93,7 @@ def profile(
 
     def fitted_at(value: float, near: Values) -> Fit:
         changed, begin = axis.point(value, recordings, near)
-        return fit(model, changed, begin, replace(options, fixed=(*options.fixed, *axis.fixed)))
+        return fit(model, changed, begin, replace(options, fixed=(*options.fixed, *axis.fixed_labels)))
 
     first = int(np.argmin(np.abs(values - axis.initial(start))))
     fits = dict(_walk(values, first, start, fitted_at))

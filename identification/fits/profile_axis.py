@@ -28,7 +28,7 @@ class ModelParameter:
     recording: str | None = None
 
     @property
-    def fixed(self) -> tuple[Label, ...]:
+    def fixed_labels(self) -> tuple[Label, ...]:
         """Parameters that the fit has to leave alone."""
         return ((self.recording, self.name),)
 
@@ -61,14 +61,14 @@ class RigLength:
         name: what the value is.
         unit: its unit.
         neutral: the value that leaves the rig as declared.
-        changed: function of the rig and a value that gives the lengths changed, by name.
+        lengths_at: function of the rig and a value that gives the lengths changed, by name.
     """
 
     name: str
     unit: str
     neutral: float
-    changed: Callable[[Rig, float], dict[str, float]]
-    fixed: tuple[Label, ...] = ()
+    lengths_at: Callable[[Rig, float], dict[str, float]]
+    fixed_labels: tuple[Label, ...] = ()
 
     def name_and_unit(self, _: Model) -> tuple[str, str]:
         """Name and unit of the quantity."""
@@ -83,17 +83,17 @@ class RigLength:
         return [replace(r, rig=self._rig(r.rig, value)) for r in recordings], values
 
     def _rig(self, rig: Rig, value: float) -> Rig:
-        lengths = self.changed(rig, value)
+        lengths = self.lengths_at(rig, value)
         exact = replace(rig.tolerances, **dict.fromkeys(lengths, 0.0))
         return replace(rig, **lengths, tolerances=exact)
 
 
 ProfileAxis = ModelParameter | RigLength
 HALF_LENGTH = RigLength(
-    name="a over a as declared", unit="1", neutral=1.0, changed=lambda rig, x: {"a": rig.a * x}
+    name="a over a as declared", unit="1", neutral=1.0, lengths_at=lambda rig, x: {"a": rig.a * x}
 )
 """The half-length of the patch, as a factor."""
 CASTER = RigLength(
-    name="e less e as declared", unit="m", neutral=0.0, changed=lambda rig, x: {"e": rig.e + x}
+    name="e less e as declared", unit="m", neutral=0.0, lengths_at=lambda rig, x: {"e": rig.e + x}
 )
 """The caster length, as a shift [m]."""

@@ -14,9 +14,13 @@ from scipy.special import fdtrc
 
 from identification.free_decay.likelihood import Contact, Likelihood, contact_geometry
 from identification.free_decay.noise_continuation import jackknife, solve
-from identification.free_decay.onset import MIN_DEFLECTION_STEPS, FreeVibration, without_spikes
 from identification.free_decay.results import ContactResult, IdentifiedParameter
 from identification.free_decay.vibration import stiffness
+from identification.free_decay.vibration_detection import (
+    MIN_DEFLECTION_STEPS,
+    FreeVibration,
+    without_spikes,
+)
 
 GOOD = (0.003, 0.02)
 """Half-widths of the 95 % intervals of k and b_t, as shares of the values, that need no remedy [1]."""

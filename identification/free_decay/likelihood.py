@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import expit
 
-from identification.free_decay.onset import FreeVibration
 from identification.free_decay.vibration import UNKNOWNS, Response, simulate_vibration, stiffness
+from identification.free_decay.vibration_detection import FreeVibration
 from symbolic import full_slide_level
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 Contact = tuple[float, float]
 """a and e [m]; recordings that share them share the slip."""
@@ -105,11 +105,11 @@ class Likelihood:
             if not np.isfinite(response.psi).all():
                 cost = np.inf
                 continue
-            misfits = misfit(vibration.psi, response.psi, vibration.step, noise)
+            losses = neg_log_likelihood(vibration.psi, response.psi, vibration.step, noise)
             slopes = response.sensitivities
-            cost += float(misfits.cost.sum())
-            gradient[columns] += slopes.T @ misfits.slope
-            hessian[np.ix_(columns, columns)] += slopes.T @ (slopes * misfits.curvature[:, None])
+            cost += float(losses.value.sum())
+            gradient[columns] += slopes.T @ losses.slope
+            hessian[np.ix_(columns, columns)] += slopes.T @ (slopes * losses.curvature[:, None])
         return Evaluation(cost=cost, gradient=gradient, hessian=hessian, responses=tuple(responses))
 
     def likeliest_noise(self, responses: Sequence[Response]) -> float:
@@ -118,7 +118,7 @@ class Likelihood:
         def cost(log_scale: float) -> float:
             scale = float(np.exp(log_scale))
             return sum(
-                float(misfit(r.psi, response.psi, r.step, scale).cost.sum())
+                float(neg_log_likelihood(r.psi, response.psi, r.step, scale).value.sum())
                 for r, response in zip(self.vibrations, responses, strict=True)
             )
 
@@ -173,15 +173,15 @@ def integration_grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]
     return np.interp(np.arange(samples[-1] + 1), samples, vibration.t), samples
 
 
-class AngleMisfit(NamedTuple):
+class NegLogLikelihood(NamedTuple):
     """-log P of readings, and its first and second derivatives by the angle, shape (n,)."""
 
-    cost: Array
+    value: Array
     slope: Array
     curvature: Array
 
 
-def misfit(read: Array, angle: Array, step: float, scale: float) -> AngleMisfit:
+def neg_log_likelihood(read: Array, angle: Array, step: float, scale: float) -> NegLogLikelihood:
     """The misfit -log P between readings and an angle.
 
     Args:
@@ -196,4 +196,4 @@ def misfit(read: Array, angle: Array, step: float, scale: float) -> AngleMisfit:
     cost = np.logaddexp(0, -upper) + np.logaddexp(0, lower) - width
     above, below = expit(-upper), expit(lower)
     curvature = above * (1 - above) + below * (1 - below)
-    return AngleMisfit(cost, (above - below) / scale, curvature / scale**2)
+    return NegLogLikelihood(cost, (above - below) / scale, curvature / scale**2)

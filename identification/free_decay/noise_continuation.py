@@ -20,8 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
-from identification.free_decay.likelihood import Evaluation, Likelihood, misfit
-from symbolic.arrays import Array
+from identification.free_decay.likelihood import Evaluation, Likelihood, neg_log_likelihood
+from symbolic.array_alias import Array
 
 _MAX_FACTOR, _SAME = 3.0, 0.02
 """Largest factor of the scale between stages, and the relative change at which it has converged."""
@@ -133,12 +133,12 @@ def jackknife(likelihood: Likelihood, solution: Solution) -> JackknifeCovariance
     changes = []
     pairs = zip(likelihood.vibrations, solution.evaluation.responses, strict=True)
     for i, (vibration, response) in enumerate(pairs):
-        misfits = misfit(vibration.psi, response.psi, vibration.step, solution.noise)
+        losses = neg_log_likelihood(vibration.psi, response.psi, vibration.step, solution.noise)
         columns = likelihood.columns(i)
         for part in half_swings(response.psi):
             slopes = response.sensitivities[part]
-            curvature = slopes.T @ (slopes * misfits.curvature[part, None])
-            score = slopes.T @ misfits.slope[part]
+            curvature = slopes.T @ (slopes * losses.curvature[part, None])
+            score = slopes.T @ losses.slope[part]
             amplified = _amplified(inverse[np.ix_(columns, columns)], curvature, score)
             changes.append(inverse[shared, columns] @ amplified)
     return JackknifeCovariance(

@@ -12,7 +12,7 @@ from identification.reading.rigfile import rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
 from identification.reading.table import DECAY_COLUMNS, MIN_SAMPLES
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from identification.fits.values import ParameterEstimate
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,6 @@ from identification.free_decay.identifiability import (
 )
 from identification.free_decay.likelihood import COMMON, Contact, Likelihood, contact_geometry
 from identification.free_decay.noise_continuation import Solution, jackknife, solve
-from identification.free_decay.onset import find_vibration
 from identification.free_decay.recording import Decay
 from identification.free_decay.results import (
     ContactResult,
@@ -23,8 +22,9 @@ from identification.free_decay.results import (
     IdentifiedParameter,
 )
 from identification.free_decay.vibration import stiffness
+from identification.free_decay.vibration_detection import find_vibration
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 UNITS = ("N/m^2", "N m s/rad")
 _CONFIDENCE = 0.95

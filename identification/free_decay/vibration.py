@@ -25,9 +25,9 @@ import casadi as ca
 import numpy as np
 
 from symbolic import Expression, compiled, full_slide_level
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
+from symbolic.casadi_functions import BufferedCall
 from symbolic.deformation import unit_corner_moment
-from symbolic.functions import BufferedCall
 
 UNKNOWNS = ("k", "b_t", "slip", "psi", "psi_dot", "centre")
 """Unknowns of a free vibration: k [N/m^2], b_t [N m s/rad], 1/(mu F_N) [1/N], then angle [rad] and

@@ -7,7 +7,7 @@
     channels    formats/*         open a file, list its channels, read those that are asked for: Samples
       |                           with their unit and, where the format has one, their clock
       |         channel_matching  which channel is which column, as a map or its name says (signal_map)
-      |         clock             columns in SI (units) and on one clock
+      |         clock_and_units   columns in SI (units) and on one clock
     Table       table             the checks of every sample, the first fault by its place in the file
       |
       |         rigfile           values that the file declares, else those of the rig file

@@ -17,21 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.car_plausibility import (
+    rack_position_and_force,
     require_plausible_car,
     shares_at_limits,
-    way_and_force,
 )
 from identification.reading.channel_matching import map_hint, missing_channels
 from identification.reading.file_content import read_bytes
-from identification.reading.guessed_car_channels import absent_of_steering
-from identification.reading.rack_motion import RackInstant, rack_motion
+from identification.reading.guessed_car_channels import absent_rack_columns
+from identification.reading.rack_derivatives import RackInstant, rack_instants
 from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MIN_SAMPLES, Table
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of
-from symbolic.tables.vehicle_tables import vehicle_from_tables
+from symbolic.tables.vehicle_from_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle
@@ -86,7 +86,7 @@ def read_rack(path: str | Path, vehicle: Vehicle, signals: SignalMap = NO_MAP) -
     table = read_table(path, ("t",), READERS, signals)
     require_steering(table, vehicle)
     require_plausible_car(table, vehicle)
-    s, force = way_and_force(table.columns, vehicle)
+    s, force = rack_position_and_force(table.columns, vehicle)
     standstills = standstills_of(table.columns, vehicle)
     known = np.isfinite(s) & np.isfinite(force) & (standstills.stretch >= 0)
     if known.sum() < MIN_SAMPLES:
@@ -128,10 +128,10 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
             f"{table.path}: the car never stands for {MIN_SAMPLES} samples: speed stays above"
             f" {vehicle.standstill:g} m/s, or is not known"
         )
-    s, force = way_and_force(columns, vehicle)
+    s, force = rack_position_and_force(columns, vehicle)
     held = np.append(standstills.brakes, False)[standstills.stretch]
-    moved = rack_motion(columns["t"], s, np.broadcast_to(force, s.shape), standstills.stretch)
-    psi, M_z = of_mean_wheel(vehicle, moved, held)
+    moved = rack_instants(columns["t"], s, np.broadcast_to(force, s.shape), standstills.stretch)
+    psi, M_z = to_mean_wheel(vehicle, moved, held)
     of_wheel = {
         "t": columns["t"],
         "psi": psi,
@@ -142,7 +142,7 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
     return replace(table, columns=of_wheel), replace(standstills, at_limit=at_limit)
 
 
-def of_mean_wheel(vehicle: Vehicle, moved: RackInstant, held: NDArray[np.bool_]) -> tuple[Array, Array]:
+def to_mean_wheel(vehicle: Vehicle, moved: RackInstant, held: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Angle [rad] and torque [N m] of the mean wheel; `held` says where the brakes hold the wheels."""
     s, force, speed, acceleration = moved
     if vehicle.moved_mass == 0:
@@ -164,7 +164,7 @@ def require_steering(table: Table, vehicle: Vehicle) -> None:
         InvalidInputError: it is such a table.
     """
     columns, signals = table.columns, SignalMap(signals=table.sources)
-    if absent := absent_of_steering(columns):
+    if absent := absent_rack_columns(columns):
         raise missing_channels(table.path, absent, table.names, signals)
     if "F_rack" in columns:
         if vehicle.handwheel_inertia:

@@ -9,7 +9,7 @@ from identification.reading.signal_map import SignalSource, mending_map
 from identification.reading.table import Table
 from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.plausible_ranges import MAX_RETURNED_WORK
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
@@ -49,7 +49,7 @@ def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
         raise InvalidInputError(f"{table.path}: {'; '.join(reasons)}: {remedy}")
 
 
-def way_and_force(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array, Array]:
+def rack_position_and_force(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array, Array]:
     """Way of the rack [m] and force on it [N], measured or from the handwheel's side."""
     bar = columns.get("T_bar", np.zeros_like(columns["t"]))
     s, force = columns.get("rack"), columns.get("F_rack")
@@ -94,7 +94,7 @@ def _span(values: Array) -> float:
 
 def _signs(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
     """Columns that count the other way, and why."""
-    s, force = way_and_force(columns, vehicle)
+    s, force = rack_position_and_force(columns, vehicle)
     ds = np.diff(s, prepend=s[:1])
     if not _span(s) > MIN_RACK_SPAN:
         return {}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from identification.reading.guessed_car_channels import EITHER, guesses_of_steering
+from identification.reading.guessed_car_channels import EITHER, guess_car_channels
 from identification.reading.signal_map import (
     NO_MAP,
     SignalMap,
@@ -19,12 +19,12 @@ from identification.reading.table import (
     CAR_COLUMNS,
     OPTIONAL_COLUMNS,
     REQUIRED_COLUMNS,
-    columns_of,
+    possible_columns,
 )
 from identification.reading.units import bare_name, factor_of, is_unit, unit_at_end, unit_of_name
 from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.tables.parsing import excerpt
 
 COLUMNS = (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)
@@ -95,12 +95,12 @@ def resolve_columns(
         InvalidInputError: a channel is missing, but for the time, or is not the only one of its name.
     """
     full, absent = {}, []
-    for column in columns_of(needed):
+    for column in possible_columns(needed):
         mapped = column in signals.signals
         wanted = [signals.of(column).channel] if mapped else file.aliases.get(column, (column,))
         asked = mapped or column in needed
         found = (
-            resolve(str(path), name, file.names, by_part=asked or column in CAR_COLUMNS)
+            match_channel(str(path), name, file.names, by_part=asked or column in CAR_COLUMNS)
             for name in wanted
         )
         if (name := next(filter(None, found), None)) is not None:
@@ -113,7 +113,7 @@ def resolve_columns(
     return full
 
 
-def resolve(where: str, name: str, names: Sequence[str], *, by_part: bool = True) -> str | None:
+def match_channel(where: str, name: str, names: Sequence[str], *, by_part: bool = True) -> str | None:
     """The full name of a channel: exact, without its unit, or by its last part; None for no such one.
 
     Args:
@@ -181,7 +181,7 @@ def map_hint(
     of_steering = {*absent, *signals.signals} | ({*names} if [*absent] == ["t"] else set())
     if {"rack", "handwheel", "F_rack", "T_bar", "T_motor"} & of_steering:
         guesses = {
-            c: _proposed_source(c, guess) for c, guess in guesses_of_steering(absent, names, signals)
+            c: _proposed_source(c, guess) for c, guess in guess_car_channels(absent, names, signals)
         }
         given = {c: source for c, source in signals.signals.items() if c not in absent}
         return f"; say which is which (in Python by signals=), such as {mending_map(given, guesses)}"
@@ -198,7 +198,7 @@ def map_hint(
     # The hand turns the wheel, M_z is the moment of the ground on it.
     guessed |= {c: replace(guessed[c], factor=-1.0) for c in of_hand & {"M_z"}}
     others = {c: signals.of(c) for c in (*COLUMNS, *signals.signals) if c not in channels}
-    channels |= {c: resolve("", s.channel, names) for c, s in others.items()}
+    channels |= {c: match_channel("", s.channel, names) for c, s in others.items()}
     sources = {c: s for c, s in (others | guessed).items() if channels[c] or c not in others}
     values, certain = {}, {*signals.signals} - {*guessed}
     for column, name in channels.items():

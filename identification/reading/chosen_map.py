@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
 
-from identification.reading.channel_matching import resolve
+from identification.reading.channel_matching import match_channel
 from identification.reading.signal_map import SignalMap, SignalSource, as_option
 from identification.reading.units import UNITS, UNSURE_AT_END, factor_of, unit_at_end
 from symbolic import InvalidInputError
@@ -39,7 +39,7 @@ def fitting_map(where: str, signals: SignalMap, names: Sequence[str]) -> SignalM
 
 def _is_there(channel: str, names: Sequence[str]) -> bool:
     try:
-        return resolve("", channel, names) is not None
+        return match_channel("", channel, names) is not None
     except InvalidInputError:  # It is there, even more than once.
         return True
 

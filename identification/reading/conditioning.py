@@ -18,7 +18,7 @@ import numpy as np
 from identification.reading.recordings import Recording
 from identification.reading.smoothing import smoothed_rate
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.tables.parsing import naming
 
 CHANNELS = ("psi", "M_z", "F_N")

@@ -22,12 +22,12 @@ _USUAL = {
 """Names that channels often have; each channel goes to the first column that it fits."""
 
 
-def absent_of_steering(columns: Collection[str]) -> list[str]:
+def absent_rack_columns(columns: Collection[str]) -> list[str]:
     """Columns without which way or force of the rack are not known, see `EITHER`."""
     return [one for one, both in EITHER.items() if not {*columns} & {*both.split(" or ")}]
 
 
-def guesses_of_steering(
+def guess_car_channels(
     absent: Sequence[str], names: Sequence[str], signals: SignalMap
 ) -> Iterator[tuple[str, str | None]]:
     """Columns with the channels that they may be: absent ones, and optional ones that are there.

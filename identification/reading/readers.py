@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol
 
-from identification.reading.clock import remapped
+from identification.reading.clock_and_units import remapped
 from identification.reading.file_content import require_readable
 from identification.reading.formats.can import open_can
 from identification.reading.formats.csvfile import read_csv

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from identification.loop_plot import ALIGNING, draw_loops
 from identification.reading.car import Standstills, wheel_table
 from identification.reading.channel_matching import ChannelFile, Samples
-from identification.reading.clock import tabulate
+from identification.reading.clock_and_units import tabulate
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_and_signals, rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
@@ -20,7 +20,7 @@ from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import MIN_SAMPLES, Table, require_valid_samples, required_columns
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.tables.notebook_html import html_table
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle

@@ -8,7 +8,7 @@ from identification.reading.signals_section import read_signals
 from identification.reading.table import Table
 from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of
-from symbolic.tables.rig_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, rig_from_values
+from symbolic.tables.rig_from_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, rig_from_values
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 """Parameters that a recording may give for itself."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt, naming, shown
-from symbolic.tables.rig_tables import SIGNALS
+from symbolic.tables.rig_from_tables import SIGNALS
 
 USUAL_RATIO = 15
 """Stands for the steering ratio in a map that is proposed [1]."""

@@ -15,7 +15,7 @@ from identification.reading.signal_map import (
 )
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import MAX_TABLES_SIZE, excerpt, floats, naming, shown, toml_of
-from symbolic.tables.rig_tables import SIGNALS
+from symbolic.tables.rig_from_tables import SIGNALS
 
 _FRACTION = re.compile(r"(?P<part>-?[0-9]{1,9}(\.[0-9]{1,9})?)/(?P<over>[0-9]{1,9}(\.[0-9]{1,9})?)")
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 SMOOTHING_TIME = 0.11
 """Length of the smoothing window [s]: long against the encoder's steps, short against a turn."""

@@ -12,7 +12,7 @@ from identification.reading.signal_map import SignalSource, mending_map
 from identification.reading.units import UNITS, unit_by_size
 from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MIN_SAMPLES = 10
 MAX_SAMPLES = 10_000_000
@@ -85,7 +85,7 @@ def required_columns(*, torque_required: bool) -> tuple[str, ...]:
     return tuple(name for name in REQUIRED_COLUMNS if torque_required or name != "M_z")
 
 
-def columns_of(needed: Sequence[str]) -> tuple[str, ...]:
+def possible_columns(needed: Sequence[str]) -> tuple[str, ...]:
     """The columns that a recording may have: those of a car where no angle of a wheel is needed."""
     if "psi" in needed:
         return (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)

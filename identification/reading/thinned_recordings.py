@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
-from identification.reading.trimming_and_wheel_angle import at_samples
-from symbolic.arrays import Array
+from identification.reading.trimming import at_samples
+from symbolic.array_alias import Array
 
 MAX_SEARCH_SAMPLES = 500_000
 """Samples of all recordings of a search together; a fit of 20 parameters then takes 80 MB for each copy
@@ -16,7 +16,7 @@ MIN_REVERSAL = 1e-3
 """Turning back by this much is a reversal, not the encoder's noise [rad]."""
 
 
-def bounded(
+def thin_recordings(
     recordings: Sequence[Recording], most: int = MAX_SEARCH_SAMPLES
 ) -> tuple[list[Recording], str | None]:
     """The recordings, thinned alike where together they have too many samples.

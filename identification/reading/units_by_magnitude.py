@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.reading.signal_map import SignalSource
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.plausible_ranges import (
     MAX_PLAUSIBLE_PERIOD,
     MAX_RETURNED_WORK,

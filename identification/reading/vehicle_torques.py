@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.reading.recordings import Recording
-from identification.reading.trimming_and_wheel_angle import at_samples
-from symbolic.arrays import Array
+from identification.reading.trimming import at_samples
+from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_of
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of

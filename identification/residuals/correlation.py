@@ -22,7 +22,7 @@ from identification.fits.autocorrelation import lagged_products
 from identification.fits.fitting import Fit
 from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 CONFIDENCE = 0.99
 """Share of independent residuals whose correlation stays within its band [1]."""
@@ -96,7 +96,7 @@ def rows_of(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> 
     )
 
 
-def directions_of(columns: Array) -> Array:
+def orthonormal_basis(columns: Array) -> Array:
     """Orthonormal columns that span these."""
     size = np.linalg.norm(columns, axis=0)
     scaled = columns[:, size > 0] / size[size > 0]
@@ -106,16 +106,16 @@ def directions_of(columns: Array) -> Array:
     return np.asarray(directions[:, strength > 1e-8 * strength[0]])
 
 
-def projected_off(columns: Array, directions: Array) -> Array:
+def orthogonal_part(columns: Array, directions: Array) -> Array:
     """The columns less their projection on orthonormal directions."""
     return np.asarray(columns - directions @ (directions.T @ columns))
 
 
-def new_directions(columns: Array, directions: Array) -> Array:
+def additional_basis(columns: Array, directions: Array) -> Array:
     """Orthonormal directions of these columns beyond those; none of columns that lie in their span."""
-    remaining = projected_off(columns, directions)
+    remaining = orthogonal_part(columns, directions)
     new = np.linalg.norm(remaining, axis=0) > MIN_REMAINING_SHARE * np.linalg.norm(columns, axis=0)
-    return directions_of(remaining[:, new])
+    return orthonormal_basis(remaining[:, new])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -157,7 +157,7 @@ class Noise:
 
 def noise_of(rows: Rows) -> Noise:
     """The process of which these residuals, less their means, may be a sample."""
-    centred = projected_off(rows.residual, directions_of(rows.means()))
+    centred = orthogonal_part(rows.residual, orthonormal_basis(rows.means()))
     longest = max(
         step * (p.stop - p.start) for p, step in zip(rows.places.values(), rows.steps, strict=True)
     )
@@ -201,7 +201,7 @@ def correlation(
     Returns:
         The correlation, the half-width of its band, and the slope of each column.
     """
-    remaining, residual = (projected_off(c, absorbed) for c in (columns, noise.rows.residual))
+    remaining, residual = (orthogonal_part(c, absorbed) for c in (columns, noise.rows.residual))
     length = float(np.linalg.norm(residual))
     if not length > 0 or np.linalg.norm(remaining) <= MIN_REMAINING_SHARE * np.linalg.norm(columns):
         return 0.0, 1.0, np.zeros(columns.shape[1])

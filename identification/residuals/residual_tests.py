@@ -10,7 +10,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from identification.residuals.signatures import MIN_STRUCTURE_SHARE, Signatures
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MAX_NOISE_RATIO = 1.15
 """Largest rms of residuals that counts as noise, over the noise of the torque channel [1]."""

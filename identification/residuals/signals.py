@@ -8,7 +8,7 @@ import numpy as np
 from identification.reading.recordings import Recording
 from identification.reading.thinned_recordings import MIN_REVERSAL
 from symbolic import Effect, InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MIN_MOVING_SHARE = 0.05
 """Below this share of its rms yaw rate the wheel counts as resting [1]."""
@@ -74,23 +74,23 @@ class Signal:
         name: in plain words, as in "the residual follows ..."; signatures refer to it.
         unit: of its values.
         of: its values, shape (n,).
-        positive: what physics usually leaves a residual, simulated minus measured, of the signal's sign.
-        negative: what leaves one of the opposite sign; empty where the sign tells nothing.
-        has_own_strength: True where the signal's strength and sign differ from recording to recording.
+        positive_cause: what usually leaves a residual, simulated minus measured, of the signal's sign.
+        negative_cause: what leaves one of the opposite sign; empty where the sign tells nothing.
+        differs_by_recording: whether strength and sign are those of each recording, not of all.
         centred: whether its mean over each recording is taken out, which leaves that to the constant.
     """
 
     name: str
     unit: str
     of: Callable[[MotionSignals], Array]
-    positive: str
-    negative: str = ""
-    has_own_strength: bool = False
+    positive_cause: str
+    negative_cause: str = ""
+    differs_by_recording: bool = False
     centred: bool = True
 
-    def reading(self, correlation: float) -> str:
+    def usual_cause(self, correlation: float) -> str:
         """What usually leaves a residual with this correlation."""
-        return self.positive if correlation >= 0 else self.negative or self.positive
+        return self.positive_cause if correlation >= 0 else self.negative_cause or self.positive_cause
 
 
 _FALLING = "friction that falls with speed, or a delayed torque channel"
@@ -103,7 +103,7 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
         "1",
         lambda motion: np.ones(motion.t.size),
         f"a zero error of the torque channel, or {_TWISTED}",
-        has_own_strength=True,
+        differs_by_recording=True,
         centred=False,
     ),
     Signal(
@@ -181,7 +181,7 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
         "s",
         lambda motion: motion.t,
         f"the torque channel drifts, or {_TWISTED}",
-        has_own_strength=True,
+        differs_by_recording=True,
     ),
     Signal(
         "the torque times the time",
@@ -201,7 +201,7 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
         "1",
         lambda motion: 1 - motion.relative_extent,
         _TWISTED,
-        has_own_strength=True,
+        differs_by_recording=True,
     ),
 )
 """In the order in which a person would look; slopes are in N m per unit of the signal."""
@@ -219,7 +219,8 @@ def effects_leaving(signal: Signal, sign: int, effects: Iterable[Effect]) -> tup
         (signature.rank, effect.name)
         for effect in effects
         for signature in effect.signatures
-        if signature.signal == signal.name and (signal.has_own_strength or signature.sign in (0, sign))
+        if signature.signal == signal.name
+        and (signal.differs_by_recording or signature.sign in (0, sign))
     ]
     return tuple(name for _, name in sorted(declared, key=lambda one: one[0]))
 

@@ -13,11 +13,11 @@ from identification.residuals.correlation import (
     CONFIDENCE,
     Noise,
     Rows,
+    additional_basis,
     correlation,
-    directions_of,
-    new_directions,
     noise_of,
-    projected_off,
+    orthogonal_part,
+    orthonormal_basis,
     rows_of,
 )
 from identification.residuals.signals import (
@@ -28,7 +28,7 @@ from identification.residuals.signals import (
     motion_and_model_torque,
 )
 from symbolic import EFFECTS, Effect
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MAX_LAG = 2.0
 """Longest lag of the autocorrelation that is kept [s]."""
@@ -191,13 +191,14 @@ def signatures(
     rows = rows_of(residuals, recordings)
     adjusted = rows.sensitivities(fits)
     absorbed = _Absorbed(
-        adjusted=directions_of(adjusted), centred=directions_of(np.hstack([adjusted, rows.means()]))
+        adjusted=orthonormal_basis(adjusted),
+        centred=orthonormal_basis(np.hstack([adjusted, rows.means()])),
     )
     motions = [motion_and_model_torque(recording, residuals[recording.name]) for recording in recordings]
     columns = {}
     for signal in RESIDUAL_SIGNALS:
         each = rows.columns([signal.of(motion) for motion in motions])
-        columns[signal] = each if signal.has_own_strength else each.sum(axis=1, keepdims=True)
+        columns[signal] = each if signal.differs_by_recording else each.sum(axis=1, keepdims=True)
     noise = noise_of(rows)
     marginal = _correlate(columns, absorbed, noise, candidates)
     return Signatures(
@@ -220,7 +221,7 @@ class _Absorbed:
 
     def extended(self, columns: Array) -> "_Absorbed":
         parts = (self.adjusted, self.centred)
-        adjusted, centred = (np.hstack([p, new_directions(columns, p)]) for p in parts)
+        adjusted, centred = (np.hstack([p, additional_basis(columns, p)]) for p in parts)
         return _Absorbed(adjusted=adjusted, centred=centred)
 
 
@@ -239,11 +240,11 @@ def _correlate(
                 correlation=value,
                 band=band,
                 slope=float(np.sqrt(np.mean(slopes**2)))
-                if signal.has_own_strength
+                if signal.differs_by_recording
                 else float(slopes[0]),
                 size=abs(value) * noise.rows.rms,
                 effects=effects_leaving(signal, 1 if value >= 0 else -1, effects),
-                reading=signal.reading(value),
+                reading=signal.usual_cause(value),
             )
         )
     return tuple(every)
@@ -267,7 +268,7 @@ def _followed(
             break
         followed.append(max(candidates, key=lambda s: abs(s.correlation)))
         absorbed = absorbed.extended(columns[by_name[followed[-1].signal]])
-        remaining = replace(rows, residual=projected_off(rows.residual, absorbed.adjusted))
+        remaining = replace(rows, residual=orthogonal_part(rows.residual, absorbed.adjusted))
         every = _correlate(columns, absorbed, noise_of(remaining), effects)
     return tuple(followed)
 

@@ -12,7 +12,7 @@ from identification.fits.problem import over_range, torque_range
 from identification.fits.values import ground_of
 from identification.reading.recordings import Recording
 from symbolic import parameter_name
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 Mask = NDArray[np.bool_]
 

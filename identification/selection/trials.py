@@ -11,10 +11,10 @@ from identification.fits.options import COARSE_FIT, FINE_FIT, FitOptions
 from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
 from identification.reading.recordings import Recording
-from identification.reading.trimming_and_wheel_angle import at_samples
+from identification.reading.trimming import at_samples
 from identification.selection.leave_one_out_linearised import leave_one_out
 from symbolic import SEARCH_STEPS, Effect, Model
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 CORNERS = 16
 """Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""

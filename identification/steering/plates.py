@@ -21,7 +21,7 @@ from identification.reading.car import RackRecording
 from identification.reading.car_plausibility import MOVING
 from identification.reading.smoothing import smoothed_rate
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import Contact
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle

@@ -14,7 +14,7 @@ from scipy.special import stdtrit
 
 from identification.fits.values import ParameterEstimate
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MIN_TOWS = 4
 """Two parameters, and two more tows for their deviation."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from identification.reading.file_content import read_text
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 COLUMNS = (
     "t",

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from identification.free_decay.likelihood import contact_geometry
-from identification.free_decay.onset import FreeVibration, find_vibration
 from identification.free_decay.recording import Decay
 from identification.free_decay.vibration import stiffness
-from symbolic.arrays import Array
+from identification.free_decay.vibration_detection import FreeVibration, find_vibration
+from symbolic.array_alias import Array
 
 _FINE = 0.01
 """Distance of two frequencies of the padded transform [Hz]; [Györök 2022] has one over the duration."""

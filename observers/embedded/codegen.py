@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from observers.embedded.casadi_c import embedded_code
-from observers.embedded.compact import compact_body, compact_patch
+from observers.embedded.compact_codegen import compact_body, compact_patch
 from observers.embedded.constants import Tunable
 from observers.embedded.generated_files import mark, release, require_usable, write_texts
 from observers.embedded.own_names import with_prefix
@@ -40,7 +40,7 @@ from observers.protocol import (
     Status,
 )
 from observers.quality.input_plausibility import START, build_evidence
-from observers.quality.screening import SLACK
+from observers.quality.sensor_limits import SLACK
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
 from symbolic.compilation.scalar_c import c_function
@@ -235,7 +235,7 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
     return Body(
         core=with_meanings(code.text),
         stepping=render("stepping.c", {**terms, **calls}),
-        private=f"    {real.c_type} values[2][{size}]; /* before and after a sample */\n"
+        private_fields=f"    {real.c_type} values[2][{size}]; /* before and after a sample */\n"
         f"    {real.c_type} scratch[{reals}];\n"
         f"    int32_t integers[{integers}];",
         bytes=(2 * size + reals) * real.size + 4 * integers,

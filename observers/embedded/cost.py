@@ -10,7 +10,7 @@ is known.
 
 from dataclasses import dataclass
 
-from observers.embedded.compact import compact_patch
+from observers.embedded.compact_codegen import compact_patch
 from observers.embedded.constants import Tunable
 from observers.embedded.patches.exact_patch import DEPTH
 from observers.embedded.patches.patch_code import PatchCode

@@ -15,7 +15,7 @@ from observers.estimates import Estimates
 from observers.interfaces.run import as_estimates
 from observers.protocol import ESTIMATE, FunctionObserver
 from symbolic import InvalidInputError, compiler
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.compilation.operating_system import LIBRARY_SUFFIX
 from symbolic.compilation.toolchain import library_line, run_compiler
 

@@ -9,7 +9,7 @@ from observers.embedded.scalar_type import Real
 from observers.interfaces.loop import Loop
 from observers.protocol import ESTIMATE, FunctionObserver, Sample
 from symbolic import simulate
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 INPUTS = ("psi", "psi_dot", "M_z", "M", "F_N", "dt")
 COUNT, SAMPLE_PERIOD, SEED = 400, 0.01, 20

@@ -23,7 +23,7 @@ class Body:
     Attributes:
         core: C of the computation, in the type.
         stepping: C of `begin` and `advance`, which the public functions call.
-        private: fields of the state, lines of C.
+        private_fields: fields of the state, lines of C.
         bytes: size of these fields.
         types: their types, C of the header.
         supervised: C acquires friction first, see `observers.embedded.estimators.supervision`.
@@ -33,7 +33,7 @@ class Body:
 
     core: str
     stepping: str
-    private: str
+    private_fields: str
     bytes: int
     types: str = ""
     rig_at_run_time: bool = False

@@ -20,10 +20,10 @@ from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.protocol import ESTIMATE, OUTPUT, UNINFORMED, Estimate, Sample, Status, prior_estimate
 from observers.quality.input_plausibility import EVIDENCE, START
-from observers.quality.screening import SCREEN, build_screened_step, can_be_first, initial_screen
+from observers.quality.sensor_limits import SCREEN, build_screened_step, can_be_first, initial_screen
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.tables.found_model import units_of
 
 _AT_REST = Sample(psi=0.0, psi_dot=0.0, F_N=1000.0, dt=0.01, M_z=0.0, M=0.0)
@@ -98,7 +98,7 @@ class CasadiObserver:
 
     @cached_property
     def screened_step(self) -> ca.Function:
-        """`step_function` of plausible samples alone, see `observers.quality.screening`."""
+        """`step_function` of plausible samples alone, see `observers.quality.sensor_limits`."""
         a = self.rig.a if self.is_checked else None
         return build_screened_step(self.step_function, self.layout, self.sample_limits, self.channel, a)
 

@@ -39,7 +39,7 @@ from observers.quality.directional_change_monitor import monitor_fields
 from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight, innovation_variance
 from observers.udu import add_variance, build_predict_covariance, build_update_covariance, covariance
 from symbolic import GEOMETRY, InvalidInputError
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 
 @dataclass(frozen=True, kw_only=True)

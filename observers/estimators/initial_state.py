@@ -9,14 +9,14 @@ from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.patch.effective_friction import output_vector
-from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_constants
+from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.patch.update import tyre_states
 from observers.protocol import SAMPLE
-from observers.quality import supervised_step
+from observers.quality import acquisition_and_tracking
 from observers.tuning import TUNING_FIELDS
 from observers.udu import covariance
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 POINT = {"log_mu": "mu"}
 """Field of the tuning that a state of the tyre is linearised at; 1 for k over its nominal value."""
@@ -34,7 +34,7 @@ def build_initial_state(
         layout: parts of the state; in a window one column stands for all, other parts begin as zeros.
     """
     inputs = symbols(ca.MX, sample=len(SAMPLE), constants=observer_constants_size(model))
-    theta, rig, vector = split_constants(model, inputs["constants"])
+    theta, rig, vector = split_theta_rig_tuning(model, inputs["constants"])
     tuning, first = named(TUNING_FIELDS, vector), named(SAMPLE, inputs["sample"])
     first["psi_dot"] = ca.if_else(is_known(first["psi_dot"]), first["psi_dot"], 0)
     signals = vector_of(SIGNALS, first)
@@ -70,7 +70,7 @@ def build_initial_state(
     }
     if "own" in layout.places:
         std = tuning["zero_std"] * slide
-        parts |= supervised_step.initial(measurement_model, first["psi"], first["F_N"], std)
+        parts |= acquisition_and_tracking.initial(measurement_model, first["psi"], first["F_N"], std)
     if "samples" in layout.places:
         # The rows of a window's samples continue those of a cleaned sample.
         rows = layout.places["samples"][1][0]

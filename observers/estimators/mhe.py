@@ -56,7 +56,7 @@ from observers.quality.innovation_gate import COUNTS
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
 from symbolic import InvalidInputError
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,7 +26,7 @@ from observers.measurement.measurement_model import CLEAN, RIG, ROWS, Measuremen
 from observers.quality.innovation_gate import huber_weight
 from observers.tuning import TUNING_FIELDS
 from observers.udu import covariance, predict_covariance, update_covariance
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 
 @cache

@@ -13,12 +13,12 @@ from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import RIG, AligningTorque, MeasurementModel
-from observers.quality import supervised_step
+from observers.quality import acquisition_and_tracking
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.quality.tolerances import with_tolerances
 from observers.tuning import TUNING_FIELDS, Tuning
 from symbolic import InvalidInputError, Model, Rig
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.compliance import deflection_of
 
 RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")
@@ -37,8 +37,8 @@ class ModelObserver(CasadiObserver):
         tuning: prior and noises.
         measurement_model: which torque is measured, and which states there are beside mu.
         acquire: friction is acquired among hypotheses before the estimator tracks it, and inputs are
-            checked for other units, signs and scales, see `observers.quality.supervised_step`. False is
-            the
+            checked for other units, signs and scales, see `observers.quality.acquisition_and_tracking`.
+            False is the
             estimator alone, from its prior: where another part of a system does all that. Friction by
             direction is not acquired, but its inputs are checked.
 
@@ -94,7 +94,7 @@ class ModelObserver(CasadiObserver):
         parts = self.estimator_layout
         if not self.acquire:
             return parts
-        return Layout((*parts.fields, *supervised_step.layout(self.measurement_model).fields))
+        return Layout((*parts.fields, *acquisition_and_tracking.layout(self.measurement_model).fields))
 
     @property
     def step_function(self) -> ca.Function:
@@ -102,7 +102,7 @@ class ModelObserver(CasadiObserver):
         if not self.acquire:
             return self.estimator_step
         patch = equivalent_patch(self.model, self.values, self.rig)
-        return supervised_step.build_supervised_step(
+        return acquisition_and_tracking.build_supervised_step(
             self.estimator_step, self.model, self.measurement_model, self.estimator_layout, patch
         )
 

@@ -11,7 +11,7 @@ from observers.measurement.linearisation import build_clean, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.patch.effective_friction import build_effective_friction, output_vector
-from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_constants
+from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.protocol import SAMPLE, Status
 from observers.quality.innovation_gate import InnovationTest, build_innovation_test
 from observers.quality.innovation_monitor import variance_between_grounds
@@ -75,7 +75,7 @@ class StepSample:
     ) -> "StepSample":
         """The sample among the inputs of a step, cleaned with the last one."""
         now, imputed = build_clean(measurement_model)(inputs["sample"], last)
-        theta, rig, tuning = split_constants(model, inputs["constants"])
+        theta, rig, tuning = split_theta_rig_tuning(model, inputs["constants"])
         return cls(
             model=model, measurement_model=measurement_model, now=now, imputed=imputed, theta=theta,
             rig=rig, tuning=tuning,

@@ -13,7 +13,7 @@ from observers.interfaces.run import as_estimates, run
 from observers.measurement.rack_force import RackForce
 from observers.protocol import ESTIMATE, Observer, Status
 from symbolic import InvalidInputError, Model
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle
 

@@ -78,7 +78,7 @@ def from_files(
 
 
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
-    """Rig and tyre of a rig file, see `symbolic.tables.rig_tables.rig_from_tables`.
+    """Rig and tyre of a rig file, see `symbolic.tables.rig_from_tables.rig_from_tables`.
 
     Raises:
         InvalidInputError: the file cannot be read or is no rig file; one line says what is wrong.
@@ -88,7 +88,7 @@ def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
 
 
 def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
-    """Model and values of a model file, see `symbolic.tables.found_model_tables.model_from_tables`.
+    """Model and values of a model file, see `symbolic.tables.found_model_from_tables.model_from_tables`.
 
     Args:
         path: the model file.

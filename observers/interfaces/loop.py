@@ -13,7 +13,7 @@ from observers.compiled_step import CompiledStep
 from observers.measurement.angle_derivative import next_rate
 from observers.protocol import Estimate, Observer, Sample, Status, prior_estimate
 from observers.quality.input_plausibility import suspicions
-from observers.quality.screening import (
+from observers.quality.sensor_limits import (
     SCREEN,
     beyond_limits,
     build_screen,
@@ -55,7 +55,7 @@ class Loop:
     It starts at the first sample with a sensible psi and F_N >= 0.001 N, which says where the patch
     stands at rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in
     `observers.run`.
-    Implausible values are left out, see `observers.quality.screening`.
+    Implausible values are left out, see `observers.quality.sensor_limits`.
 
     Attributes:
         observer: the observer.

@@ -15,9 +15,9 @@ from observers.protocol import (
     Sample,
     Status,
 )
-from observers.quality.screening import beyond_limits, masked_angles, sample_limits_of
+from observers.quality.sensor_limits import beyond_limits, masked_angles, sample_limits_of
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 
 def run(

@@ -27,7 +27,7 @@ from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import variance_between_grounds
 from observers.udu import covariance_of
 from symbolic import GEOMETRY, InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MARGIN = 1e-6
 """Share by which a prior stays within the bounds of mu [1]."""

@@ -6,8 +6,8 @@ ln mu is far less skewed than that of mu, and mu stays positive.
 `AligningTorque`, as on the rig: the angle is known, M_z = h(history of the angle, mu) + M_0 is measured,
 and the states are random walks.
 
-`SteeringTorque` of `observers.measurement.steering_torque`, as in electric power steering: M drives the
-wheel and the angle is measured.
+`SteeringTorque` of `observers.measurement.wheel_yaw_dynamics`, as in electric power steering: M drives
+the wheel and the angle is measured.
 """
 
 from collections.abc import Hashable
@@ -24,9 +24,9 @@ from observers.measurement.torque_error import (
     independent_share,
     is_known,
     model_error_variance,
-    noise_after,
     sensor_noise_variance,
     sensor_variance,
+    update_noise,
 )
 from observers.protocol import SAMPLE
 from observers.tuning import REFERENCE_STEP, STATES, TUNING_FIELDS
@@ -220,7 +220,7 @@ class AligningTorque:
         slide = full_slide_torque(ca.if_else(is_known(sample["F_N"]), sample["F_N"], 0), values["a"])
         stated = (named(TUNING_FIELDS, tuning)["noise"] * slide) ** 2
         usual = ca.if_else(is_known(values["noise"]), declared, stated)
-        after = noise_after(before, M_z, dt, usual, (SENSOR * slide) ** 2)
+        after = update_noise(before, M_z, dt, usual, (SENSOR * slide) ** 2)
         # That of one sample, from that of `REFERENCE_STEP`.
         seen = after["variance"] * ca.fmax(1, REFERENCE_STEP / dt)
         return after, sample["psi"], M_z, ca.fmax(declared, seen)

@@ -91,7 +91,7 @@ JITTER = 0.99
 """Share of `REFERENCE_STEP` that fills a block [1]."""
 
 
-def noise_after(
+def update_noise(
     before: Parts, M_z: Expression, dt: Expression, usual: Expression, least: Expression
 ) -> Parts:
     """The numbers of `NOISE` after a torque [N m], NaN where it is missing, of so long a step [s].

@@ -13,7 +13,7 @@ from observers.layout import named, symbols, vector_of
 from observers.patch.patch_protocol import PatchModel
 from observers.protocol import OUTPUT
 from symbolic import GEOMETRY
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 
 @cache

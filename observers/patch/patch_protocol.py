@@ -49,7 +49,7 @@ def observer_constants_size(model: PatchModel) -> int:
     return len(model.coordinates) + len(RIG) + len(TUNING_FIELDS)
 
 
-def split_constants(model: PatchModel, constants: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
+def split_theta_rig_tuning(model: PatchModel, constants: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
     """theta, rig and tuning of an observer's constants."""
     at = len(model.coordinates)
     theta, rig, tuning = ca.vertsplit(constants, [0, at, at + len(RIG), constants.numel()])

@@ -26,8 +26,8 @@ from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
 from observers.quality.tolerances import friction_floor
 from symbolic import full_slide_torque
-from symbolic.arrays import Array
-from symbolic.functions import BufferedCall
+from symbolic.array_alias import Array
+from symbolic.casadi_functions import BufferedCall
 
 SAMPLES_PER_CALL = 25
 """Samples of one compiled call; between two calls a forecast may end."""
@@ -51,20 +51,20 @@ class _CompiledForecastSteps:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Lane:
+class ForecastCase:
     """A friction that the ground may have, and where wheel and observer begin.
 
     Attributes:
         mu: friction [1].
-        ground: state of the filter that predicts the torque at this friction.
-        ground_constants: its constants.
+        torque_filter_state: state of the filter that predicts the torque at this friction.
+        torque_filter_constants: its constants.
         state: of the observer.
         scale: what the torque is multiplied with, as the observer divides it by that [1].
     """
 
     mu: float
-    ground: Array
-    ground_constants: Array
+    torque_filter_state: Array
+    torque_filter_constants: Array
     state: Array
     scale: float = 1.0
 
@@ -116,57 +116,58 @@ class Forecaster:
         turned = observer.measurement_model
         if observer.channel == "M":
             turned = AligningTorque(zero=False)
-        self.ground = Ekf(
+        self.torque_filter = Ekf(
             model=observer.model, values=observer.values, rig=observer.rig, tuning=observer.tuning,
             measurement_model=turned, acquire=False,
         )  # fmt: skip
-        self._torque, self._step = _CompiledForecastSteps(self.ground), _CompiledForecastSteps(observer)
+        self._torque = _CompiledForecastSteps(self.torque_filter)
+        self._step = _CompiledForecastSteps(observer)
 
-    def at_rest(self, mus: Iterable[float], psi: float, F_N: float, dt: float) -> list[Lane]:
-        """Lanes of a wheel that has stood at psi since the observer began."""
+    def at_rest(self, mus: Iterable[float], psi: float, F_N: float, dt: float) -> list[ForecastCase]:
+        """Cases of a wheel that has stood at psi since the observer began."""
         first = Sample(psi=psi, psi_dot=0.0, F_N=F_N, dt=dt)
-        state, lanes = self.observer.init(first).values, []
+        state, cases = self.observer.init(first).values, []
         for mu in mus:
-            ground = replace(self.ground, tuning=replace(self.observer.tuning, mu=mu))
-            lanes.append(
-                Lane(
-                    mu=mu, ground=ground.init(first).values, ground_constants=ground.constants,
-                    state=state,
+            ground = replace(self.torque_filter, tuning=replace(self.observer.tuning, mu=mu))
+            cases.append(
+                ForecastCase(
+                    mu=mu, torque_filter_state=ground.init(first).values,
+                    torque_filter_constants=ground.constants, state=state,
                 )
             )  # fmt: skip
-        return lanes
+        return cases
 
-    def present(self, mus: Iterable[float], state: ObserverState) -> list[Lane]:
-        """Lanes from the present state of the observer, which is a filter of an aligning torque."""
-        ground = state.values[: self.ground.layout.size]
+    def present(self, mus: Iterable[float], state: ObserverState) -> list[ForecastCase]:
+        """Cases from the present state of the observer, which is a filter of an aligning torque."""
+        ground = state.values[: self.torque_filter.layout.size]
         screen = state["screen"]
-        at = self.ground.layout.places["x"][0].start + self.ground.states.index("log_mu")
+        at = self.torque_filter.layout.places["x"][0].start + self.torque_filter.states.index("log_mu")
         scale = float(state["own"][OWN.index("scale")]) if "own" in state.layout.places else 1.0
-        lanes = []
+        cases = []
         for mu in mus:
             start = np.concatenate([ground, screen])
             start[at] = np.log(mu / scale)
-            lanes.append(
-                Lane(
-                    mu=mu, ground=start, ground_constants=self.ground.constants, state=state.values,
-                    scale=scale,
+            cases.append(
+                ForecastCase(
+                    mu=mu, torque_filter_state=start, state=state.values, scale=scale,
+                    torque_filter_constants=self.torque_filter.constants,
                 )
             )  # fmt: skip
-        return lanes
+        return cases
 
-    def along(self, path: SteeringPath, lane: Lane, F_N: float) -> Iterator[Forecast]:
-        """Forecasts of a lane from its first sample, each `SAMPLES_PER_CALL` samples longer."""
+    def along(self, path: SteeringPath, case: ForecastCase, F_N: float) -> Iterator[Forecast]:
+        """Forecasts of a case from its first sample, each `SAMPLES_PER_CALL` samples longer."""
         samples = np.full((len(SAMPLE), path.psi.size), np.nan)
         samples[0], samples[1], samples[2], samples[3] = path.psi, path.psi_dot, F_N, path.dt
         inertia = self._inertia(path)
         parts: list[Array] = []
-        ground, state = lane.ground, lane.state
+        ground, state = case.torque_filter_state, case.state
         for first in range(0, path.psi.size, SAMPLES_PER_CALL):
             given = samples[:, first : first + SAMPLES_PER_CALL]
             count = given.shape[1]
             given = np.pad(given, ((0, 0), (0, SAMPLES_PER_CALL - count)), mode="edge")
-            ground, expected = self._torque(ground, given, lane.ground_constants)
-            torque = lane.scale * expected[TORQUE]
+            ground, expected = self._torque(ground, given, case.torque_filter_constants)
+            torque = case.scale * expected[TORQUE]
             if self.observer.channel == "M":
                 torque = (
                     np.pad(inertia[first : first + SAMPLES_PER_CALL], (0, SAMPLES_PER_CALL - count))
@@ -178,14 +179,15 @@ class Forecaster:
             yield self._forecast(np.hstack(parts))
 
     def reach(
-        self, path: SteeringPath, lane: Lane, F_N: float, target: float, most_torque: float, last: int
-    ) -> tuple[int | None, float]:
+        self, path: SteeringPath, case: ForecastCase, F_N: float,
+        target: float, most_torque: float, last: int,
+    ) -> tuple[int | None, float]:  # fmt: skip
         """First sample up to about the `last` at which the target is reached, and the deviation there.
 
         None where it is not, with the least deviation up to there, 1 at most.
         """
         deviation = 1.0
-        for forecast in self.along(path, lane, F_N):
+        for forecast in self.along(path, case, F_N):
             at = forecast.reached(target, most_torque)
             if at is not None:
                 return at, float(forecast.deviation[at])
@@ -197,9 +199,9 @@ class Forecaster:
                 break
         return None, deviation
 
-    def whole(self, path: SteeringPath, lane: Lane, F_N: float) -> Forecast:
-        """The forecast of a lane along the whole path."""
-        *_, last = self.along(path, lane, F_N)
+    def whole(self, path: SteeringPath, case: ForecastCase, F_N: float) -> Forecast:
+        """The forecast of a case along the whole path."""
+        *_, last = self.along(path, case, F_N)
         return last
 
     def _inertia(self, path: SteeringPath) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MAX_STEERING_LIMITS = {
     "angle": 20.0, "rate": 100.0, "slowest": 100.0, "torque": inf, "time": 600.0, "acceleration": 1e4,

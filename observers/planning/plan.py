@@ -24,7 +24,7 @@ from observers.planning.path import SteeringLimits, SteeringPath, steer
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.parameters import FRICTION
 
 Objective = Literal["travel", "time", "angle"]
@@ -166,11 +166,11 @@ class _Search:
         """Begin without a path; arguments as of `plan`."""
         self.forecaster, self.target, self.limits, self.F_N = forecaster, target, limits, F_N
         self.mus, self.objective, self.over, self.dt, self.psi = mus, objective, over, dt, psi
-        self.lanes = forecaster.at_rest(mus, psi, F_N, dt)
+        self.cases = forecaster.at_rest(mus, psi, F_N, dt)
         self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, limits.angle)
         self.hopeless = {mu: out_of_reach(forecaster.observer, target, mu, F_N) for mu in mus}
-        # The lane that refused the last path comes first; what no steering reaches is not tried.
-        self.order = [lane for lane in self.lanes if not self.hopeless[lane.mu]] or [*self.lanes]
+        # The case that refused the last path comes first; what no steering reaches is not tried.
+        self.order = [case for case in self.cases if not self.hopeless[case.mu]] or [*self.cases]
         self.straight: set[float] = set()
 
     def path(self, swing: Swing) -> SteeringPath:
@@ -195,13 +195,13 @@ class _Search:
             if swing.rate in self.straight:
                 return self.least[0]
             self.straight.add(swing.rate)
-        for lane in [*self.order]:
+        for case in [*self.order]:
             bound = self.least[0]
             if self.over == "mean":
                 bound = bound * len(self.order) - sum(costs)
             last = int(np.searchsorted(along, bound))
             at, deviation = self.forecaster.reach(
-                path, lane, self.F_N, self.target, self.limits.torque, last
+                path, case, self.F_N, self.target, self.limits.torque, last
             )
             if at is None:
                 failed, worst = failed + 1, max(worst, deviation)
@@ -212,8 +212,8 @@ class _Search:
             if failed:
                 cost = (failed * NEVER + worst, mean)
             if cost > self.least:
-                self.order.remove(lane)
-                self.order.insert(0, lane)
+                self.order.remove(case)
+                self.order.insert(0, case)
                 return self.least[0]
         if cost < self.least:
             self.least, self.found = cost, swing
@@ -228,7 +228,7 @@ class _Search:
     def best(self) -> Plan:
         """The plan of the best path, cut where the last ground is known."""
         path = self.path(self.found)
-        whole = [self.forecaster.whole(path, lane, self.F_N) for lane in self.lanes]
+        whole = [self.forecaster.whole(path, case, self.F_N) for case in self.cases]
         reached = [one.reached(self.target, self.limits.torque) for one in whole]
         known = [at for at in reached if at is not None]
         end = max(known) + 1 if len(known) == len(whole) else path.psi.size

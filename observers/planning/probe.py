@@ -20,7 +20,7 @@ from observers.estimators.ekf import Ekf
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.loop import Loop
 from observers.layout import ObserverState
-from observers.planning.forecast import Forecaster, Lane, least_deviation
+from observers.planning.forecast import ForecastCase, Forecaster, least_deviation
 from observers.planning.path import KINDS, PathNow, SteeringLimits, SteeringPath, changed
 from observers.planning.plan import MUS, NEVER, REST, Plan, plan
 from observers.protocol import Estimate, Sample
@@ -230,11 +230,11 @@ class Probe:
     def _replan(self, sample: Sample, state: ObserverState) -> None:
         """Take the best of the present path and a few changes of it."""
         present, left = self._present(sample), max(self.limits.time - self._time, self.dt)
-        lanes = self._forecaster.present(self._likely(state), state)
+        cases = self._forecaster.present(self._likely(state), state)
         best = np.inf
         for kind in (KINDS[0], *islice(self._kinds, CHANGES)):
             path = changed(present, kind, self.limits, self.dt, left)
-            cost = self._cost(path, lanes, sample.F_N, best)
+            cost = self._cost(path, cases, sample.F_N, best)
             if cost < best * (1 if kind == KINDS[0] else GAIN):
                 best, self._path = cost, path
         self._since, self._due = 0.0, EVERY
@@ -265,18 +265,18 @@ class Probe:
         likely = [min(max(exp(mean + sigma * std), low), high) for sigma in sigmas]
         return list(dict.fromkeys(likely))
 
-    def _cost(self, path: SteeringPath, lanes: Sequence[Lane], F_N: float, best: float) -> float:
+    def _cost(self, path: SteeringPath, cases: Sequence[ForecastCase], F_N: float, best: float) -> float:
         """Mean travel until the target; stops early, with a value above the best so far."""
         cost, travel = 0.0, path.travel
-        for lane in lanes:
-            last = min(int(np.searchsorted(travel, best * len(lanes) - cost)), self._horizon)
+        for case in cases:
+            last = min(int(np.searchsorted(travel, best * len(cases) - cost)), self._horizon)
             at, deviation = self._forecaster.reach(
-                path, lane, F_N, self.target, self.limits.torque, last
+                path, case, F_N, self.target, self.limits.torque, last
             )
             cost += NEVER + deviation if at is None else float(travel[at])
-            if cost > best * len(lanes):
+            if cost > best * len(cases):
                 break
-        return cost / len(lanes)
+        return cost / len(cases)
 
     def _advice(
         self, psi: float, estimate: Estimate, reason: str, ahead: float = 0.0, *, ends: bool = False

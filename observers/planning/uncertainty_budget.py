@@ -11,8 +11,8 @@ from observers.planning.forecast import least_deviation
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality.acquisition import OWN
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
-from symbolic.trajectory import SAMPLES_PER_CALL
+from symbolic.array_alias import Array
+from symbolic.trajectory_sensitivity import SAMPLES_PER_CALL
 
 SLOPE = "slope of the torque that k does not explain"
 """How much the torque grows with the angle, beyond what k and its tolerance say."""

@@ -20,11 +20,11 @@ def handover_names(states: tuple[str, ...]) -> tuple[str, ...]:
 
     Covariances are P_i_j, i <= j; those of the factor U D U', see `observers.udu`, are F_i_j.
     """
-    pairs = [f"{one}_{other}" for one, other in pairs_of(states)]
+    pairs = [f"{one}_{other}" for one, other in covariance_pairs(states)]
     return (*states, *(f"P_{pair}" for pair in pairs), *(f"F_{pair}" for pair in pairs))
 
 
-def pairs_of(states: tuple[str, ...]) -> list[tuple[str, str]]:
+def covariance_pairs(states: tuple[str, ...]) -> list[tuple[str, str]]:
     """Every state with itself and with those after it."""
     return list(combinations_with_replacement(states, 2))
 
@@ -74,7 +74,7 @@ def take_acquired(
         after["x"][at, :] = given[name]
     if is_window:
         after["factor"] = ca.diag(ca.diag(after["P_newest"]))
-    for one, other in pairs_of(names):
+    for one, other in covariance_pairs(names):
         i, j = states.index(one), states.index(other)
         after["factor"][i, j] = given[f"F_{one}_{other}"]
         if is_window:

@@ -1,8 +1,8 @@
 """Acquisition: friction found among hypotheses from any prior, before an estimator tracks it.
 
 A filter linearises about its prior, and at mu = 1 the torque says nothing of ice. While nothing is
-known, `observers.quality.hypotheses` estimates friction; this module concludes from its verdict when
-friction is handed over to the estimator, with which uncertainty, and what the output is until then.
+known, `observers.quality.ratio_hypotheses` estimates friction; this module concludes from its verdict
+when friction is handed over to the estimator, with which uncertainty, and what the output is until then.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,9 @@ from observers.protocol import OUTPUT, Status
 from observers.quality.acquired_to_estimator import handover_vector
 from observers.quality.branches import START, TRACK, build_mu_sensitivity, build_track
 from observers.quality.handover_decision import is_decided
-from observers.quality.hypotheses import (
+from observers.quality.hypothesis_mixture import VERDICT, build_deviation_by_scale, build_verdict
+from observers.quality.input_plausibility import MAX_TYRE_FRICTION
+from observers.quality.ratio_hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
     SETTINGS,
@@ -25,10 +27,8 @@ from observers.quality.hypotheses import (
     gear_friction_size,
     search_layout,
 )
-from observers.quality.hypothesis_mixture import VERDICT, build_deviation_by_scale, build_verdict
-from observers.quality.input_plausibility import MAX_TYRE_FRICTION
-from observers.quality.screening import has_flag
-from symbolic.functions import named_function, output_if
+from observers.quality.sensor_limits import has_flag
+from symbolic.casadi_functions import named_function, output_if
 
 HANDED = 3.0
 """Factor on the model error in the deviation of ln mu at handover [1]: it does not average out."""

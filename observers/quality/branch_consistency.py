@@ -22,7 +22,6 @@ from observers.quality.acquisition import (
     EquivalentPatch,
     update_unexplained,
 )
-from observers.quality.hypotheses import SETTINGS
 from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.innovation_attribution import (
     IN_A_ROW,
@@ -33,8 +32,9 @@ from observers.quality.innovation_attribution import (
 )
 from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
 from observers.quality.input_plausibility import MAX_TYRE_FRICTION
-from observers.quality.screening import has_flag, with_flag
-from symbolic.functions import named_function
+from observers.quality.ratio_hypotheses import SETTINGS
+from observers.quality.sensor_limits import has_flag, with_flag
+from symbolic.casadi_functions import named_function
 
 MIN_WHILE_LASTING = 3.0
 """Lower limit of the count of unexplained independent samples while an innovation lasts [1]."""

@@ -55,7 +55,7 @@ def predicted_reference(kept: Expression, log_mu: Expression, P: Expression, now
     return named(REFERENCE, ca.vertcat(m, V, there[0], other_V, sums))
 
 
-def add_sample(reference: Parts, difference: Expression, slope: Expression, weight: Expression,
+def update_reference(reference: Parts, difference: Expression, slope: Expression, weight: Expression,
                share: Expression) -> Parts:  # fmt: skip
     """As `REFERENCE` after a sample: difference is its innovation about the reference.
 
@@ -77,7 +77,7 @@ def has_changed(reference: Parts, tuning: Expression) -> Expression:
     return ca.logic_and(watched, ratio > limits["alarm"])
 
 
-def renewed(reference: Parts, reset: Expression) -> Expression:
+def reset_reference(reference: Parts, reset: Expression) -> Expression:
     """As `REFERENCE`, (6,): after a reset, that of this direction begins at the next sample."""
     anew = ("variance", "score", "information")
     return ca.vertcat(*(ca.if_else(reset, 0, v) if n in anew else v for n, v in reference.items()))

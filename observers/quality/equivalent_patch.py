@@ -17,12 +17,12 @@ from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.update import signals_with_states
 from observers.quality.acquired_to_estimator import newest_of_sample, newest_state
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
-from observers.quality.hypotheses import RATIOS, SETTINGS, VAGUE, build_start
 from observers.quality.hypothesis_mixture import VERDICT
+from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, VAGUE, build_search_start
 from observers.tuning import Tuning
 from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
+from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Signals
-from symbolic.functions import named_function
 from symbolic.model import add_torques
 
 TURN, RATE, PERIOD = 0.3, 0.2, 0.01
@@ -95,7 +95,7 @@ def _equivalent(
     if (added := build_added_torque(model)) is not None:
         M_z = M_z - np.asarray(added(signals, theta)).ravel()
     tuning = Tuning(mu_std=1.0, error=MISFIT, psi_noise=1e-5, stiffness_std=1.0)
-    start = build_start()(psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a))
+    start = build_search_start()(psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a))
     count = psi.size
     search = build_search().mapaccum("searches", count, 2, {})
     constant = (np.array([[k], [a], [e]]), np.array([[getattr(tuning, name)] for name in SETTINGS]))

@@ -1,4 +1,4 @@
-"""The verdict of the hypotheses of `observers.quality.hypotheses`: mu, s and whether they are known."""
+"""The verdict of all `observers.quality.ratio_hypotheses`: mu, s and whether they are known."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,16 +8,16 @@ import casadi as ca
 import numpy as np
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
-from observers.quality.hypotheses import (
+from observers.quality.ratio_hypotheses import (
     GRID_SPACING,
     MAX_MODEL_ERROR,
     RATIOS,
     SETTINGS,
     factor_name,
-    per_hypothesis,
+    hypothesis_fields,
     variance_of,
 )
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 EVEN = 0.1
 """Share of the prior of ln mu that is even over all hypotheses [1]."""
@@ -144,11 +144,11 @@ def _chosen(place: Expression, vector: Expression) -> Expression:
 def build_verdict(gear: bool = False) -> ca.Function:
     """Verdict of all hypotheses together: (hypotheses, explained, reach, limits) -> `VERDICT`.
 
-    hypotheses has a row for each of `per_hypothesis`, explained and reach are as in `TRACK`, limits is
-    in the order of `SETTINGS`. `EVEN` of the prior of ln mu is even over all hypotheses: the tuning's
+    hypotheses has a row for each of `hypothesis_fields`, explained and reach are as in `TRACK`, limits
+    is in the order of `SETTINGS`. `EVEN` of the prior of ln mu is even over all hypotheses: the tuning's
     alone would exclude ice.
     """
-    names = per_hypothesis(gear)
+    names = hypothesis_fields(gear)
     count = (len(names), len(RATIOS))
     inputs = symbols(ca.MX, hypotheses=count, explained=1, reach=1, limits=len(SETTINGS))
     limits, grid = named(SETTINGS, inputs["limits"]), ca.DM(np.log(RATIOS))

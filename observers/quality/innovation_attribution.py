@@ -6,8 +6,8 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import is_known
 from observers.quality.acquisition import EquivalentPatch
 from observers.quality.branches import stiffness_slope
-from observers.quality.hypotheses import NOISIER, SETTINGS, build_torque_error
 from observers.quality.hypothesis_mixture import VERDICT, variance_of_scale
+from observers.quality.ratio_hypotheses import NOISIER, SETTINGS, build_torque_error
 
 BEYOND, IN_A_ROW = 8.0, 5
 """Deviations by which a torque computed from the steering torque differs from the predicted one, and so

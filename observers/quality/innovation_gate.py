@@ -19,15 +19,15 @@ from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.quality.directional_change_monitor import (
-    add_sample,
     has_changed,
     monitor_fields,
     predicted_reference,
-    renewed,
+    reset_reference,
+    update_reference,
 )
 from observers.quality.innovation_monitor import MIN_SAMPLES, MONITOR, build_monitor
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 COUNTS = ("streak", "resets")
 """Innovations beyond the gate in a row, with the sign of their side; changes of the ground so far."""
@@ -136,10 +136,10 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         kept = predicted_reference(monitor[len(MONITOR) :], x[at], inputs["P"][at, at], now)
         about = innovation + H[at] * (x[at] - kept["reference"])
         counted = huber_weight(about, huber_scale, kept["variance"] * H[at] ** 2) * accepted
-        kept = add_sample(kept, about, H[at], counted * weight, share * accepted)
+        kept = update_reference(kept, about, H[at], counted * weight, share * accepted)
         alarm = ca.logic_or(alarm, has_changed(kept, tuning))
         sums = ca.logic_not(alarm) * monitor_next[:2]
-        monitor_next = ca.vertcat(sums, monitor_next[2:], renewed(kept, reset + alarm))
+        monitor_next = ca.vertcat(sums, monitor_next[2:], reset_reference(kept, reset + alarm))
     counts_next[COUNTS.index("resets")] += alarm
     test = InnovationTest(
         **results,

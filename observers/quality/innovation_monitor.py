@@ -22,7 +22,7 @@ from observers.layout import Expression, Parts, named, symbols
 from observers.measurement.measurement_model import log_mu_prior_variance
 from observers.measurement.torque_error import SENSIBLE, forgetting_factor
 from observers.tuning import TUNING_FIELDS
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 MONITOR = ("rise", "fall", "squares", "samples")
 """Cumulative sums for a rise and a fall of mu, then q and w of the consistency; 0 at the start."""

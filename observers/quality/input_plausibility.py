@@ -28,7 +28,7 @@ from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
 from observers.quality.hypothesis_mixture import VERDICT
 from symbolic import Rig, full_slide_torque
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 from symbolic.plausible_ranges import (
     MAX_PLAUSIBLE_PERIOD,
     MAX_RETURNED_WORK,

@@ -22,7 +22,7 @@ from observers.measurement.torque_error import SENSIBLE
 from observers.protocol import Estimate, Sample, Status
 from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
 from symbolic import InvalidInputError, Rig, Tyre, full_slide_arm, full_slide_torque
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 CLOSE = 1e-6
 """Share of the full-slide torque at mu = 1 below which f counts as zero [1]."""

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symbolic import InvalidInputError, Rig, virgin_torque
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 POINT = ("mu", "turn", "turn_back", "F_N", "k", "a", "e")
 """Inputs of the torque of the zones: [1], [rad], [rad], [N], [N/m^2], [m], [m]."""

@@ -10,8 +10,8 @@ from typing import Any
 import casadi as ca
 
 from symbolic.bristles import BristlePatch
+from symbolic.casadi_functions import named_function
 from symbolic.compliance import build_series_torque
-from symbolic.functions import named_function
 from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch
 from symbolic.patch_interface import Expression, Signals, patch_inputs
 from symbolic.slip import SlipSearch, slip_search

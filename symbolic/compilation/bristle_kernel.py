@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.compilation.bristle_functions import (
     SHARED,
     coefficient_functions,

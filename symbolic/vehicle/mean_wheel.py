@@ -22,7 +22,7 @@ from math import hypot
 
 import numpy as np
 
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.deformation import full_slide_arm, unit_corner_moment
 from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
 from symbolic.vehicle.kingpin import Contact, growth_of, kingpin_axis, pressures_and_arms

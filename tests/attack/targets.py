@@ -19,7 +19,7 @@ from identification import (
     read_rig,
     read_signals,
 )
-from identification.free_decay.onset import find_vibration
+from identification.free_decay.vibration_detection import find_vibration
 from identification.selection.trials import TrialTask, run_trial
 from identification.thesis.published_friction import read_published_friction
 from symbolic import InvalidInputError, Rig, Tyre

@@ -64,7 +64,7 @@ def signatures(strength: float, band: float = 0.3) -> Signatures:
             slope=1.0,
             size=0.01 * strength,
             effects=effects_leaving(signal, 1, EFFECTS.values()),
-            reading=signal.positive,
+            reading=signal.positive_cause,
         )
         for number, signal in enumerate(RESIDUAL_SIGNALS)
     )

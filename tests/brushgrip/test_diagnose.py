@@ -158,7 +158,9 @@ def test_friction_takes_the_samples_that_the_search_takes(
         estimated.extend([*training, *holdout])
         enough()
 
-    monkeypatch.setattr("identification.reading.thinned_recordings.bounded", lambda _: (thinned, None))
+    monkeypatch.setattr(
+        "identification.reading.thinned_recordings.thin_recordings", lambda _: (thinned, None)
+    )
     monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning", lambda _: "")
     search(lambda training, *_, **__: searched.extend(r.name for r in training))
     monkeypatch.setattr(friction_before_and_after, "friction_by_both_models", stop)

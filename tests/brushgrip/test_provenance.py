@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from brushgrip.inputs.command_inputs import locate_inputs
-from brushgrip.inputs.recordings import keep_inputs
+from brushgrip.inputs.recordings import refuse_overwriting
 from brushgrip.outputs.provenance import (
     KEY,
     digest_of,
@@ -154,4 +154,4 @@ def test_what_is_read_along_has_its_digest_too(tmp_path: Path) -> None:
     assert locate_inputs([str(table)]).files == (table,)
     assert locate_inputs([str(bag)]).files == (bag, metadata, rest)
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
-        keep_inputs([database], locate_inputs([str(log)]).files)
+        refuse_overwriting([database], locate_inputs([str(log)]).files)

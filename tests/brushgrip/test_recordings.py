@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from brushgrip.inputs.command_inputs import locate_inputs
-from brushgrip.inputs.recordings import download_folder, keep_inputs, locate, unique_labels
+from brushgrip.inputs.recordings import download_folder, locate, refuse_overwriting, unique_labels
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Write
 from tests.refusal import refused
@@ -159,15 +159,17 @@ SPELLINGS = [
 def test_an_output_is_known_as_an_input(folder: Path, spelling: str) -> None:
     assert folder
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
-        keep_inputs([Path(spelling)], [Path("good.csv")])
+        refuse_overwriting([Path(spelling)], [Path("good.csv")])
 
 
 def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
-    keep_inputs([Path("sub/good.csv"), Path("nosub/good.csv"), Path("new.csv")], [Path("good.csv")])
+    refuse_overwriting(
+        [Path("sub/good.csv"), Path("nosub/good.csv"), Path("new.csv")], [Path("good.csv")]
+    )
     # What a link leads to counts, not how it reads.
     (folder / "sub" / "deep").mkdir()
     (folder / "far").symlink_to(folder / "sub" / "deep")
-    keep_inputs([Path("far/../good.csv")], [Path("good.csv")])
+    refuse_overwriting([Path("far/../good.csv")], [Path("good.csv")])
 
 
 @pytest.mark.parametrize(
@@ -180,5 +182,5 @@ def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, 
         (folder / "sub" / name).write_text("")
     read = locate_inputs([f"sub/{recording}"]).files
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
-        keep_inputs([Path("nosub/../sub") / beside], read)
-    keep_inputs([Path("sub/other.csv"), Path(beside)], read)
+        refuse_overwriting([Path("nosub/../sub") / beside], read)
+    refuse_overwriting([Path("sub/other.csv"), Path(beside)], read)

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import Effect, Model, Parameter, compiler, parameter_name, simulate, trajectory
+from symbolic import Effect, Model, Parameter, compiler, parameter_name, simulate, trajectory_sensitivity
 from symbolic.compilation.bristle_kernel import bristle_kernel
 from symbolic.effects.library import GROUND_SCOPES, KNOWN
 from tests.symbolic.oracles import Array, random_path, signals
@@ -50,11 +50,11 @@ def both(
     results = []
     for kernel in (bristle_kernel, lambda _: None):
         with monkeypatch.context() as patch:
-            patch.setattr(trajectory, "bristle_kernel", kernel)
-            patch.setattr(trajectory, "compiled", lambda function, **_: function)
+            patch.setattr(trajectory_sensitivity, "bristle_kernel", kernel)
+            patch.setattr(trajectory_sensitivity, "compiled", lambda function, **_: function)
             run = simulate(model, recording(), theta_of(model), GEOMETRY, directions)
         results.append((run.M_z, run.sensitivities))
-        trajectory._compiled_stretch.cache_clear()
+        trajectory_sensitivity._compiled_stretch.cache_clear()
     return results
 
 

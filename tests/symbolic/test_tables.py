@@ -15,7 +15,7 @@ from symbolic import (
     rig_from_tables,
     units_of,
 )
-from symbolic.tables.found_model_tables import MODEL_VERSION
+from symbolic.tables.found_model_from_tables import MODEL_VERSION
 from symbolic.tables.parsing import excerpt, json_of, naming, text_of, toml_of
 from tests.refusal import refused
 

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.channel_matching import ChannelFile, Samples, resolve
+from identification.reading.channel_matching import ChannelFile, Samples, match_channel
 from identification.reading.file_content import MAX_FILE_SIZE, read_text, require_readable
-from identification.reading.formats.opening import library, require_size
+from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap, SignalSource
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MAX_DATABASE_SIZE = 20_000_000
 """Largest DBC file that is read [bytes]."""
@@ -43,14 +43,14 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
 
     The database is `dbc` of the map, or the only .dbc file beside the log.
     """
-    can = library("can", "can", path)
+    can = import_library("can", "can", path)
     database = read_database(signals.dbc or database_beside(path))
     listed = [(f"{m.name}.{s.name}", (m, s)) for m in database.messages for s in m.signals]
     names, places = [name for name, _ in listed], dict(listed)
     buses = dict.fromkeys(names, "")
     for channel in {source.channel for source in signals.signals.values() if "/" in source.channel}:
         bus, _, short = channel.partition("/")
-        if (name := resolve(str(path), short, names)) is not None:
+        if (name := match_channel(str(path), short, names)) is not None:
             places[channel], buses[channel] = places[name], bus
     is_blf = path.suffix.lower() == ".blf"
     if is_blf:
@@ -87,7 +87,7 @@ def read_database(dbc: Path) -> Any:
     Raises:
         InvalidInputError: it is none, a message is longer than any bus carries, or cantools is missing.
     """
-    cantools = library("cantools", "can", dbc)
+    cantools = import_library("cantools", "can", dbc)
     require_readable(dbc, MAX_DATABASE_SIZE)
     text = read_text(dbc)
     for identifier, name, size in _MESSAGE.findall(text):

@@ -46,7 +46,7 @@ def delimiter_of(header: str) -> str:
     return max(DELIMITERS, key=header.count)
 
 
-class Numbers:
+class NumberParser:
     """Texts as numbers; the decimal sign is a point or, where no comma separates fields, a comma.
 
     The first number with either decides for the whole file.

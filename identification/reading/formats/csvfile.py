@@ -18,21 +18,21 @@ from identification.reading.channel_matching import (
     ChannelFile,
     Samples,
     map_hint,
+    match_channel,
     missing_channels,
-    resolve,
 )
 from identification.reading.chosen_map import fitting_map
-from identification.reading.clock import tabulate
-from identification.reading.formats.csvdialect import Numbers, delimiter_of, read_letters, units_in
-from identification.reading.guessed_car_channels import absent_of_steering
+from identification.reading.clock_and_units import tabulate
+from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_letters, units_in
+from identification.reading.guessed_car_channels import absent_rack_columns
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Fault, Table, columns_of
+from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Fault, Table, possible_columns
 from identification.reading.units import unit_of_name
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
 from symbolic.tables.parsing import excerpt
-from symbolic.tables.rig_tables import NEUTRAL
+from symbolic.tables.rig_from_tables import NEUTRAL
 
 GROUND = "ground"
 """Key of the ground in a first line."""
@@ -78,7 +78,7 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     signals = fitting_map(str(path), signals, names)
     header = _header(path, number, names, needed, signals, _reading(path, names, rows, delimiter))
     rows, units = _units(rows, header)
-    columns, numbers, faults = _columns(path, header, len(names), rows, Numbers(delimiter))
+    columns, numbers, faults = _columns(path, header, len(names), rows, NumberParser(delimiter))
     by_name = {names[at]: column for column, at in header.items()}
     file = ChannelFile(
         names=names,
@@ -165,7 +165,7 @@ def _declare(path: Path, row: int, line: str, heading: _Heading, places: dict[in
 
 
 def _declared_number(path: Path, row: int, name: str, text: str) -> float:
-    value = Numbers(",")(text)
+    value = NumberParser(",")(text)
     if value is None or np.isnan(value):
         raise InvalidInputError(
             f"{path}: row {row}: {name} = {excerpt(text.strip())} is not a number; "
@@ -184,20 +184,21 @@ def _header(
 ) -> Mapping[str, int]:
     """The index of each column; what `read` finds goes into the map that is proposed for others."""
     found = {}
-    for column in columns_of(needed):
+    for column in possible_columns(needed):
         wanted = signals.of(column).channel
         by_part = column in CAR_COLUMNS
-        if (name := resolve(f"{path}: row {row}", wanted, names, by_part=by_part)) is not None:
+        if (name := match_channel(f"{path}: row {row}", wanted, names, by_part=by_part)) is not None:
             found[column] = names.index(name)
-    missing = [c for c in columns_of(needed) if c not in found and (c in needed or c in signals.signals)]
+    asked = {*needed, *signals.signals}
+    missing = [c for c in possible_columns(needed) if c in asked and c not in found]
     if missing and "psi" not in needed:
-        raise missing_channels(path, [*missing, *absent_of_steering(found)], names, signals)
+        raise missing_channels(path, [*missing, *absent_rack_columns(found)], names, signals)
     if missing:
         wanted = ", ".join(signals.of(column).channel for column in missing)
         raise InvalidInputError(
             f"{path}: row {row}: column{'s' * (len(missing) > 1)} {wanted} missing "
             f"from the header {excerpt(','.join(names))}; expected {','.join(needed)}, "
-            f"optional {','.join(c for c in columns_of(needed) if c not in needed)}"
+            f"optional {','.join(c for c in possible_columns(needed) if c not in needed)}"
             f"{map_hint(missing, names, signals, read)}"
         )
     return found
@@ -208,7 +209,7 @@ def _reading(path: Path, names: Sequence[str], rows: Rows, delimiter: str) -> Ca
 
     @cache
     def content() -> tuple[Mapping[str, np.ndarray], Sequence[str]]:
-        number_of, places = Numbers(delimiter), {name: at for at, name in enumerate(names)}
+        number_of, places = NumberParser(delimiter), {name: at for at, name in enumerate(names)}
         first = list(islice(rows, MAX_GUESSING_SAMPLES))
         units = first[0][1] if first and not any(map(number_of, first[0][1])) else []
         return _columns(path, places, len(names), iter(first), number_of)[0], units
@@ -222,7 +223,7 @@ def _reading(path: Path, names: Sequence[str], rows: Rows, delimiter: str) -> Ca
 
 
 def _columns(
-    path: Path, header: Mapping[str, int], width: int, rows: Rows, number_of: Numbers
+    path: Path, header: Mapping[str, int], width: int, rows: Rows, number_of: NumberParser
 ) -> tuple[dict[str, np.ndarray], "array[int]", list[Fault]]:
     """Columns, the number of each sample's line, and faults; empty rows at the end are none."""
     columns = {name: array("d") for name in header}

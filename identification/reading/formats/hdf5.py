@@ -11,7 +11,7 @@ import numpy as np
 
 from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.formats.matfile import VARIABLES
-from identification.reading.formats.opening import library, require_size
+from identification.reading.formats.opening import import_library, require_size
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
@@ -26,7 +26,7 @@ _UNTESTED = 100_000_000
 @contextmanager
 def open_hdf5(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     """Datasets as `group/dataset`; scalars a, e, k, mu, J_A, b_t are values of the rig."""
-    h5py = library("h5py", "hdf5", path)
+    h5py = import_library("h5py", "hdf5", path)
     with h5py.File(path, "r") as file:
         datasets = dict(_numeric(h5py, file))
 

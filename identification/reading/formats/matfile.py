@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from identification.reading.channel_matching import COLUMNS, ChannelFile, Samples, map_hint
 from identification.reading.chosen_map import fitting_map
-from identification.reading.clock import tabulate
+from identification.reading.clock_and_units import tabulate
 from identification.reading.file_content import read_bytes, require_readable
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MAX_SAMPLES, Table
 from symbolic import TOLERATED, InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.tables.parsing import naming
 
 VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}

@@ -8,7 +8,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from identification.reading.channel_matching import ChannelFile, Samples
-from identification.reading.formats.opening import library, require_size
+from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 
@@ -26,8 +26,8 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
     Two in one group are `group.number/channel`.
     """
-    asammdf = library("asammdf", "mdf", path)
-    library("asammdf.blocks.mdf_v4", "mdf", path).MDF4.__del__ = _close_quietly
+    asammdf = import_library("asammdf", "mdf", path)
+    import_library("asammdf.blocks.mdf_v4", "mdf", path).MDF4.__del__ = _close_quietly
     _require_ends(path)
     # asammdf leaves a damaged file open that it opened itself.
     with path.open("rb") as raw, closing(asammdf.MDF(raw)) as file:

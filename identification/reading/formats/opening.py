@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.reading.channel_matching import Opener
-from identification.reading.clock import tabulate
+from identification.reading.clock_and_units import tabulate
 from identification.reading.file_content import require_readable
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_SAMPLES, Table
@@ -58,7 +58,7 @@ def _silent() -> Iterator[None]:
             logger.setLevel(level)
 
 
-def library(name: str, extra: str, path: Path) -> Any:
+def import_library(name: str, extra: str, path: Path) -> Any:
     """A module of an optional library.
 
     Raises:

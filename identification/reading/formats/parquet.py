@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.reading.channel_matching import ChannelFile, Samples
-from identification.reading.formats.opening import library, require_size
+from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt
@@ -18,7 +18,7 @@ _KINDS = ("bool", "int", "uint", "half", "float", "double", "decimal", "date", "
 @contextmanager
 def open_parquet(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     """Columns by their names; the key `unit` of a field is its unit."""
-    parquet = library("pyarrow.parquet", "parquet", path)
+    parquet = import_library("pyarrow.parquet", "parquet", path)
     with closing(parquet.ParquetFile(path)) as file:
         schema = file.schema_arrow
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from identification.reading.channel_matching import ChannelFile, Samples
-from identification.reading.formats.opening import library, require_size
+from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
 
 _DEEPEST = 6
@@ -21,8 +21,8 @@ def open_ros(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
     Times are those of the header where messages have one, else those at which they were recorded.
     """
-    rosbags = library("rosbags.highlevel", "ros", path)
-    stores = library("rosbags.typesys", "ros", path)
+    rosbags = import_library("rosbags.highlevel", "ros", path)
+    stores = import_library("rosbags.typesys", "ros", path)
     folder = path if path.suffix.lower() == ".bag" else path.parent
     usual = stores.get_typestore(stores.Stores.LATEST)
     with rosbags.AnyReader([folder], default_typestore=usual) as bag:

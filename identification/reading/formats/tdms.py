@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from identification.reading.channel_matching import ChannelFile, Samples
-from identification.reading.formats.opening import library, require_size
+from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 _LEAD_IN = 28
 """Of every segment: tag, contents, version, length of all that follows and of its metadata [bytes]."""
@@ -25,7 +25,7 @@ _UNKNOWN_LENGTH = 2**64 - 1
 @contextmanager
 def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     """Channels as `group/channel`; a waveform's start and increment are its clock."""
-    nptdms = library("nptdms", "tdms", path)
+    nptdms = import_library("nptdms", "tdms", path)
     remark = "" if _require_whole(path) else "LabVIEW did not close the file, its end may be missing"
     # npTDMS leaves a damaged file open that it opened itself.
     with path.open("rb") as raw, _silent(nptdms.log.log_manager), nptdms.TdmsFile.open(raw) as file:

@@ -60,7 +60,7 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
     return EstimatorCode(
         template="estimators/filter.c",
         functions=functions,
-        names={"memory": memory},
+        element_names={"memory": memory},
         terms={
             "first": [f"first->{name}" for name in names],
             "before": [f"before->{name}{'[0]' * (name == 'M_z')}" for name in names],
@@ -73,7 +73,8 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
             "exchanged": CLEAN.index(EXCHANGED), "clean_dt": CLEAN.index("dt"),
         },
         types=f"/* The filter, see the code. */\ntypedef struct {{\n{fields}}} NAME_filter_t;\n\n",
-        private="    NAME_filter_t filter[2]; /* before and after a sample */\n    NAME_patch_t patch;",
+        private_fields="    NAME_filter_t filter[2]; /* before and after a sample */\n"
+        "    NAME_patch_t patch;",
         bytes=2 * kept.size * patch.real.size,
     )  # fmt: skip
 

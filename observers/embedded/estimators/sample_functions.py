@@ -35,19 +35,19 @@ class EstimatorCode:
     Attributes:
         template: defines `begin` and `advance`, which the public functions call.
         functions: Functions of scalars that it calls, beside those of every estimator.
-        names: names of the elements of its vectors.
+        element_names: names of the elements of its vectors.
         terms: values of its placeholders.
         types: types of the state, C of the header.
-        private: fields of the state, the patch among them.
+        private_fields: fields of the state, the patch among them.
         bytes: of these without the patch.
     """
 
     template: str
     functions: Sequence[ca.Function]
-    names: Mapping[str, Sequence[str]]
+    element_names: Mapping[str, Sequence[str]]
     terms: Mapping[str, Any]
     types: str = ""
-    private: str
+    private_fields: str
     bytes: int
 
 

@@ -20,13 +20,13 @@ from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import (
     acquisition,
+    acquisition_and_tracking,
     branch_consistency,
     branches,
-    hypotheses,
     hypothesis_mixture,
-    supervised_step,
+    ratio_hypotheses,
 )
-from observers.quality.acquired_to_estimator import handed_states, handover_names, pairs_of
+from observers.quality.acquired_to_estimator import covariance_pairs, handed_states, handover_names
 from observers.quality.equivalent_patch import build_added_torque, equivalent_patch
 from observers.tuning import TUNING_FIELDS
 from symbolic.deformation import corner_moment_and_derivative
@@ -37,7 +37,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     """The Functions that C calls beside those of the estimator; none without supervision."""
     if not observer.acquire:
         return []
-    gear = supervised_step.has_gear_friction(observer.measurement_model)
+    gear = acquisition_and_tracking.has_gear_friction(observer.measurement_model)
     patch = equivalent_patch(observer.model, observer.values, observer.rig)
     scaled = bool(observer.measurement_model.scaled)
     share = observer.measurement_model.gain_share
@@ -47,8 +47,8 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         branches.build_new_ground_branches(),
         branches.build_sliding_onset(),
         _edge(observer, constants.tunable == "all"),
-        hypotheses.build_hypothesis_update(gear),
-        hypotheses.build_torque_error(),
+        ratio_hypotheses.build_hypothesis_update(gear),
+        ratio_hypotheses.build_torque_error(),
         branch_consistency.build_branch_consistency(patch, is_computed=not scaled, gear=gear),
         hypothesis_mixture.build_deviation_by_scale(found=patch.misfit > 0, gain_share=share),
         acquisition.build_handover(
@@ -75,15 +75,17 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
     Of its limits those are numbers that are the tuning's, without `tunable`.
     """
     function = hypothesis_mixture.build_verdict(
-        supervised_step.has_gear_friction(observer.measurement_model)
+        acquisition_and_tracking.has_gear_friction(observer.measurement_model)
     )
     begin = len(observer.model.coordinates) + len(RIG)
     numbers = {
-        hypotheses.SETTINGS.index(name): float(observer.constants[begin + TUNING_FIELDS.index(name)])
+        ratio_hypotheses.SETTINGS.index(name): float(
+            observer.constants[begin + TUNING_FIELDS.index(name)]
+        )
         for name in ("mu", "mu_std", "stiffness_std")
     }
     known = {} if tunable else {"limits": numbers}
-    return function, rolled_c("verdict_of", function, len(hypotheses.RATIOS), real.c_type, known)
+    return function, rolled_c("verdict_of", function, len(ratio_hypotheses.RATIOS), real.c_type, known)
 
 
 def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], body: Body) -> Body:
@@ -108,12 +110,14 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
         "track": len(branches.TRACK), "points": branches.POINTS * branches.PATHS, "result": len(OUTPUT),
     }  # fmt: skip
     fields = ", ".join(f"{name}[{size}]" for name, size in sizes.items() if size)
-    parts = hypotheses.per_hypothesis(supervised_step.has_gear_friction(observer.measurement_model))
-    rows, columns = len(hypotheses.RATIOS), len(parts)
+    parts = ratio_hypotheses.hypothesis_fields(
+        acquisition_and_tracking.has_gear_friction(observer.measurement_model)
+    )
+    rows, columns = len(ratio_hypotheses.RATIOS), len(parts)
     return replace(
         body,
         stepping=f"{body.stepping}\n{render('estimators/supervision.c', values)}",
-        private=f"{body.private}\n    {real.c_type} {fields}; /* of the supervision */\n"
+        private_fields=f"{body.private_fields}\n    {real.c_type} {fields}; /* of the supervision */\n"
         f"    {real.c_type} hypotheses[{rows}][{columns}];",
         bytes=body.bytes + (sum(sizes.values()) + rows * columns) * real.size,
         supervised=True,
@@ -125,7 +129,7 @@ def _handed(observer: ModelObserver, *, is_window: bool) -> dict[str, Any]:
     """Where the states that are handed over go, and their covariances, stored column by column."""
     states, handed = observer.states, handed_states(observer.states)
     at = {name: i for i, name in enumerate(handover_names(handed))}
-    pairs = [(states.index(a), states.index(b), f"{a}_{b}") for a, b in pairs_of(handed)]
+    pairs = [(states.index(a), states.index(b), f"{a}_{b}") for a, b in covariance_pairs(handed)]
     n, kind = len(states), "P" if is_window else "F"
     covariance = [{"index": i + n * j, "at": at[f"{kind}_{pair}"]} for i, j, pair in pairs]
     if is_window:
@@ -147,7 +151,7 @@ def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Functio
     )
     patch = equivalent_patch(observer.model, observer.values, observer.rig)
     again = ca.SX.sym("again")
-    limits = hypotheses.settings_of(named(TUNING_FIELDS, tuning), patch.misfit, again)
+    limits = ratio_hypotheses.settings_of(named(TUNING_FIELDS, tuning), patch.misfit, again)
     function = ca.Function(
         "observe_torque", [block, sample, again, rig, tuning],
         [ca.vertcat(*(after[name] for name in model.torque_state)), *rest, limits],
@@ -173,28 +177,28 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         observer.states,
         observer.measurement_model.torque_state,
     )
-    gear = supervised_step.has_gear_friction(observer.measurement_model)
+    gear = acquisition_and_tracking.has_gear_friction(observer.measurement_model)
     declared = f"{literal['zero_std']} * 0.375 * sample[2] * {literal['a']}"
     return {
         "own": acquisition.OWN, "track": branches.TRACK, "gear": gear,
-        "parts": hypotheses.per_hypothesis(gear),
+        "parts": ratio_hypotheses.hypothesis_fields(gear),
         "added_torque": build_added_torque(observer.model) is not None,
         "gear_spread": repr(float(observer.measurement_model.gear_spread)),
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",
-        "limits": hypotheses.SETTINGS,
-        "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
-        "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
-        "beside": supervised_step.BESIDE, "confirms": repr(supervised_step.CONFIRMS),
-        "afterwards": repr(supervised_step.AFTERWARDS), "failed": repr(float(acquisition.FAILED)),
-        "over": repr(float(acquisition.OVER)), "failed_for_long": repr(acquisition.FAILED_FOR_LONG),
-        "most_zero": repr(supervised_step.MAX_ZERO_DEVIATIONS),
-        "proved": repr(float(acquisition.PROVED)),
-        "moved": repr(supervised_step.MAY_HAVE_MOVED),
+        "limits": ratio_hypotheses.SETTINGS,
+        "ratios": ratio_hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
+        "start": repr(branches.START), "twist_std": repr(ratio_hypotheses.TWIST_STD),
+        "beside": acquisition_and_tracking.BESIDE, "confirms": repr(acquisition_and_tracking.CONFIRMS),
+        "failed": repr(float(acquisition.FAILED)), "failed_for_long": repr(acquisition.FAILED_FOR_LONG),
+        "over": repr(float(acquisition.OVER)), "proved": repr(float(acquisition.PROVED)),
+        "afterwards": repr(acquisition_and_tracking.AFTERWARDS),
+        "most_zero": repr(acquisition_and_tracking.MAX_ZERO_DEVIATIONS),
+        "moved": repr(acquisition_and_tracking.MAY_HAVE_MOVED),
         "verdict": hypothesis_mixture.VERDICT,
         "block": len(torque_state), "handover": len(handover_names(handed_states(states))),
-        "vague": repr(hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
-        "restart_std": repr(hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
+        "vague": repr(ratio_hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
+        "restart_std": repr(ratio_hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
         # Deviation of the torque's zero before the first sample [N m].
         "zero_std": declared if zero_std is None else repr(zero_std),

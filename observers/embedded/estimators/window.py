@@ -70,7 +70,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
     return EstimatorCode(
         template="estimators/window.c",
         functions=functions,
-        names={"row": row, "torque": TORQUES, "test": test_outputs(model)},
+        element_names={"row": row, "torque": TORQUES, "test": test_outputs(model)},
         terms={
             "window": window, "moves_states": torque_moves_states(model), "eliminated": eliminated,
             "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row,
@@ -83,7 +83,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
             "x": "state->x[newest]", "P": "state->P_newest",
             "own_state": "state->",
         },
-        private=STATE.format(
+        private_fields=STATE.format(
             real=patch.real.c_type, n=n, window=window, eliminated=eliminated, clean=len(CLEAN),
             row=len(row), counts=len(COUNTS), monitor=len(monitor_fields(model)), kept=patch.kept,
             integers=patch.kept_integers,

@@ -86,7 +86,7 @@ typedef struct {
 %% if tunable
     ${real} constants[${constants_size}]; /* made of the parameters */
 %% endif
-${private}
+${private_fields}
 } ${name}_state_t;
 
 /* Initialises an observer; to be called before any other function. */

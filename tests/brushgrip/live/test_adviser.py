@@ -3,7 +3,7 @@ from threading import Event
 
 import pytest
 
-from brushgrip.live.adviser import PLANNING, Adviser, text_of
+from brushgrip.live.adviser import PLANNING, Adviser, advice_text
 from observers import (
     Advice,
     Ekf,
@@ -27,14 +27,18 @@ def test_an_advice_says_how_far_and_which_way() -> None:
         estimate=OBSERVER.prior,
     )  # fmt: skip
 
-    assert text_of(advice, 0.2 - 0.1396, 0.05) == "turn 8° more to the left"
-    assert text_of(replace(advice, toward=-0.1), 0.0, 0.05) == "turn 6° more to the right"
-    assert text_of(replace(advice, toward=0.0063), 0.0, 0.05) == "turn 0.4° more to the left"
-    assert text_of(advice, 0.2, 0.05) == ""
+    assert advice_text(advice, 0.2 - 0.1396, 0.05) == "turn 8° more to the left"
+    assert advice_text(replace(advice, toward=-0.1), 0.0, 0.05) == "turn 6° more to the right"
+    assert advice_text(replace(advice, toward=0.0063), 0.0, 0.05) == "turn 0.4° more to the left"
+    assert advice_text(advice, 0.2, 0.05) == ""
     assert (
-        text_of(replace(advice, finished=True), 0.2, 0.05) == "friction is known to 5.0%, stop turning"
+        advice_text(replace(advice, finished=True), 0.2, 0.05)
+        == "friction is known to 5.0%, stop turning"
     )
-    assert text_of(replace(advice, stopped=True, reason="too far"), 0.2, 0.05) == "stop turning: too far"
+    assert (
+        advice_text(replace(advice, stopped=True, reason="too far"), 0.2, 0.05)
+        == "stop turning: too far"
+    )
 
 
 @pytest.mark.long

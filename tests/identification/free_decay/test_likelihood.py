@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from identification.free_decay import noise_continuation as solving
-from identification.free_decay.likelihood import Likelihood, misfit
+from identification.free_decay.likelihood import Likelihood, neg_log_likelihood
 from identification.free_decay.noise_continuation import Solution, half_swings, jackknife, solve
-from identification.free_decay.onset import find_vibration
 from identification.free_decay.vibration import simulate_vibration
+from identification.free_decay.vibration_detection import find_vibration
 from reference_rig import FOURTEEN_BIT_STEP, inertia, make_impact, make_impacts
 from reference_rig import FOURTEEN_BIT_STEP as STEP
 from reference_rig import THESIS_DAMPING as B_T
@@ -73,29 +73,29 @@ def test_likeliest_noise(likelihood: Likelihood, share: float) -> None:
 def test_cells_share_all_probability(scale: float) -> None:
     cells = STEP * np.arange(-400, 401)
 
-    told = misfit(cells, np.array(0.123 * STEP), STEP, scale)
+    told = neg_log_likelihood(cells, np.array(0.123 * STEP), STEP, scale)
 
-    assert np.exp(-told.cost).sum() == pytest.approx(1, abs=1e-9)
+    assert np.exp(-told.value).sum() == pytest.approx(1, abs=1e-9)
 
 
 def test_limits_of_the_misfit() -> None:
     """The hard limits of the cell without noise, the logistic density without steps."""
-    hard = misfit(np.zeros(2), np.array([0.49, 0.51]) * STEP, STEP, 1e-4 * STEP)
-    density = misfit(np.array([0.3]), np.array([0.0]), 1e-9, 1.0)
+    hard = neg_log_likelihood(np.zeros(2), np.array([0.49, 0.51]) * STEP, STEP, 1e-4 * STEP)
+    density = neg_log_likelihood(np.array([0.3]), np.array([0.0]), 1e-9, 1.0)
 
-    np.testing.assert_allclose(hard.cost, [0, 100], rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(hard.value, [0, 100], rtol=1e-6, atol=1e-12)
     # exp(-u) / (s (1 + exp(-u))^2), times the width of the cell.
-    assert density.cost[0] == pytest.approx(0.3 + 2 * np.log1p(np.exp(-0.3)) - np.log(1e-9), rel=1e-6)
+    assert density.value[0] == pytest.approx(0.3 + 2 * np.log1p(np.exp(-0.3)) - np.log(1e-9), rel=1e-6)
 
 
 @pytest.mark.parametrize("scale", [0.02 * STEP, STEP])
 def test_derivatives_of_the_misfit(scale: float) -> None:
     read, angle = np.zeros(7), STEP * np.array([-3.0, -0.51, -0.49, 0.1, 0.5, 0.52, 40.0])
     h = 1e-4 * scale
-    below, at, above = (misfit(read, angle + d, STEP, scale) for d in (-h, 0, h))
+    below, at, above = (neg_log_likelihood(read, angle + d, STEP, scale) for d in (-h, 0, h))
 
     np.testing.assert_allclose(
-        at.slope, (above.cost - below.cost) / (2 * h), rtol=1e-6, atol=1e-6 / scale
+        at.slope, (above.value - below.value) / (2 * h), rtol=1e-6, atol=1e-6 / scale
     )
     np.testing.assert_allclose(
         at.curvature, (above.slope - below.slope) / (2 * h), rtol=1e-6, atol=1e-6 / scale**2
@@ -139,7 +139,7 @@ def test_is_the_jackknifes(sticking: tuple[Likelihood, Solution]) -> None:
         kept = np.ones(of.t.size, dtype=bool)
         kept[part] = False
         along = made.sensitivities[kept]
-        told = misfit(of.psi[kept], made.psi[kept], of.step, solution.noise)
+        told = neg_log_likelihood(of.psi[kept], made.psi[kept], of.step, solution.noise)
         hessian = along.T @ (along * told.curvature[:, None])
         changes.append(-np.linalg.solve(hessian, along.T @ told.slope)[:2])
     expected = sum(np.outer(change, change) for change in changes)

@@ -16,7 +16,7 @@ from identification.free_decay.identifiability import (
 )
 from identification.free_decay.likelihood import Likelihood
 from identification.free_decay.noise_continuation import solve
-from identification.free_decay.onset import find_vibration
+from identification.free_decay.vibration_detection import find_vibration
 from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
 from reference_rig import FOURTEEN_BIT_STEP, ImpactRecording, load_at, make_impacts
 from reference_rig import THESIS_DAMPING as B_T

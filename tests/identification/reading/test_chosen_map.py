@@ -10,7 +10,7 @@ import pytest
 from identification import SignalSource, read_recording, read_signals
 from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.chosen_map import unit_by_name, with_steering_ratio
-from identification.reading.clock import tabulate
+from identification.reading.clock_and_units import tabulate
 from identification.reading.signal_map import SignalMap, parse_maps, parse_signals
 from identification.reading.signals_section import signals_section
 from identification.reading.units import unit_at_end

@@ -16,8 +16,8 @@ from identification import (
     read_rig,
     read_signals,
 )
-from identification.reading.channel_matching import ChannelFile, Samples, resolve
-from identification.reading.clock import tabulate
+from identification.reading.channel_matching import ChannelFile, Samples, match_channel
+from identification.reading.clock_and_units import tabulate
 from identification.reading.signal_map import NO_MAP
 from identification.reading.table import REQUIRED_COLUMNS, Table, require_valid_samples
 from identification.reading.units import factor_of
@@ -316,8 +316,8 @@ def test_lengths_must_agree_without_clocks() -> None:
 
 def test_names_are_resolved_by_their_last_part_or_asked_for() -> None:
     names = ["Rig/Angle [deg]", "Rig/Mz", "Car/Mz"]
-    assert resolve("run.mf4", "Angle", names) == "Rig/Angle [deg]"
-    assert resolve("run.mf4", "Car/Mz", names) == "Car/Mz"
-    assert resolve("run.mf4", "z", names) is None
+    assert match_channel("run.mf4", "Angle", names) == "Rig/Angle [deg]"
+    assert match_channel("run.mf4", "Car/Mz", names) == "Car/Mz"
+    assert match_channel("run.mf4", "z", names) is None
     with pytest.raises(InvalidInputError, match="'Mz' may be Rig/Mz, Car/Mz"):
-        resolve("run.mf4", "Mz", names)
+        match_channel("run.mf4", "Mz", names)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.reading.thinned_recordings import bounded
+from identification.reading.thinned_recordings import thin_recordings
 from symbolic import Rig, Tyre
 
 
@@ -27,7 +27,7 @@ def recording(psi: np.ndarray, M_z: np.ndarray, name: str = "long") -> Recording
 def test_what_is_short_stays_as_it_is() -> None:
     short = recording(np.sin(np.arange(200.0)), np.arange(200.0))
 
-    kept, line = bounded([short, short], most=400)
+    kept, line = thin_recordings([short, short], most=400)
     assert kept == [short, short]
     assert line is None
 
@@ -45,7 +45,7 @@ def test_every_reversal_is_kept_and_no_noise_of_the_encoder() -> None:
     noisy[corners] = psi[corners] + 2e-5 * np.sign(psi[corners] - psi[corners - 1])
     long = recording(noisy, np.arange(float(psi.size)))
 
-    (kept,), line = bounded([long], most=psi.size // 20)
+    (kept,), line = thin_recordings([long], most=psi.size // 20)
     # Room for the corners, where the turning begins, and the ends.
     apart = -(-psi.size // (psi.size // 20 - (corners.size + 1) - 3))
     assert np.isin(corners * 1e-3, kept.t).all()
@@ -69,7 +69,7 @@ def test_a_sparse_torque_is_not_missed(every: int) -> None:
     torque[3::every] = 1.0
     long = recording(np.linspace(0, 1, 1000), torque)
 
-    (kept,), _ = bounded([long], most=104)
+    (kept,), _ = thin_recordings([long], most=104)
     assert np.isfinite(kept.M_z).sum() == 100
 
 
@@ -79,7 +79,7 @@ def test_a_trembling_wheel_does_not_exceed_the_bound() -> None:
     psi = 0.75e-3 * np.resize([1.0, -1.0], n) + 0.015 * np.resize([1.0, -1.0], n // 50).repeat(50)
     long = recording(psi, np.arange(float(n)))
 
-    kept, line = bounded([long, long], most=400)
+    kept, line = thin_recordings([long, long], most=400)
     assert sum(r.t.size for r in kept) <= 400
     assert line is not None
     assert "every reversal of 0.002 rad or more" in line

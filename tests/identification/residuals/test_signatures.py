@@ -9,7 +9,7 @@ import pytest
 
 from identification import Recording, fit
 from identification.fits.problem import torque_range
-from identification.residuals.correlation import correlation, directions_of, noise_of, rows_of
+from identification.residuals.correlation import correlation, noise_of, orthonormal_basis, rows_of
 from identification.residuals.signals import (
     RESIDUAL_SIGNALS,
     Signal,
@@ -123,7 +123,7 @@ def test_the_band_of_two_slow_series(
         rows = rows_of(residuals, recordings)
         signal = rows.columns([first_order(of_signal, r.t.size, rng) for r in recordings])
         value, band, _ = correlation(
-            signal.sum(axis=1, keepdims=True), directions_of(rows.means()), noise_of(rows)
+            signal.sum(axis=1, keepdims=True), orthonormal_basis(rows.means()), noise_of(rows)
         )
         outside += abs(value) > band
         white += abs(value) > 2.576 / np.sqrt(rows.residual.size)
@@ -144,7 +144,7 @@ def test_the_band_holds_for_several_columns_and_holes(recordings: list[Recording
         rows = rows_of(residuals, recordings)
         signal = rows.columns([first_order(0.95, r.t.size, rng) for r in recordings])
         columns = signal if own else signal.sum(axis=1, keepdims=True)
-        value, band, _ = correlation(columns, directions_of(rows.means()), noise_of(rows))
+        value, band, _ = correlation(columns, orthonormal_basis(rows.means()), noise_of(rows))
         outside += abs(value) > band
 
     assert outside / TRIALS <= MOST

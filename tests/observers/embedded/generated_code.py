@@ -27,7 +27,7 @@ from observers import (
 )
 from observers.compiled_step import CompiledStep
 from observers.embedded import Real, Tunable, generate
-from observers.embedded.compact import compact_patch
+from observers.embedded.compact_codegen import compact_patch
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model, compiler, effects_named
 from tests.compile_once import OPTIMISATION, compile_once

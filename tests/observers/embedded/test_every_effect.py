@@ -7,7 +7,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.compact import compact_patch
+from observers.embedded.compact_codegen import compact_patch
 from reference_rig import RigRecording
 from symbolic import Effect, Model, parameter_name
 from symbolic.compliance import deflection_of

@@ -10,7 +10,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, generate_fmu
-from observers.embedded.compact import compact_patch
+from observers.embedded.compact_codegen import compact_patch
 from observers.embedded.fmu import is_host
 from observers.estimators.casadi_observer import CasadiObserver
 from reference_rig import RigRecording

@@ -9,8 +9,8 @@ import pytest
 
 from observers.embedded.rolled_c import rolled_c
 from observers.embedded.rolled_values import Known
-from observers.quality.hypotheses import RATIOS, SETTINGS, per_hypothesis
 from observers.quality.hypothesis_mixture import build_verdict
+from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, hypothesis_fields
 from symbolic import BrushgripError, compiler
 from symbolic.compilation.scalar_c import c_function
 from tests.compile_once import compile_once
@@ -81,12 +81,12 @@ def test_the_verdict_of_the_hypotheses(tmp_path: Path, known: bool) -> None:
     for spread in (1.0, 30.0, 500.0):
         gain = rng.uniform(0.01, 3.0, len(RATIOS))
         variance = rng.uniform(1e-9, 2.0, (2, len(RATIOS)))
-        part = dict.fromkeys(per_hypothesis(gear=False), np.zeros(len(RATIOS))) | {
+        part = dict.fromkeys(hypothesis_fields(gear=False), np.zeros(len(RATIOS))) | {
             "log_likelihood": -spread * rng.random(len(RATIOS)), "gain": gain,
             "zero": rng.normal(size=len(RATIOS)), "D_gain": variance[0], "D_zero": variance[1],
             "U_zero_gain": 0.3 * np.sqrt(variance[1] / variance[0]), "left": gain,
         }  # fmt: skip
-        rows = np.vstack([part[name] for name in per_hypothesis(gear=False)])
+        rows = np.vstack([part[name] for name in hypothesis_fields(gear=False)])
         given = (rows, 12.0, 3.0, np.array(list(limits.values())))
         actual = called(library, verdict.numel_out(0), *given)
 

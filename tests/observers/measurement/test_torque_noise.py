@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from observers import Ekf, Status, run
 from observers.layout import named, vector_of
-from observers.measurement.torque_error import NOISE, noise_after
+from observers.measurement.torque_error import NOISE, update_noise
 from reference_rig import RigTyre, free_path, simulate_bristles
 from symbolic import Model, Rig
 from tests.observers.conftest import K
@@ -26,7 +26,7 @@ USUAL, LEAST = 0.02**2, 0.005**2
 def stepped() -> ca.Function:
     """One torque: (numbers of `NOISE`, M_z, dt) -> numbers."""
     before, M_z, dt = ca.SX.sym("before", len(NOISE)), ca.SX.sym("M_z"), ca.SX.sym("dt")
-    after = noise_after(named(NOISE, before), M_z, dt, USUAL, LEAST)
+    after = update_noise(named(NOISE, before), M_z, dt, USUAL, LEAST)
     return ca.Function("noise", [before, M_z, dt], [vector_of(NOISE, after)])
 
 

@@ -20,16 +20,16 @@ from observers.quality.branches import (
     build_branch,
     build_track,
 )
-from observers.quality.hypotheses import (
+from observers.quality.hypothesis_mixture import VERDICT
+from observers.quality.ratio_hypotheses import (
     SETTINGS,
     build_hypothesis_update,
-    build_start,
+    build_search_start,
     factor_name,
+    hypothesis_fields,
     hypothesis_states,
-    per_hypothesis,
     variance_of,
 )
-from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.tolerances import with_tolerances
 from observers.tuning import Tuning
 from reference_rig import (
@@ -59,10 +59,10 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
         "D_zero": 0.04,
         "D_twist": 0.25,
     }
-    part: Any = [prior.get(name, 0.0) for name in per_hypothesis(gear=False)]
+    part: Any = [prior.get(name, 0.0) for name in hypothesis_fields(gear=False)]
     for g, other, y in zip(expected, slid, measured, strict=True):
         part = build_hypothesis_update()(part, g, other, y, variance, 0.0)
-    found = dict(zip(per_hypothesis(gear=False), np.array(part).ravel(), strict=True))
+    found = dict(zip(hypothesis_fields(gear=False), np.array(part).ravel(), strict=True))
 
     order = hypothesis_states(gear=False)
     H = np.column_stack([slid - expected, np.ones(40), expected])
@@ -244,7 +244,7 @@ def test_no_torque_is_weighed_while_a_turn_back_may_be_noise() -> None:
     """On ice a turn of the angle's noise is part of the stick phase, of either branch."""
     tuning = Tuning(psi_noise=2e-4)
     limits: Any = [getattr(tuning, name) for name in SETTINGS]
-    search, verdict = build_start()(0.0, 1, 10.0, 0, 0.2), np.zeros(len(VERDICT))
+    search, verdict = build_search_start()(0.0, 1, 10.0, 0, 0.2), np.zeros(len(VERDICT))
     counted = []
     for psi in (0.0, 0.005, 0.01, 0.0099, 0.0101, 0.00995, 0.0095, 0.009):
         search, verdict, _, weighed = build_search()(

@@ -11,10 +11,10 @@ from observers.measurement.directional_friction import EXCHANGED
 from observers.quality.directional_change_monitor import (
     REFERENCE,
     STEADY_WALK,
-    add_sample,
     has_changed,
     predicted_reference,
-    renewed,
+    reset_reference,
+    update_reference,
 )
 from observers.quality.innovation_monitor import FORGETTING_SAMPLES
 from symbolic import Model
@@ -27,7 +27,7 @@ def test_ratio_is_that_of_gaussian_densities() -> None:
     slope, weight, V, about = 0.8, 50.0, 0.01, np.array([0.5, 0.3])
     kept: Any = dict(zip(REFERENCE, (0.0, V, 0.0, 0.0, 0.0, 0.0), strict=True))
     for each in about:
-        kept = add_sample(kept, each, slope, weight, 0.0)
+        kept = update_reference(kept, each, slope, weight, 0.0)
     S = np.eye(2) / weight + V * slope**2
     shift, inverse = slope * np.ones(2), np.linalg.inv(S)
     step = (shift @ inverse @ about) / (shift @ inverse @ shift)
@@ -43,11 +43,11 @@ def test_a_reference_is_held_in_a_stroke_corrected_at_its_end_and_begins_anew_af
     now = np.zeros(len(CLEAN))
     now[CLEAN.index("dt")] = 0.1
     first = predicted_reference(ca.DM.zeros(len(REFERENCE)), 0.3, 0.04, now)
-    after = add_sample(first, 0.2, 1.0, 25.0, 1.0)
+    after = update_reference(first, 0.2, 1.0, 25.0, 1.0)
     now[CLEAN.index(EXCHANGED)] = 1
-    turned = predicted_reference(renewed(after, 0), -0.5, 0.09, now)
-    back = predicted_reference(renewed(turned, 0), 9.0, 9.0, now)
-    anew = predicted_reference(renewed(after, 1), 0.7, 0.5, np.zeros(len(CLEAN)))
+    turned = predicted_reference(reset_reference(after, 0), -0.5, 0.09, now)
+    back = predicted_reference(reset_reference(turned, 0), 9.0, 9.0, now)
+    anew = predicted_reference(reset_reference(after, 1), 0.7, 0.5, np.zeros(len(CLEAN)))
 
     assert [float(turned[name]) for name in ("reference", "variance")] == pytest.approx([-0.5, 0.09])
     # Of equal variances, half of the difference and half of the variance, which walks on.
@@ -55,7 +55,7 @@ def test_a_reference_is_held_in_a_stroke_corrected_at_its_end_and_begins_anew_af
     assert [float(back[name]) for name in ("reference", "variance")] == pytest.approx([0.4, walked])
     assert float(back["score"]) == float(back["information"]) == 0
     assert [float(anew[name]) for name in ("reference", "variance")] == pytest.approx([0.7, 0.5])
-    assert float(add_sample(after, 0.0, 0.0, 0.0, 1.0)["information"]) == pytest.approx(
+    assert float(update_reference(after, 0.0, 0.0, 0.0, 1.0)["information"]) == pytest.approx(
         25 * (1 - 1 / FORGETTING_SAMPLES)
     )
 

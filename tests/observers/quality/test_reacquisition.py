@@ -18,19 +18,19 @@ from observers.quality.acquisition import (
     EquivalentPatch,
     build_handover,
 )
+from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _known_before
 from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.branches import TRACK, build_new_ground_branches
-from observers.quality.hypotheses import (
-    RESTART_STD,
-    SETTINGS,
-    build_restart,
-    build_start,
-    per_hypothesis,
-    search_layout,
-)
 from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.innovation_attribution import smoothed_innovation
-from observers.quality.supervised_step import MAY_HAVE_MOVED, _known_before
+from observers.quality.ratio_hypotheses import (
+    RESTART_STD,
+    SETTINGS,
+    build_search_restart,
+    build_search_start,
+    hypothesis_fields,
+    search_layout,
+)
 from observers.tuning import Tuning
 from reference_rig import RigTyre, friction_step, make_ground_recording, make_recording
 from symbolic import SIGNALS, Model, Rig, simulate
@@ -52,11 +52,11 @@ def own_states(psi: Any, F_N: Any, M_z: Any) -> dict[str, Any]:
 def test_a_later_acquisition_leaves_open_what_the_patch_was(direction: float) -> None:
     """At the last turn back it was free of torque, slid to the other side, or between the two."""
     layout = search_layout(False)
-    search = np.asarray(build_start()(0.2, 1, 10.0, 0, 0.2)).ravel()
+    search = np.asarray(build_search_start()(0.2, 1, 10.0, 0, 0.2)).ravel()
     at = layout.places["track"][0].start
     search[at + TRACK.index("direction")] = direction
     tyre = [K, RIG.a, RIG.e]
-    after = layout.split(ca.MX(ca.DM(build_restart()(search, 0, 5, tyre, 1.1, 0.1, 0.3, 0.2))))
+    after = layout.split(ca.MX(ca.DM(build_search_restart()(search, 0, 5, tyre, 1.1, 0.1, 0.3, 0.2))))
     track, points, hypotheses = (
         np.asarray(ca.evalf(after[name])) for name in ("track", "points", "hypotheses")
     )
@@ -66,7 +66,7 @@ def test_a_later_acquisition_leaves_open_what_the_patch_was(direction: float) ->
     np.testing.assert_array_equal(points[1:, 1], 0.2)
     assert track[TRACK.index("count"), 0] == 1
     assert track[TRACK.index("count_slid"), 0] == (2 if direction else 1)
-    names = per_hypothesis(False)
+    names = hypothesis_fields(False)
     np.testing.assert_allclose(hypotheses[names.index("twist")], 0.55)
     np.testing.assert_allclose(hypotheses[names.index("gain")], 1.1)
     assert (hypotheses[names.index("D_twist")] > 0).all()

@@ -7,7 +7,7 @@ from scipy.ndimage import median_filter
 
 from identification.free_decay.recording import Decay
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 MIN_DEFLECTION_STEPS = 3.0
 """Least first deflection, in steps of the encoder."""

@@ -34,7 +34,7 @@ from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.input_plausibility import EVIDENCE, build_evidence
 from observers.tuning import NO_LIMIT, PLAUSIBLE
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 Array = NDArray[np.float64]
 SLACK = 0.01

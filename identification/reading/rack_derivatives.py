@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 
 SMOOTHING_TIME = 0.06
 """Time over which the parabola is laid [s]."""
@@ -29,7 +29,7 @@ class RackInstant(NamedTuple):
     acceleration: float | Array
 
 
-class RackMotion:
+class RackDifferentiator:
     """The rack of one standstill, from its first sample on."""
 
     def __init__(self) -> None:
@@ -74,11 +74,11 @@ def _parabola(points: list[tuple[float, float]]) -> tuple[float, float]:
     return (c * p - b * q) / determinant, (a * q - b * p) / determinant
 
 
-def rack_motion(t: Array, s: Array, force: Array, stretch: NDArray[np.int64]) -> RackInstant:
+def rack_instants(t: Array, s: Array, force: Array, stretch: NDArray[np.int64]) -> RackInstant:
     """The instants of a recording; `stretch` numbers its standstills, each of which begins anew."""
-    rows, motion, before = [], RackMotion(), None
+    rows, motion, before = [], RackDifferentiator(), None
     for number, *sample in zip(stretch.tolist(), t.tolist(), s.tolist(), force.tolist(), strict=True):
-        motion = motion if number == before else RackMotion()
+        motion = motion if number == before else RackDifferentiator()
         rows.append(motion(*sample))
         before = number
     return RackInstant(*np.ascontiguousarray(np.array(rows).T))

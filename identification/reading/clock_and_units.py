@@ -18,7 +18,7 @@ from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import bare_name, is_unit, unit_of_name
 from symbolic import InvalidInputError
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
 from symbolic.tables.parsing import naming
 
 _FASTER = 1.5

@@ -39,7 +39,7 @@ from observers.quality.branches import (
 )
 from observers.udu import update_covariance
 from symbolic import full_slide_torque
-from symbolic.functions import named_function
+from symbolic.casadi_functions import named_function
 
 RATIOS = np.geomspace(0.012, 6.0, 14)
 """Hypotheses about mu at the declared k [1]."""
@@ -92,7 +92,7 @@ def variance_of(parts: Mapping[str, Expression], name: str, given: tuple[str, ..
     )
 
 
-def per_hypothesis(gear: bool) -> tuple[str, ...]:
+def hypothesis_fields(gear: bool) -> tuple[str, ...]:
     """Numbers of a hypothesis.
 
     Logarithm of its likelihood, the unknowns with the factor of their covariance, see `observers.udu`,
@@ -106,7 +106,7 @@ def per_hypothesis(gear: bool) -> tuple[str, ...]:
 def search_layout(gear: bool) -> Layout:
     """State of the acquisition."""
     sizes = (("track", len(TRACK), 1), ("points", POINTS, PATHS))
-    return Layout((*sizes, ("hypotheses", len(per_hypothesis(gear)), len(RATIOS))))
+    return Layout((*sizes, ("hypotheses", len(hypothesis_fields(gear)), len(RATIOS))))
 
 
 def settings_of(tuning: Parts, misfit: float, again: Expression) -> Expression:
@@ -122,7 +122,7 @@ def settings_of(tuning: Parts, misfit: float, again: Expression) -> Expression:
 
 
 @cache
-def build_start(gear: bool = False) -> ca.Function:
+def build_search_start(gear: bool = False) -> ca.Function:
     """The search at a place of rest: (psi, gain, gain_std, zero, zero_std) -> search.
 
     psi [rad]; mean and standard deviation of s [1] and of M_0 [N m]; standard deviation of the gear's
@@ -130,7 +130,7 @@ def build_start(gear: bool = False) -> ca.Function:
     """
     inputs = symbols(ca.MX, psi=1, gain=1, gain_std=1, zero=1, zero_std=1, **_spread(gear))
     psi, gain, gain_std, zero, zero_std, *spread = inputs.values()
-    names = per_hypothesis(gear)
+    names = hypothesis_fields(gear)
     part: dict[str, Expression] = dict.fromkeys(names, 0)
     part |= {"gain": gain, "zero": zero, "D_gain": gain_std**2, "D_zero": zero_std**2}
     part |= {"gear": 1, "D_gear": spread[0] ** 2} if gear else {}
@@ -150,7 +150,7 @@ def _spread(gear: bool) -> dict[str, int]:
 
 
 @cache
-def build_restart(gear: bool = False) -> ca.Function:
+def build_search_restart(gear: bool = False) -> ca.Function:
     """The search anew: (search, M_z, slide, tyre, gain, gain_std, zero, zero_std) -> search.
 
     M_z, slide and tyre are as for `build_new_ground_branches`. The hypotheses begin anew about s and the
@@ -163,9 +163,9 @@ def build_restart(gear: bool = False) -> ca.Function:
     )  # fmt: skip
     search, M_z, slide, tyre, gain, *known = inputs.values()
     track, points = build_new_ground_branches()(layout.split(search)["track"], M_z, slide, tyre)
-    fresh = layout.split(build_start(gear)(0, gain, *known))
+    fresh = layout.split(build_search_start(gear)(0, gain, *known))
     hypotheses = ca.MX(fresh["hypotheses"])
-    hypotheses[per_hypothesis(gear).index("twist"), :] = gain / 2
+    hypotheses[hypothesis_fields(gear).index("twist"), :] = gain / 2
     parts = {"track": track, "points": points, "hypotheses": hypotheses}
     return named_function("restart", inputs, {"search_next": layout.join(parts)})
 
@@ -192,12 +192,12 @@ def build_torque_error() -> ca.Function:
 def build_hypothesis_update(gear: bool = False) -> ca.Function:
     """One hypothesis after a torque: (part, free, slid, measured, variance, share, dry) -> part_next.
 
-    part is in the order of `per_hypothesis`; free and slid are the torques at s = 1 of a patch that was
-    free of torque before the first sample, and of one that slid [N m]; variance is that of the
+    part is in the order of `hypothesis_fields`; free and slid are the torques at s = 1 of a patch that
+    was free of torque before the first sample, and of one that slid [N m]; variance is that of the
     measurement's error [N^2 m^2], share that of an independent sample; dry is the torque of the gear's
     declared friction [N m], which there is with a gear alone.
     """
-    names = per_hypothesis(gear)
+    names = hypothesis_fields(gear)
     inputs = symbols(ca.SX, part=len(names), free=1, slid=1, measured=1, variance=1, share=1)
     part, free, slid, measured, variance, share = inputs.values()
     older, was, order = (
@@ -254,7 +254,7 @@ def build_hypotheses_update(gear: bool = False) -> ca.Function:
     expected = ca.reshape(ca.sum1(ca.reshape(branches, POINTS, PATHS * count)), PATHS, count)
     given = (ca.repmat(each, 1, count) for each in (M_z, variance, share, *(d[0] for d in dry)))
     after = build_hypothesis_update(gear).map(count)(hypotheses, *ca.vertsplit(expected), *given)
-    at = per_hypothesis(gear).index("log_likelihood")
+    at = hypothesis_fields(gear).index("log_likelihood")
     places, likelihood = ca.DM(range(count)).T, hypotheses[at, :]
     likeliest = ca.mmax((likelihood >= ca.mmax(likelihood)) * places)
     change = ca.dot(places == likeliest, after[at, :] - likelihood)

@@ -35,9 +35,9 @@ from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
 from observers.quality.branches import TRACK
 from observers.quality.directional_change_monitor import monitor_fields
-from observers.quality.hypotheses import SETTINGS, per_hypothesis
 from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.innovation_gate import COUNTS
+from observers.quality.ratio_hypotheses import SETTINGS, hypothesis_fields
 from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY
 
@@ -89,7 +89,7 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
     }  # fmt: skip
     functions = [*clean_and_patch_signals(observer), *estimator.functions]
     functions += supervision_functions(observer, constants)
-    names = {**_names(observer), **estimator.names}
+    names = {**_names(observer), **estimator.element_names}
     texts = [estimator_c(function, real, names) for function in functions]
     if observer.acquire:
         verdict, text = rolled_verdict(observer, real, terms["tunable"])
@@ -105,7 +105,7 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
     body = Body(
         core=elementary + render("patches/torque_places.c", values) + written + of_patch,
         stepping=stepping,
-        private=estimator.private.replace("NAME", name),
+        private_fields=estimator.private_fields.replace("NAME", name),
         bytes=estimator.bytes + patch.bytes,
         types=render(patch.type_template, values) + estimator.types.replace("NAME", name),
         rig_at_run_time=bool(values["rig_at_run_time"]),
@@ -127,6 +127,6 @@ def _names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
         "sample": SAMPLE, "last": CLEAN, "now": CLEAN, "x": states, "mean": states, "newest": states,
         "slopes": slopes, "counts": COUNTS, "output": OUTPUT, "result": OUTPUT,
         "monitor": monitor_fields(observer.measurement_model),
-        "own": OWN, "track": TRACK, "part": per_hypothesis("gear" in states), "limits": SETTINGS,
+        "own": OWN, "track": TRACK, "part": hypothesis_fields("gear" in states), "limits": SETTINGS,
         "verdict": VERDICT, "factor": factor, "P": covariance,
     }  # fmt: skip

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identification.free_decay.onset import encoder_step, find_vibration
+from identification.free_decay.vibration_detection import encoder_step, find_vibration
 from reference_rig import make_impact
 from symbolic import InvalidInputError
 from tests.identification.factories import decay

@@ -12,11 +12,11 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from symbolic.arrays import Array
+from symbolic.array_alias import Array
+from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.bristle_kernel import bristle_kernel
 from symbolic.compilation.compiled import compiled
 from symbolic.errors import InvalidInputError
-from symbolic.functions import BufferedCall, named_function
 from symbolic.model import GEOMETRY, SIGNALS, Model
 
 RIG_DIRECTIONS = (*GEOMETRY, "load")

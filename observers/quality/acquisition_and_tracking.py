@@ -21,7 +21,7 @@ import casadi as ca
 from observers.layout import Expression, Layout, Parts, named, symbols_like, vector_of
 from observers.measurement.measurement_model import MIN_LOAD_SHARE, MeasurementModel
 from observers.measurement.torque_error import is_known
-from observers.patch.patch_protocol import split_constants
+from observers.patch.patch_protocol import split_theta_rig_tuning
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.acquired_to_estimator import (
     handed_states,
@@ -44,20 +44,20 @@ from observers.quality.acquisition import (
 from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.branches import TRACK, build_present_branch, sliding_onset_turn
 from observers.quality.equivalent_patch import added_torques
-from observers.quality.hypotheses import (
+from observers.quality.hypothesis_mixture import VERDICT, build_deviation_by_scale
+from observers.quality.ratio_hypotheses import (
     RESTART_STD,
     SETTINGS,
     VAGUE,
-    build_restart,
-    build_start,
+    build_search_restart,
+    build_search_start,
     search_layout,
     settings_of,
 )
-from observers.quality.hypothesis_mixture import VERDICT, build_deviation_by_scale
-from observers.quality.screening import has_flag
+from observers.quality.sensor_limits import has_flag
 from observers.tuning import TUNING_FIELDS
 from symbolic import Model, full_slide_torque
-from symbolic.functions import named_function, output_if
+from symbolic.casadi_functions import named_function, output_if
 
 MAY_HAVE_MOVED = 3.0
 """Factor on the deviations of s and of the zero where friction is acquired anew as an innovation lasted:
@@ -91,7 +91,7 @@ def initial(
 ) -> dict[str, Expression]:
     """The parts of the state at the first sample; zero_std is that of the torque's zero [N m]."""
     gear = has_gear_friction(measurement_model)
-    start = build_start(gear)(psi, 1, VAGUE, 0, zero_std, *_spread(measurement_model))
+    start = build_search_start(gear)(psi, 1, VAGUE, 0, zero_std, *_spread(measurement_model))
     search = search_layout(gear).split(ca.MX(start))
     # The first verdict, before any torque counts, is the prior.
     own: dict[str, Expression] = dict.fromkeys(OWN, 0)
@@ -161,7 +161,7 @@ def build_supervised_step(
     inputs["state"] = state = ca.MX.sym("state", parts.size + added_parts.size)
     before, now = added_parts.split(state[parts.size :]), named(SAMPLE, inputs["sample"])
     own = named(OWN, before["own"])
-    theta, rig, tuning = split_constants(model, inputs["constants"])
+    theta, rig, tuning = split_theta_rig_tuning(model, inputs["constants"])
     fields = named(TUNING_FIELDS, tuning)
     tyre = ca.vertcat(theta[model.coordinates.index("k")] * patch.stiffness, rig[0], rig[1])
     scaled = measurement_model.scaled
@@ -220,7 +220,7 @@ def _search_of(
 ) -> Any:  # fmt: skip
     """The search; where it begins anew, on this ground, with these moments of s and of the zero."""
     known = (search, *begun, *_spread(measurement_model))
-    return output_if(anew, build_restart(has_gear_friction(measurement_model)), known, search)
+    return output_if(anew, build_search_restart(has_gear_friction(measurement_model)), known, search)
 
 
 def _again(own: Parts) -> Expression:

@@ -7,7 +7,7 @@ from typing import Any
 
 from symbolic.errors import InvalidInputError
 from symbolic.tables.parsing import excerpt, require_number, shown
-from symbolic.tables.rig_tables import SIGNALS
+from symbolic.tables.rig_from_tables import SIGNALS
 from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
 
 VEHICLE = "vehicle"
