@@ -125,12 +125,14 @@ class Trial:
 
     @property
     def values(self) -> Values:
-        """All values that were fitted, those of held-out recordings too: where a further trial begins."""
+        """All fitted values, those of held-out recordings too: where a further trial begins."""
         values = self.fitted.values
         if self.held_out is None:
             return values
         of_held_out = _belonging_to(self.held_out.values, self.held_out.residuals)
-        return replace(values, own={**values.own, **of_held_out.own}, rig={**values.rig, **of_held_out.rig})
+        return replace(
+            values, own={**values.own, **of_held_out.own}, rig={**values.rig, **of_held_out.rig}
+        )
 
     @property
     def fits(self) -> tuple[Fit, ...]:
@@ -221,8 +223,8 @@ def fit_own_parameters(
 ) -> Fit:
     """Fit only what belongs to these recordings, with the shared parameters of `fitted`.
 
-    It begins with what `begin` knows of them, else with `initial_guess`. A recording on a ground of which
-    `fitted` knows nothing gets the mean over the grounds that it knows.
+    It begins with what `begin` knows of them, else with `initial_guess`. A recording on a ground of
+    which `fitted` knows nothing gets the mean over the grounds that it knows.
     """
     guess = initial_guess(fitted.model, recordings).own
     known = begin or Values(tyre={}, own={})
