@@ -40,8 +40,8 @@ class EstimateRequest(GroundRequest):
     T_motor, and, where there, brake and speed. While the car rolls, the estimate is held.
 
     From the aligning torque M_z, or, where the recording has none, from the steering torque M; that
-    takes J_A and b_t of the rig. With --smooth an estimate knows later samples too, for those who work
-    offline.
+    takes J_A and b_t of the rig. With --smooth an estimate knows later samples on the same ground too,
+    for those who work offline; usable is what is usable without it.
 
     With --by-direction friction has one value for each direction of turning, and mu is that of the
     direction that loads the patch. The torque's zero is taken for 0, and friction begins at the prior.
