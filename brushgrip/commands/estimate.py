@@ -41,11 +41,13 @@ class EstimateRequest(GroundRequest):
     T_motor, and, where there, brake and speed. While the car rolls, the estimate is held.
 
     From the aligning torque M_z, or, where the recording has none, from the steering torque M; that
-    takes J_A and b_t of the rig. With --smooth an estimate knows later samples too, for those who work
-    offline.
+    takes J_A and b_t of the rig. With --smooth an estimate knows later samples on the same ground too,
+    for those who work offline; usable is what is usable without it.
 
     With --by-direction friction has one value for each direction of turning, and mu is that of the
-    direction that loads the patch. The torque's zero is taken for 0, and friction begins at the prior.
+    direction that loads the patch. What the torque's zero may be off by is part of the band: declare it
+    (zero of the rig) on slippery ground. Without --model nothing is usable before the torque's scale is
+    found with one friction for both directions; with --model nothing checks the scale.
 
     Several recordings go to OUT_<recording>.csv, without pictures, and to rows of --summary. There
     friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground.

@@ -17,6 +17,7 @@ OF_VEHICLE = {
     "half_length": "half-length of the contact",
     "geometry": "lengths and ratios of the steering",
     "slide_factor": "measured torque of full slide",
+    "force_scale": "scale of the measured force",
     "gear_load_share": "gear friction that grows with the force",
 }
 """What the mean wheel of a car counts as its load, by the tolerance that makes it."""

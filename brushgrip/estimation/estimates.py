@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.estimation.scale_by_direction import single_friction, with_checked_scale
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.tunings import ChosenTuning
 from brushgrip.wording.friction import last_uncontradicted
@@ -188,7 +189,11 @@ def observe(
     except InvalidInputError as error:
         raise InvalidInputError(f"{recording.name}: {error}") from None
     if not smoothed:
-        return run_observer(observer, recording)
+        estimates, single = run_observer(observer, recording), single_friction(observer)
+        # Of a model that was found the diagnosis has seen the scale; one friction may not fit it.
+        if found or single is observer:
+            return estimates
+        return with_checked_scale(estimates, run_observer(single, recording))
     if not isinstance(observer, Ekf) or isinstance(observer.measurement_model, DirectionalFriction):
         raise InvalidInputError(
             "--smooth works on the stored states of the filter; take --observer ekf, not --by-direction"

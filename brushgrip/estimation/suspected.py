@@ -7,6 +7,7 @@ import numpy as np
 
 from brushgrip.estimation.estimates import ObserverFactory, has_aligning_torque, samples_of
 from brushgrip.estimation.map_correction import TIME, causes_with_map
+from brushgrip.estimation.scale_by_direction import single_friction
 from brushgrip.wording.friction import MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from observers import Estimates, Loop, Status, suspicions_of
@@ -56,7 +57,7 @@ def suspected_cause(
     flagged = np.flatnonzero(estimates.status[:MAX_REPLAYED_SAMPLES] & Status.SUSPECT)
     if flagged.size <= MIN_REPORTED_SHARE * estimates.t.size:
         return ""
-    loop = Loop(factory(recording, found))
+    loop = Loop(single_friction(factory(recording, found)))
     for sample in islice(samples_of(recording), int(flagged[-1]) + 1):
         loop(sample)
     return causes_with_map(recording, loop.suspicions, "M_z" if has_aligning_torque(recording) else "M")

@@ -13,6 +13,7 @@ REMEDIES = {
     "half_length": "measuring a print of the contact",
     "slide_factor": "ground of better known friction",
     "geometry": "measuring steering arm and lock",
+    "force_scale": "comparing the force with that of a load cell in the tie rod",
     "gear_load_share": "measuring how the gear's friction grows with load",
 }
 """What makes a declared value better known, by its key in the vehicle file."""
@@ -27,6 +28,7 @@ def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:
         "slide_factor": f"slide_factor {vehicle.slide_factor or 1:.2f}",
         "geometry": "geometry",
         "gear_load_share": "gear_load_share",
+        "force_scale": "force_scale",
     }
     ranked = sorted(shares, key=lambda name: -shares[name])
     named = [f"{values[name]} ({shares[name]:.1%})" for name in ranked if shares[name] >= LEAST_SHARE]

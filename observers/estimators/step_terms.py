@@ -118,7 +118,13 @@ class StepSample:
         # Dry friction in the bearings cannot be told from that of the ground.
         known, slide = is_known(rig["dry_friction"]), full_slide_torque(F_N, rig["a"])
         dry = ca.if_else(known, ca.if_else(known, rig["dry_friction"], 0) / slide, DRY_FRICTION)
-        std = ca.sqrt(mu**2 * (P[self.at, self.at] + tuning["mu_floor"] ** 2) + dry**2)
+        zero = ca.MX(0)
+        if OTHER in self.measurement_model.states and "M_0" not in self.measurement_model.states:
+            # A zero that is no state adds to friction one way and takes from it the other way.
+            known = is_known(rig["zero_std"])
+            declared = ca.if_else(known, rig["zero_std"], 0) / slide
+            zero = ca.if_else(known, declared, tuning["zero_std"])
+        std = ca.sqrt(mu**2 * (P[self.at, self.at] + tuning["mu_floor"] ** 2) + dry**2 + zero**2)
         given = (mu, std, memory, F_N, self.theta, self.rig[: len(GEOMETRY)], rig["slide_rate"])
         effective = outputs_of(build_effective_friction(self.model), *given)
         bound = ca.logic_or(log_mu <= ca.log(tuning["least"]), log_mu >= ca.log(tuning["greatest"]))

@@ -34,6 +34,8 @@ class DirectionalFriction(AligningTorque):
     """The aligning torque is measured; states mu, mu of the other direction, and as chosen.
 
     Friction is not acquired: the hypotheses have one friction for both directions, see `ModelObserver`.
+    So nothing checks the scale of the torque, which friction is proportional to. What its zero may be
+    off by is part of the deviation of mu, unless it is a state.
 
     Attributes:
         zero: the zero of the torque channel is a state too [N m]; sliding tells it from a difference

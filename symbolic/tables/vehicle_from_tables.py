@@ -30,6 +30,8 @@ _TYRE = re.compile(
     r"\s*(?:P|LT)?(?P<width>\d{3})\s*(?:/\s*(?P<aspect>\d{2}))?\s*(?:Z?R|-|B)?\s*F?\s*(?P<rim>\d{2}).*",
     re.IGNORECASE,
 )
+TOLERANCE_ALONE = ("geometry", "force_scale")
+"""Tolerances without a value, as shares."""
 _KEYS = tuple(field.name for field in fields(Vehicle) if field.name not in ("tolerances", "tyre_width"))
 
 
@@ -38,7 +40,8 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
 
     ``tyre = "195/65 R15"`` gives the nominal width. `half_length`, `stiffness`, `front_axle_load`,
     `slide_factor`, `gear_friction` and `damping` may be tables ``{ value = 0.06, tolerance = 0.009 }``;
-    ``geometry = { tolerance = 0.03 }`` is that of all lengths and ratios of the steering, as a share.
+    ``geometry = { tolerance = 0.03 }`` is that of all lengths and ratios of the steering, as a share;
+    ``force_scale`` likewise that of the measured force's scale.
 
     Raises:
         InvalidInputError: a key is missing or unknown, or a value is out of its range.
@@ -52,7 +55,7 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
         raise InvalidInputError(
             f"section [{VEHICLE}] missing; a vehicle file needs {', '.join(REQUIRED)}"
         )
-    allowed = ("tyre", *_KEYS, "geometry")
+    allowed = ("tyre", *_KEYS, *TOLERANCE_ALONE)
     if unknown := [name for name in section if name not in allowed]:
         raise InvalidInputError(
             f"[{VEHICLE}] unknown key {excerpt(unknown[0])}; allowed: {', '.join(allowed)}"
@@ -62,7 +65,7 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
     values: dict[str, Any] = dict(tyre_of(section["tyre"]))
     tolerances: dict[str, float] = {}
     for name, entry in section.items():
-        if name == "geometry":
+        if name in TOLERANCE_ALONE:
             tolerances[name] = _number(f"{name}: its tolerance", _tolerance(name, entry, ("tolerance",)))
         elif isinstance(entry, dict) and name in TOLERATED_BY:
             tolerance = _number(

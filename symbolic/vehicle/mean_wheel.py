@@ -93,9 +93,10 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
 def friction_uncertainties(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
     """What declared values leave of mu, as standard deviations [1], by their keys in the vehicle file.
 
-    Full slide measures mu times load, arm of the contact and one over the lever. Where the half-length
-    follows from the load, an error of the load is in the arm too. A measured `slide_factor` has the
-    errors of all of them in it; a load that has changed since has changed the half-length.
+    Full slide measures mu times load, arm of the contact and one over the lever, by a force that has a
+    scale. Where the half-length follows from the load, an error of the load is in the arm too. A
+    measured `slide_factor` has the errors of all of them in it; a load that has changed since has
+    changed the half-length.
     """
     contact, tolerances = Contact.of(vehicle, brakes=brakes), vehicle.tolerances
     arm = _spreads("slide_arm", contact, tolerances)
@@ -112,6 +113,7 @@ def friction_uncertainties(vehicle: Vehicle, *, brakes: bool) -> dict[str, float
             "half_length": abs(of_length),
             "geometry": hypot(*arm.values(), tolerances.geometry),
             "gear_load_share": vehicle.gear_load_share,
+            "force_scale": tolerances.force_scale,
         }
     return {name: STD_PER_TOLERANCE * share for name, share in shares.items()}
 

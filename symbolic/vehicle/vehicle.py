@@ -74,6 +74,8 @@ class VehicleTolerances:
         gear_friction: of the gear's dry friction.
         damping: of the damping about the kingpin.
         geometry: of lengths and ratios of the steering.
+        force_scale: of the measured force's scale, such as a motor's torque constant; what a measured
+            slide factor has in it.
     """
 
     load: float = 0.1
@@ -83,6 +85,7 @@ class VehicleTolerances:
     gear_friction: float = 0.5
     damping: float = 0.5
     geometry: float = 0.03
+    force_scale: float = 0.05
 
     def __post_init__(self) -> None:
         """Check every share."""

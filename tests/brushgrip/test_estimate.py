@@ -9,7 +9,7 @@ import pytest
 
 from brushgrip.estimation.map_correction import ANGLE, SIGN, TIME, UNITS
 from observers.quality.input_plausibility import EVIDENCE, flags_by_message
-from reference_rig import make_ground_recording, make_steering_recording
+from reference_rig import make_ground_recording, make_recording, make_steering_recording
 from tests.brushgrip.helpers import Run, Write, contents, table_of
 
 pytestmark = pytest.mark.usefixtures("interpreted", "blank_pictures")
@@ -89,6 +89,21 @@ def test_friction_by_direction(estimate: Run, simulated: Path, tmp_path: Path) -
     # Both directions have a prior of their own: what is found forth says little of the way back.
     assert not np.array_equal(directed["mu"], table_of(tmp_path / "mu.csv")["mu"])
     assert directed["mu"][-1] == pytest.approx(1.2, rel=0.05)
+
+
+@pytest.mark.parametrize(("factor", "message"), [(0.5, "grows with the angle 0.5"), (0.65, "gear")])
+def test_friction_by_direction_waits_for_the_scale_of_the_torque(
+    estimate: Run, write_csv: Write, tmp_path: Path, factor: float, message: str
+) -> None:
+    recorded = make_recording(5, mu=0.15, bristles=400)
+    columns = {name: getattr(recorded, name) for name in ("t", "psi", "M_z", "F_N")}
+    said = estimate(write_csv("run.csv", {**columns, "M_z": factor * recorded.M_z}), "--by-direction")
+
+    assert "friction is not known" in said.out
+    assert message in said.out
+    assert not table_of(tmp_path / "mu.csv")["usable"].any()
+    estimate(write_csv("run.csv", columns), "--by-direction")
+    assert table_of(tmp_path / "mu.csv")["usable"].any()
 
 
 @pytest.mark.parametrize("observer", ["ekf", "mhe", "root"])

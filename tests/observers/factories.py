@@ -143,10 +143,10 @@ def first_full_slide(made: RigRecording) -> int:
     return int(np.flatnonzero(np.abs(made.M_z_true) > 0.9 * level)[0]) + 1
 
 
-def change_of_ground() -> tuple[Array, Array, Array, Array]:
-    """t, psi, F_N and M_z while mu is 1.5 for 7 s and then 1.1, as if the wheel were lifted over."""
+def change_of_ground(first: float = 1.5, then: float = 1.1) -> tuple[Array, Array, Array, Array]:
+    """t, psi, F_N and M_z; mu is another one from 7 s on, as if the wheel were lifted over."""
     path = hand_path(31, 14.0, load=400.0, rate=100.0)
-    mu = np.where(path.t < 7, 1.5, 1.1)
+    mu = np.where(path.t < 7, first, then)
     M_z = simulate_bristles(replace(path, F_N=path.F_N * mu), RigTyre(k=K, mu=1.0), bristles=1000).M_z
     M_z = M_z + 0.004 * np.ptp(M_z) * np.random.default_rng(31).standard_normal(M_z.size)
     return path.t, path.psi, path.F_N, M_z

@@ -130,6 +130,34 @@ def test_a_change_of_the_ground_is_not_smoothed_over() -> None:
     assert smoothed.mu[t > 10] == pytest.approx(1.1, abs=0.05)
 
 
+@pytest.mark.parametrize(("first", "then"), [(0.08, 0.05), (0.3, 0.3)])
+def test_what_is_usable_is_that_of_its_own_ground(first: float, then: float) -> None:
+    t, psi, F_N, M_z = change_of_ground(first, then)
+    observer, mu = Ekf(**{**DECLARED, "acquire": True}), np.where(t < 7, first, then)
+    causal, smoothed = (call(observer, t, psi, F_N, M_z) for call in (run, smooth))
+    wrong = np.abs(smoothed.mu_eff - mu) > 3 * smoothed.mu_eff_std
+
+    # Until it is noticed a new ground is the filter's error, too.
+    assert not (smoothed.usable & wrong & ((t < 7) | (t > 7.2))).any()
+    assert not (smoothed.usable & (smoothed.status != 0)).any()
+    assert not smoothed.usable[t < 0.2].any()
+    assert smoothed.usable.sum() > 0.99 * causal.usable.sum() > 700
+    # What is not usable before friction is known is that of this ground already.
+    assert np.abs(smoothed.mu[0] - first) < 2 * smoothed.mu_std[0] < 0.3 * first
+
+
+def test_what_later_samples_contradict_is_not_usable(
+    recording: RigRecording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    observer, columns = Ekf(**DECLARED), columns_of(recording)
+    monkeypatch.setattr("observers.interfaces.smoothing.DIFFERS", 0.1)
+    causal, smoothed = run(observer, **columns), smooth(observer, **columns)
+    differs = np.abs(np.log(smoothed.mu / causal.mu)) > 0.1 * causal.mu_std / causal.mu
+
+    assert 0 < (causal.usable & differs).sum() < causal.usable.sum()
+    np.testing.assert_array_equal(smoothed.usable, causal.usable & ~differs)
+
+
 def test_samples_before_the_first_usable_one_take_its_friction(recording: RigRecording) -> None:
     observer, columns = Ekf(**DECLARED), columns_of(recording)
     columns["psi"] = np.where(columns["t"] < 0.3, np.nan, columns["psi"])

@@ -33,7 +33,13 @@ def torque(angle: Array, forth: Array, back: Array, bristles: int = 300) -> Arra
 
 
 def observed(
-    kind: Any, forth: float, later: float, back: float, factor: float = 1.0, **tuning: float
+    kind: Any,
+    forth: float,
+    later: float,
+    back: float,
+    factor: float = 1.0,
+    zero: float = 0.0,
+    **tuning: float,
 ) -> tuple[Estimates, Array, Array]:
     """Estimates, friction of the direction of motion, and whether the torque opposes it."""
     ahead = np.where(t < CHANGE, forth, later)
@@ -44,7 +50,8 @@ def observed(
         model=Model(discretised=True, bristles=40), values={"k": K}, rig=RIG,
         measurement_model=DirectionalFriction(), tuning=Tuning(**tuning),
     )  # fmt: skip
-    found = run(observer, t, psi, np.full(t.size, F_N), factor * (M_z + noise))
+    measured = factor * (M_z + noise) + zero * 0.375 * F_N * RIG.a
+    found = run(observer, t, psi, np.full(t.size, F_N), measured)
     return found, np.where(rate > 0, ahead, back), rate * (M_z + noise) < -1e-3
 
 
@@ -67,11 +74,24 @@ def test_each_direction_has_its_friction_and_changes_by_itself(kind: Any) -> Non
 @pytest.mark.parametrize("mu", [(0.05, 0.05, 0.05), (0.1, 0.1, 0.05), (1.0, 0.05, 1.0), (2.5, 2.5, 1.5)])
 @pytest.mark.parametrize("walk", [0.01, 0.1])
 def test_what_is_usable_is_not_far_off(mu: tuple[float, float, float], walk: float) -> None:
-    found, true, loaded = observed(Ekf, *mu, mu_walk=walk)
+    found, true, loaded = observed(Ekf, *mu, mu_walk=walk, zero_std=0.002)
     usable = found.usable & loaded
 
     assert usable.mean() > 0.15
     assert (np.abs(found.mu - true) < 3 * found.mu_std)[usable].all()
+
+
+def test_the_zero_is_part_of_the_band() -> None:
+    found, true, loaded = observed(Ekf, 0.15, 0.15, 0.15, zero=0.03)
+    usable = found.usable & loaded
+    known, *_ = observed(Ekf, 0.15, 0.15, 0.15, zero_std=0.003)
+
+    assert usable.mean() > 0.15
+    assert (np.abs(found.mu - true) < 2 * found.mu_std)[usable].all()
+    assert (np.abs(found.mu - true) > 0.02)[usable].any()
+    assert known.mu_std[-1] < 0.5 * found.mu_std[-1]
+    # A quarter of friction and more is not informed.
+    assert not observed(Ekf, 0.08, 0.08, 0.08)[0].informed.any()
 
 
 @pytest.mark.parametrize("every", [1, 2])

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of, vehicle_from_tables
 from symbolic.deformation import full_slide_arm
 from symbolic.masing import virgin_torque
+from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_of, standing_point
 from symbolic.vehicle.mean_wheel import (
     aligning_torque_with_friction,
@@ -77,11 +78,13 @@ def test_tolerances_of_a_file_are_shares() -> None:
     table = TABLE | {
         "half_length": {"value": 0.05, "tolerance": 0.01},
         "geometry": {"tolerance": 0.05},
+        "force_scale": {"tolerance": 0.08},
     }
     car = vehicle_from_tables({"vehicle": table})
 
     assert car.tolerances.half_length == pytest.approx(0.2)
     assert car.tolerances.geometry == 0.05
+    assert car.tolerances.force_scale == 0.08
     assert car.tolerances.load == VehicleTolerances().load
 
 
@@ -152,7 +155,10 @@ def test_one_line_turns_as_hard_as_a_contact(turn: float, scrub_radius: float) -
 
 def test_tolerances_reach_the_wheel() -> None:
     sure = replace(
-        CAR, tolerances=VehicleTolerances(load=0.0, half_length=0.0, stiffness=0.0, geometry=0.0)
+        CAR,
+        tolerances=VehicleTolerances(
+            load=0.0, half_length=0.0, stiffness=0.0, geometry=0.0, force_scale=0.0
+        ),
     )
     wide, narrow = rig_of(CAR)[0].tolerances, rig_of(sure)[0].tolerances
 
@@ -172,6 +178,16 @@ def test_the_load_is_in_the_half_length_where_that_follows_from_it(half_length: 
     assert friction_uncertainties(car, brakes=True)["front_axle_load"] == pytest.approx(
         0.075 * growth, rel=0.01
     )
+
+
+def test_the_scale_of_the_force_is_in_friction_until_the_tyres_are_identified() -> None:
+    rough = replace(CAR, tolerances=VehicleTolerances(force_scale=0.2))
+    floors = [rig_of(car)[0].tolerances.of("load") ** 2 for car in (rough, CAR)]
+
+    # Standard deviations are 0.75 of a tolerance, and those of the load EVEN of one.
+    assert floors[0] - floors[1] == pytest.approx((0.75 / EVEN) ** 2 * (0.2**2 - 0.05**2))
+    identified = replace(rough, slide_factor=1.1)
+    assert "force_scale" not in friction_uncertainties(identified, brakes=True)
 
 
 def test_force_on_the_rack_as_torque_of_a_wheel() -> None:
