@@ -52,8 +52,9 @@ FROZEN = 6
 """Samples in a row with the same torque that may be a frozen one."""
 FROZEN_TRAVEL = 0.015
 """Turn for which a sliding patch does not give the same torque to the last digit [rad]."""
-MIN_JUMP = 3e-3
-"""Change before a frozen torque, as a share of it, that no patch near full slide shows [1]."""
+MIN_JUMP, MIN_DIGITS = 3e-3, 1.5
+"""Change before a frozen torque that no patch near full slide shows: as a share of the torque, and over
+the least change that the sensor resolves [1]."""
 KNOWN_SCALE = 0.1
 """Standard deviation of ln s below which a scale that is not verified is named [1]."""
 CONVENTIONS = {
@@ -65,14 +66,14 @@ CONVENTIONS = {
 """What to flip, by the torque that is measured."""
 EVIDENCE = Layout.of(
     angle=1, period=1, friction=1, load=1, first_load=1, psi=1, travel=1, work=1, exchanged=1, torque=1,
-    jump=1, frozen=1, frozen_travel=1, clipped=1,
+    jump=1, digit=1, frozen=1, frozen_travel=1, clipped=1,
 )  # fmt: skip
 """State of the check. Samples in a row, up to now, beyond what is possible, `IN_A_ROW` stays: angle,
 period, friction. The last load and the first one [N], the last angle [rad], NaN before; the turn so far
 without its sign, while the torque was measured [rad]; work of the ground on the wheel, and the same with
-each sample without its sign [N m]. The last torque and its last change [N m]; samples for which it has
-been the same, and their turn [rad]; 1 once it was clipped."""
-START = np.array([0.0, 0, 0, -1, -1, np.nan, 0, 0, 0, np.nan, 0, 0, 0, 0])
+each sample without its sign [N m]. The last torque, its last change and the least one, 0 before [N m];
+samples for which it has been the same, and their turn [rad]; 1 once it was clipped."""
+START = np.array([0.0, 0, 0, -1, -1, np.nan, 0, 0, 0, np.nan, 0, 0, 0, 0, 0])
 """The state before the first sample; a load of -1 is none."""
 
 
@@ -96,9 +97,9 @@ def build_evidence(channel: str) -> ca.Function:
     turned = ca.if_else(same, was["frozen_travel"] + ca.fabs(turn), 0)
     frozen = ca.if_else(same, was["frozen"] + 1, ca.if_else(measured, 0, was["frozen"]))
     jump = ca.if_else(change == 0, was["jump"], ca.fabs(change))
-    clipped = ca.logic_and(
-        ca.logic_and(frozen >= FROZEN, turned > FROZEN_TRAVEL), jump > MIN_JUMP * ca.fabs(torque)
-    )
+    digit = ca.if_else(was["digit"] > 0, ca.fmin(was["digit"], jump), jump)
+    least = ca.fmax(MIN_JUMP * ca.fabs(torque), MIN_DIGITS * digit)
+    clipped = ca.logic_and(ca.logic_and(frozen >= FROZEN, turned > FROZEN_TRAVEL), jump > least)
     after = {
         "angle": _in_a_row(was["angle"], ca.logic_and(known, ca.fabs(now["psi"]) > MAX_STEERING_ANGLE)),
         "period": _in_a_row(was["period"], now["dt"] >= MAX_PLAUSIBLE_PERIOD),
@@ -111,6 +112,7 @@ def build_evidence(channel: str) -> ca.Function:
         "exchanged": older * was["exchanged"] + ca.fabs(work),
         "torque": ca.if_else(measured, torque, was["torque"]),
         "jump": jump,
+        "digit": digit,
         "frozen": frozen,
         "frozen_travel": turned,
         "clipped": ca.logic_or(was["clipped"], clipped),

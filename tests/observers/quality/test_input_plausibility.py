@@ -75,8 +75,22 @@ def test_an_estimator_alone_does_not_check(recording: RigRecording) -> None:
     assert loop.suspicions == ()
 
 
-def test_a_torque_that_was_clipped_stays_suspected(recording: RigRecording) -> None:
+@pytest.mark.parametrize("step", [0.05, 0.1])
+def test_a_torque_in_coarse_steps_is_no_clipped_one(recording: RigRecording, step: float) -> None:
+    """A sliding patch gives such a sensor the same torque to the last digit."""
+    quantised = step * np.round(recording.M_z_true / step)
+    loop = Loop(make(Ekf, acquire=True))
+    for sample in samples_of({**columns_of(recording), "M_z": quantised}):
+        loop(sample)
+
+    assert not any("the same" in cause for cause in loop.suspicions)
+
+
+@pytest.mark.parametrize("step", [0.0, 0.02, 0.1])
+def test_a_torque_that_was_clipped_stays_suspected(recording: RigRecording, step: float) -> None:
     columns = columns_of(recording)
+    if step:
+        columns["M_z"] = step * np.round(recording.M_z_true / step)
     most = 0.5 * np.abs(columns["M_z"]).max()
     samples = samples_of({**columns, "M_z": np.clip(columns["M_z"], -most, most)})
     loop = Loop(make(Ekf, acquire=True))
