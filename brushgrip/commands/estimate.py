@@ -98,7 +98,7 @@ class EstimateRequest(GroundRequest):
             summary_csv,
             task_submission,
         )
-        from brushgrip.wording.friction import taken_from_model
+        from brushgrip.wording.taken_from_model import taken_from_model
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
@@ -164,7 +164,7 @@ class EstimateRequest(GroundRequest):
                 title = (
                     "Friction ± 95 % band, last usable, and share usable of the samples with a torque"
                 )
-                print_table(title, *printed_rows(rows), overflow="fold")
+                print_table(title, *printed_rows(outcomes), overflow="fold")
             for line in friction_of_grounds(rows):
                 say(line)
             say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {friction_range(rows)}")

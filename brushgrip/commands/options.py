@@ -56,16 +56,9 @@ def model_file(path: Path | None) -> Path | None:
     Raises:
         InvalidInputError: the folder holds none.
     """
-    from symbolic import InvalidInputError
+    from observers.interfaces.factory import model_file_in
 
-    try:
-        if path is None or not path.is_dir():
-            return path
-        if (path / "model.json").is_file():
-            return path / "model.json"
-    except (OSError, ValueError):
-        return path
-    raise InvalidInputError(f"{path}: holds no model.json, so it is not the folder of a diagnosis")
+    return None if path is None else model_file_in(path)
 
 
 def file_option(flag: str, metavar: str, help: str = "File to write.") -> Any:

@@ -12,17 +12,16 @@ from identification import Recording
 from identification.reading.signal_map import (
     USUAL_RATIO,
     SignalSource,
-    as_option,
     mending_map,
 )
 from identification.reading.units import factor_of
+from identification.reading.units_by_magnitude import unit_of_period
 
 SURELY_DEGREES = 4 * math.pi
 """No steering wheel turns further [rad]; what is beyond is in degrees."""
 MAX_ANGLE_DEGREES = 90.0
 """Largest steering angle of a wheel [deg]."""
 UNITS = {
-    "time looks like milliseconds": ("t", "ms"),
     "F_N looks like kN": ("F_N", "kN"),
     "the torque looks like N mm": ("", "mNm"),
 }
@@ -44,6 +43,7 @@ OF_CAR = {
 }
 """Fault of a car's recording, by the beginning of a suspected cause."""
 ANGLE, SIGN = "psi looks like degrees", "psi or the torque has the other sign"
+TIME = "time looks like milliseconds"
 FOR_K = (
     "; weigh the torque first: a k taken from this torque makes mu wrong by the same factor. A k"
     " measured by itself is declared with its tolerance, k = { value = ..., tolerance = ... } in [tyre]"
@@ -74,6 +74,10 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
         if cause.startswith(SIGN):
             source = changed.get(torque, _source(recording, torque))
             changed[torque] = replace(source, factor=-source.factor)
+        if cause.startswith(TIME):
+            source = _source(recording, "t")
+            in_its_unit = recording.t / (factor_of("t", source.unit or "") or 1.0)
+            changed["t"] = replace(source, unit=unit_of_period(float(np.median(np.diff(in_its_unit)))))
         if cause.startswith(ANGLE):
             angle = "psi"
         scale = SCALE.match(cause) if recording.standstills is None else None
@@ -90,6 +94,10 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
                 f" {shaft}{source.for_ratio}"
             )
             if float(scale[1]) < MIN_SCALE:
+                angle_source = _source(recording, "psi")
+                if angle_source.unit is None:
+                    degrees = {"psi": replace(angle_source, unit="deg")}
+                    ratio += f"; if psi is in degrees: {mending_map(recording.sources, degrees)}"
                 other = "N m" if source.unit else "kN m"
                 entry = {torque: replace(source, unit=other.replace(" ", ""))}
                 ratio += f"; if the torque is in {other}: {mending_map(recording.sources, entry)}"
@@ -100,10 +108,8 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
         return why
     if not angle:
         return f"{why}: {mending_map(recording.sources, changed)}" if changed else why + ratio
-    given = {c: s for c, s in recording.sources.items() if s != SignalSource(channel=c)}
-    maps = {column: source.as_map(column) for column, source in (given | changed).items()}
-    maps["psi"], ratio = _angle(recording)
-    return f"{why}: {as_option(maps.values())}{ratio}"
+    changed["psi"], ratio = _angle(recording)
+    return f"{why}: {mending_map(recording.sources, changed)}{ratio}"
 
 
 def _cause_in_vehicle_keys(cause: str) -> str:
@@ -120,17 +126,15 @@ def _source(recording: Recording, column: str) -> SignalSource:
     return recording.sources.get(column, SignalSource(channel=column))
 
 
-def _angle(recording: Recording) -> tuple[str, str]:
-    """The entry of the angle, and a note on the steering ratio."""
+def _angle(recording: Recording) -> tuple[SignalSource, str]:
+    """Where the angle comes from, and a note on the steering ratio."""
     source, largest = _source(recording, "psi"), float(np.abs(recording.psi).max())
     degrees = replace(source, unit="deg")
     if source.unit is not None:
-        return source.geared("psi").as_map("psi"), source.for_ratio
+        return source.geared("psi"), source.for_ratio
     if largest > MAX_ANGLE_DEGREES:
-        return degrees.geared("psi").as_map("psi"), source.for_ratio
-    if largest > SURELY_DEGREES:
-        return degrees.as_map("psi"), ""
-    if source.ratio:
-        return degrees.as_map("psi"), ""
+        return degrees.geared("psi"), source.for_ratio
+    if largest > SURELY_DEGREES or source.ratio:
+        return degrees, ""
     geared = source.geared("psi").as_map("psi")
-    return degrees.as_map("psi"), f", or {geared} if it is the steering wheel's{source.for_ratio}"
+    return degrees, f", or {geared} if it is the steering wheel's{source.for_ratio}"

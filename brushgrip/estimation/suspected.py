@@ -6,10 +6,11 @@ from itertools import islice
 import numpy as np
 
 from brushgrip.estimation.estimates import ObserverFactory, has_aligning_torque, samples_of
-from brushgrip.estimation.map_correction import causes_with_map
+from brushgrip.estimation.map_correction import TIME, causes_with_map
 from brushgrip.wording.friction import MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from observers import Estimates, Loop, Status, suspicions_of
+from observers.protocol import MAX_SAMPLE_PERIOD
 from symbolic import InvalidInputError
 
 MAX_REPLAYED_SAMPLES = 20_000
@@ -33,6 +34,9 @@ def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
 
 def _suspects(recording: Recording) -> str:
     channel = "M_z" if has_aligning_torque(recording) else "M"
+    apart = float(np.median(np.diff(recording.t)))
+    if apart > MAX_SAMPLE_PERIOD:
+        return causes_with_map(recording, [f"{TIME} or less: samples are {apart:g} s apart"], channel)
     return causes_with_map(
         recording, suspicions_of(samples_of(recording), recording.rig, channel), channel
     )

@@ -16,8 +16,9 @@ from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
 from identification.selection.trial_runner import Submit, run_at_once
 from identification.selection.trials import RANKING_STEP, thin
+from observers.interfaces.factory import MODEL_FILE
 
-DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
+DIAGNOSIS, MODEL = "diagnosis.json", MODEL_FILE
 
 
 def results_in(folder: Path) -> list[Path]:

@@ -26,7 +26,7 @@ from brushgrip.pictures import (
 from brushgrip.pictures.diagnosis import MAX_RECORDINGS
 from brushgrip.pictures.style import drawn, is_drawn_by_us
 from brushgrip.report import friction_summary, plain_summary, scope, tables
-from brushgrip.wording import diagnosis_in_words, formatting
+from brushgrip.wording import diagnosis_in_words, formatting, taken_from_model
 from brushgrip.wording import friction as friction_wording
 from identification import Diagnosis
 from identification.selection.trial_runner import Submit, results_of, run_at_once
@@ -46,6 +46,7 @@ _WORDING_MODULES = (
     formatting,
     diagnosis_in_words,
     friction_wording,
+    taken_from_model,
     friction_summary,
     scope,
     plain_summary,

@@ -26,7 +26,7 @@ from brushgrip.wording.formatting import (
     sentence,
     signed,
 )
-from brushgrip.wording.friction import use_of
+from brushgrip.wording.taken_from_model import use_of
 from identification import Diagnosis, FoundEffect, FoundModel, FreeDecay, ParameterEstimate, Recording
 from identification.thesis import DecrementEstimate
 from symbolic import CANDIDATES

@@ -200,7 +200,9 @@ def _correlation(signature: Signature) -> str:
 def candidates(diagnosis: Diagnosis) -> ReportTable:
     """Every candidate's first step."""
     return ReportTable(
-        caption="Candidates, each alone beside the declared model, as ranked; error in % of range",
+        caption="Candidates, each alone beside the declared model, as ranked: fitted coarsely, to"
+        " thinned recordings, so that figures under “Effects found” differ a little; error in % of"
+        " range. A parameter without a unit is a pure number",
         headings=(
             "effect",
             "description",
@@ -246,7 +248,8 @@ def all_parameters(diagnosis: Diagnosis) -> ReportTable:
     held_out = tuple(f" [{name}]" for name in diagnosis.holdout)
     return ReportTable(
         caption="All parameters of the final model ± standard deviation of the fit, with the recording"
-        " that a value belongs to. The bands of friction include the tolerances of lengths and load."
+        " that a value belongs to; one without a unit is a pure number."
+        " The bands of friction include the tolerances of lengths and load."
         " *: shared parameters were kept fixed, so the deviation is too small",
         headings=("parameter", "value"),
         rows=[

@@ -35,7 +35,7 @@ from brushgrip.wording.friction import (
     estimates_summary,
     further_recording,
     last_usable,
-    meaning,
+    not_usable,
     with_95_band,
 )
 from identification import Recording, read_rig
@@ -106,11 +106,13 @@ class EstimateOutcome:
     Attributes:
         row: of the summary.
         lines: in words, empty where there is a fault.
+        unknown: why friction is not known, and what to do first; empty where it is, or with a fault.
         fault: why the recording could not be estimated.
     """
 
     row: Row
     lines: tuple[str, ...] = ()
+    unknown: str = ""
     fault: BrushgripError | None = None
 
 
@@ -198,19 +200,22 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     ground = found.ground_taken(recording.ground) if found else ""
     noise = excess_noise(factory(recording, found), recording)
     of_car = recording.standstills is not None
-    told = [ground, estimates_summary(estimates, noise, differing_rates(recording), of_car=of_car)]
-    at, budget = last_usable(estimates), {}
+    rates, at, budget = differing_rates(recording), last_usable(estimates), {}
+    cause = "" if at is not None else suspected_cause(factory, recording, found, estimates)
+    why = not_usable(estimates, noise, rates, cause, of_car=of_car)[1]
+    told = [ground, estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
         told.append(band_parts(budget, with_model=found is not None or of_car))
     if at is None:
-        told.append(suspected_cause(factory, recording, found, estimates))
+        told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
         told.append(dry_friction_note(float(estimates.mu_eff[at]), recording.rig))
     elif not budget:
         told.append(rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])]))
     lines = (f"{recording.name}: {line}" for line in told if line)
-    return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines))
+    unknown = (cause.partition("; ")[0] or why) if at is None else ""
+    return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines), unknown=unknown)
 
 
 def _read(inputs: Inputs) -> Recording:
@@ -264,23 +269,18 @@ def friction_of_grounds(rows: Sequence[Row]) -> list[str]:
     return lines
 
 
-def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ...]]]:
+def printed_rows(outcomes: Sequence[EstimateOutcome]) -> tuple[Sequence[str], list[tuple[str, ...]]]:
     """Headings and rows of the table on the screen."""
     cells: list[tuple[str, ...]] = []
-    for row in rows:
+    for outcome in outcomes:
+        row = outcome.row
         mu, std = row["mu_eff"], row["mu_eff_std"]
         known = is_figure(mu)
         usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
-        remark = str(row["fault"]) or ("" if known else _why_unknown(row))
+        remark = str(row["fault"]) or (f"not known: {outcome.unknown}" if outcome.unknown else "")
         friction = with_95_band(float(mu), float(std)) if known else "–"
         cells.append((str(row["recording"]), str(row["ground"]) or "–", friction, usable, remark))
     return ("recording", "ground", "mu_eff", "usable", "remark"), cells
-
-
-def _why_unknown(row: Row) -> str:
-    """The most frequent status of a recording without a usable sample."""
-    flag = max(("wide", *FLAGS), key=lambda name: row[name])
-    return f"not known: {meaning(FLAGS.get(flag, Status.USED))}"
 
 
 def summary_csv(rows: Sequence[Row]) -> str:

@@ -19,6 +19,8 @@ CLEAR = ("strong", "ambiguous")
 COMMON_NAMES = {
     "mu": "μ of the model's own law",
     "k": "bristle stiffness k",
+    "a": "half-length a",
+    "e": "caster e",
     "load": "load over the recorded one",
 }
 

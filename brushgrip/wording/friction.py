@@ -1,4 +1,4 @@
-"""Friction in words: a value with its band, an estimate in one line, what a model file gives."""
+"""Friction in words: a value with its band, an estimate in one line, why a sample is not usable."""
 
 import math
 from collections.abc import Mapping
@@ -6,9 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.wording.diagnosis_in_words import GRADES
-from brushgrip.wording.formatting import band_decimals, listed, percent, plain, quantity
-from identification import Diagnosis, FoundModel, ParameterEstimate
+from brushgrip.wording.formatting import band_decimals
 from observers import Estimates, GroundFriction, Status
 from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
@@ -162,7 +160,7 @@ def meaning(status: Status) -> str:
 
 
 def estimates_summary(
-    estimates: Estimates, noise: str = "", rates: str = "", *, of_car: bool = False
+    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
 ) -> str:
     """Friction by the last usable sample, rejected ones, and the remedy of the most frequent fault.
 
@@ -170,19 +168,34 @@ def estimates_summary(
         estimates: of a recording.
         noise: what to declare where the torque is noisier than stated; it goes before other remedies.
         rates: of torque and angle where they differ; a sample without a torque is then no fault.
+        cause: of what looks wrong with an input, in place of all that may.
         of_car: remedies name what a vehicle file declares.
     """
-    counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
     parts = [_last_friction(estimates)]
-    if rejected := counts[Status.REJECTED]:
+    if rejected := int(np.count_nonzero(estimates.status & Status.REJECTED)):
         parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
-    if changes := counts[Status.RESET]:
+    if changes := int(np.count_nonzero(estimates.status & Status.RESET)):
         parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
     line = ", ".join(parts)
     if np.isnan(estimates.mu_std).all():
         return f"{line}; {UNCHECKED}"
+    line += f"; {rates}" * bool(rates)
+    number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
+    return f"{line}; {number} {_plural(number, 'sample')} not usable: {why}" if number else line
+
+
+def not_usable(
+    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
+) -> tuple[int, str]:
+    """How many samples the gravest or most frequent fault kept from being usable, and its remedy.
+
+    The arguments are those of `estimates_summary`.
+    """
+    if np.isnan(estimates.mu_std).all():
+        return estimates.t.size, UNCHECKED
+    counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
     if rates:
-        line, counts[Status.MISSING] = f"{line}; {rates}", 0
+        counts[Status.MISSING] = 0
     if estimates.usable.any():
         # Friction is always acquired first.
         counts[Status.ACQUIRING] = 0
@@ -193,20 +206,15 @@ def estimates_summary(
         counts[Status.USED] = int(estimates.wide.sum())
     # Whether the deviation can be believed goes before what happened to samples.
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
-    most_frequent = max(first or counts, key=lambda flag: counts[flag])
-    number = counts[most_frequent]
-    if (
-        noise
-        and counts[Status.INCONSISTENT] + counts[Status.REJECTED] > MIN_REPORTED_SHARE * estimates.t.size
-    ):
-        line = f"{line}; {number} {_plural(number, 'sample')} not usable: {meaning(most_frequent)}"
-        return f"{line}; {noise}; where that does not help, {LACKING}"
-    if number:
-        wide = estimates.wide if estimates.wide.any() else -1
-        share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
-        remedy = _on_command_line(most_frequent.remedy or uninformed_remedy(share), of_car=of_car)
-        return f"{line}; {number} {_plural(number, 'sample')} not usable: {remedy}"
-    return line
+    flag = max(first or counts, key=lambda one: counts[one])
+    if flag is Status.SUSPECT and cause:
+        return counts[flag], cause
+    unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
+    if noise and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
+        return counts[flag], f"{meaning(flag)}; {noise}; where that does not help, {LACKING}"
+    wide = estimates.wide if estimates.wide.any() else -1
+    share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
+    return counts[flag], _on_command_line(flag.remedy or uninformed_remedy(share), of_car=of_car)
 
 
 def _on_command_line(remedy: str, *, of_car: bool) -> str:
@@ -247,53 +255,3 @@ def _last_friction(estimates: Estimates) -> str:
 
 def _plural(count: int, noun: str) -> str:
     return noun if count == 1 else f"{noun}s"
-
-
-def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
-    """Friction by `estimate` with the model of a diagnosis."""
-    if not diagnosis.of_car:
-        return f"With model.json the command estimate uses {taken_from_model(found)}."
-    return (
-        "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
-        " a car. Declare what was found, with its tolerance, in the vehicle file."
-    )
-
-
-def taken_from_model(found: FoundModel) -> str:
-    """What an observer takes from a model file, and on how many recordings that stands."""
-    basis, model = found.basis, found.model
-    grades = {} if basis is None else basis.grades
-    scopes = {effect.name: {p.scope for p in effect.parameters} for effect in model.effects}
-    own = [name for name, scope in scopes.items() if scope == {"recording"}]
-    parts = [
-        plain(name) + (f" ({GRADES.get(grades[name], grades[name])})" if name in grades else "")
-        for name in scopes
-        if name not in own
-    ]
-    if "k" in found.tyre:
-        stiffness = ParameterEstimate(value=found.tyre["k"], std=None, unit="N/m^2")
-        parts.append(f"k = {quantity(stiffness)}")
-    else:
-        parts.append("k of the ground")
-    if found.error is not None:
-        parts.append(f"the model's error, {percent(found.error.share)} of the torque")
-    line = listed(parts)
-    if own:
-        line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"
-    return f"{line}. {_standing(found)}"
-
-
-def _standing(found: FoundModel) -> str:
-    basis = found.basis
-    if basis is None:
-        return "The file does not say how many recordings that stands on"
-    count = f"{basis.training} recording{'s' * (basis.training != 1)}"
-    if basis.holdout:
-        judged = f"{basis.holdout} validation {_plural(basis.holdout, 'recording')} judged it"
-    elif basis.training > 1:
-        judged = "each left out in turn judged it"
-    else:
-        judged = "nothing judged it"
-    weak = sum(grade in ("weak", "stands_in") for grade in basis.grades.values())
-    doubt = f"; {weak} of {len(basis.grades)} effects may be chance or stand in for another" * bool(weak)
-    return f"It stands on {count}, {judged}{doubt}"

@@ -241,8 +241,8 @@ def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
         within = USUAL["k"] * declared if within is None else within
         if abs(found - declared) > max(within, AT_BOUND * declared):
             notes.append(
-                f"the stiffness k is {found:.3g} N/m^2, {found / declared:.2g} of the declared one and"
-                " beyond its tolerance"
+                f"the stiffness k is {found:.3g} N/m^2, {found / declared:.2g} times the declared one"
+                " and beyond its tolerance"
             )
     return list(dict.fromkeys(notes))
 

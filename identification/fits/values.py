@@ -98,7 +98,9 @@ def grounds_of(recordings: Sequence[Recording]) -> tuple[str, ...]:
     for ground in grounds:
         if ground in names:
             raise InvalidInputError(
-                f"ground {ground!r} has the name of a recording; give it another one"
+                f"ground {ground!r} has the name of a recording, and results tell their values by it;"
+                " give the ground another name (--ground NAME=REC, ground = NAME in the file), or rename"
+                " the recording's file"
             )
     return grounds
 

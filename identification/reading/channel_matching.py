@@ -12,7 +12,6 @@ from identification.reading.signal_map import (
     NO_MAP,
     SignalMap,
     SignalSource,
-    as_option,
     mending_map,
 )
 from identification.reading.table import (
@@ -211,14 +210,14 @@ def map_hint(
             factor = source.factor if column in others else 1.0
             values[column] = samples.values * factor * (factor_of(column, unit) or 1.0)
     sources, of_hand = infer_units_and_sign(sources, values, of_hand, certain)
-    parts = [
-        (sources[c].geared(c) if c in of_hand else sources[c]).as_map(c)
+    changed = {
+        c: sources[c].geared(c) if c in of_hand else sources[c]
         for c in sorted(sources, key=[*COLUMNS, *sources].index)
         if c in of_hand or sources[c] != SignalSource(channel=c)
-    ]
+    }
     load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
     ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).for_ratio if of_hand else ""
-    return f"{load}; say which is which{IN_PYTHON}, such as {as_option(parts)}{ratio}"
+    return f"{load}; say which is which{IN_PYTHON}, such as {mending_map({}, changed)}{ratio}"
 
 
 def _proposed_source(column: str, channel: str | None) -> SignalSource:

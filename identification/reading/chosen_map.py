@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import inf
 
 from identification.reading.channel_matching import match_channel
-from identification.reading.signal_map import SignalMap, SignalSource, as_option
+from identification.reading.signal_map import ANGLES, SignalMap, SignalSource, as_option
 from identification.reading.units import UNITS, UNSURE_AT_END, factor_of, unit_at_end
 from symbolic import InvalidInputError
 
@@ -77,19 +77,40 @@ def with_steering_ratio(signals: SignalMap, ratio: float) -> SignalMap:
     """The map of recordings of a steering wheel's angle.
 
     Args:
-        signals: without a factor for psi.
+        signals: without a factor for psi; several maps have to take the same channel as psi, as nothing
+            says of which channel the ratio is.
         ratio: that angle over the wheel's, greater than 0 [1].
 
     Raises:
-        InvalidInputError: the ratio is not finite and greater than 0, or psi has a factor already.
+        InvalidInputError: the ratio is not finite and greater than 0, an angle has a factor already, or
+            maps take psi from different channels.
     """
     if not 0 < ratio < inf:
         raise InvalidInputError(f"--steering-ratio must be finite and greater than 0, got {ratio:g}")
-    for one in signals.each:
-        if abs(one.of("psi").factor) != 1:
+    bare = [one for one in signals.each if abs(one.of("psi").factor) == 1]
+    if bare and len({one.of("psi") for one in signals.each}) > 1:
+        listed = " or ".join(_divided(one, ratio) for one in bare)
+        raise InvalidInputError(
+            f"--steering-ratio {ratio:g}: the maps take psi from different channels, and which of them"
+            " is the steering wheel's is not known; leave --steering-ratio out, and in its map write"
+            f" {listed}"
+        )
+    for column, source in ((c, one.of(c)) for one in signals.each for c in ANGLES):
+        if abs(source.factor) != 1:
             raise InvalidInputError(
-                f"--steering-ratio {ratio:g}: the map of channels has a factor for psi already,"
-                f" {one.of('psi').as_map('psi')}; give one of them"
+                f"--steering-ratio {ratio:g}: the map of channels has a factor for {column} already,"
+                f" {source.as_map(column)}; give one of them"
             )
     first, *others = (replace(one, steering_ratio=ratio) for one in signals.each)
     return replace(first, others=tuple(others))
+
+
+def _divided(one: SignalMap, ratio: float) -> str:
+    """The entries of the angle and of its rate with the steering ratio as their factor."""
+    entries = []
+    for column in ("psi", *(c for c in ANGLES[1:] if c in one.signals)):
+        source = one.of(column)
+        at_end = unit_at_end(column, source.channel)
+        unit = source.unit or (at_end if at_end and at_end not in UNSURE_AT_END else None)
+        entries.append(replace(source, factor=source.factor / ratio, unit=unit).as_map(column))
+    return ",".join(entries)

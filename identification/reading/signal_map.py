@@ -15,7 +15,8 @@ from symbolic.tables.rig_from_tables import SIGNALS
 
 USUAL_RATIO = 15
 """Stands for the steering ratio in a map that is proposed [1]."""
-_ANGLES = ("psi", "psi_dot")
+ANGLES = ("psi", "psi_dot")
+"""Columns that a steering ratio divides."""
 DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""
 MIN_FACTOR, MAX_FACTOR = 1e-12, 1e12
@@ -67,7 +68,7 @@ class SignalSource:
             InvalidInputError: the unit is none of the column's; the message proposes a map.
         """
         factor = require_factor(column, unit if self.unit is None else self.unit, self.channel)
-        return self.factor * factor / (self.ratio if self.ratio and column in _ANGLES else 1.0)
+        return self.factor * factor / (self.ratio if self.ratio and column in ANGLES else 1.0)
 
     def as_map(self, column: str) -> str:
         """As on the command line: `psi=-0.5*Steer:deg`."""
@@ -81,7 +82,7 @@ class SignalSource:
         An angle is divided by it, unless that option does so; a moment is multiplied by it.
         """
         times = self.ratio or USUAL_RATIO
-        if column in _ANGLES:
+        if column in ANGLES:
             times = 1.0 if self.ratio else 1 / USUAL_RATIO
         return replace(self, factor=times if self.factor > 0 else -times)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identification.reading.signal_map import SignalSource, mending_map
 from identification.reading.units import UNITS, unit_by_size
-from identification.reading.units_by_magnitude import infer_units_and_sign
+from identification.reading.units_by_magnitude import infer_units_and_sign, unit_of_period
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 
@@ -200,6 +200,8 @@ def _other_unit(table: Table, column: str) -> str:
     if not smaller:
         return ""
     unit = smaller[-1][1]
+    if column == "t":
+        unit = unit_of_period(float(np.nanmedian(np.abs(np.diff(table.columns["t"])))))
     stated = source.unit is not None
     values = {**table.columns, column: table.columns[column] * (1 if stated else UNITS[column][unit])}
     sources = {**table.sources, column: source if stated else replace(source, unit=unit)}

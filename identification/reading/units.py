@@ -77,6 +77,8 @@ def factor_of(column: str, unit: str) -> float | None:
         return 1.0
     known = {name.replace(" ", ""): factor for name, factor in UNITS[column].items()}
     text = bare.translate(_SIGNS)
+    if text not in known and not _UNIT_WORDS.get(text.lower()):
+        text = bare.removeprefix("in ").translate(_SIGNS)  # a heading such as `Zeit (in ms)`
     word = _UNIT_WORDS.get(text.lower(), "").replace(" ", "")
     # Upper case matters where a letter is a prefix: MN m is no mN m.
     relaxed = text.lower() if column in ("psi", "psi_dot") or text in ("S", "Sec") else text

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.reading.signal_map import SignalSource
+from identification.reading.units import UNITS
 from symbolic.array_alias import Array
 from symbolic.plausible_ranges import (
     MAX_PLAUSIBLE_PERIOD,
@@ -19,6 +20,17 @@ MAX_HANDWHEEL_ANGLE = 4 * np.pi
 """Largest angle of a steering wheel [rad]."""
 MAX_LEVER_ARM = 0.8
 """Largest torque per load that a ground can hold [m]."""
+
+
+def unit_of_period(period: float) -> str:
+    """The largest unit of time in which samples so far apart can follow a wheel, as `ms`.
+
+    Args:
+        period: between samples, in the unit of the recording.
+    """
+    units = sorted(((factor, unit) for unit, factor in UNITS["t"].items()), reverse=True)
+    plausible = (unit for factor, unit in units if factor * period < MAX_PLAUSIBLE_PERIOD)
+    return next(plausible, units[-1][1])
 
 
 def infer_units_and_sign(
@@ -46,7 +58,8 @@ def infer_units_and_sign(
     largest = {c: float(np.nanmax(np.abs(v))) for c, v in known.items()}
     periods = np.nan_to_num(np.diff(known.get("t", np.zeros(2))))
     if periods.size and np.median(periods) >= MAX_PLAUSIBLE_PERIOD:
-        convert("t", "ms", 1e-3)
+        unit = unit_of_period(float(np.median(periods)))
+        convert("t", unit, UNITS["t"][unit])
     if largest.get("psi", 0.0) > (MAX_HANDWHEEL_ANGLE if "psi" in geared else MAX_STEERING_ANGLE):
         convert("psi", "deg", np.pi / 180)
     if (

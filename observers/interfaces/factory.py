@@ -22,6 +22,8 @@ from symbolic import (
 )
 from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, naming, toml_of
 
+MODEL_FILE = "model.json"
+"""Name of the model file in the folder of a diagnosis."""
 Kind = TypeVar("Kind", bound=CasadiObserver)
 
 
@@ -36,14 +38,15 @@ def from_files(
     ground: str | None = None,
     **settings: Any,
 ) -> Kind:
-    """An observer from a rig file and, optionally, the file of a model that a diagnosis found.
+    """An observer from a rig file and, optionally, the model that a diagnosis found.
 
     Args:
         kind: `Ekf`, `Mhe` or another `CasadiObserver`.
         rig: the rig file, TOML with ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` in SI units; J_A and
             b_t are needed where the steering torque is measured, mu is not used.
-        model: the model file that `brushgrip diagnose` writes, whose k goes before that of the rig; None
-            for the declared model. What belongs to one recording alone, as a torque zero, stays neutral.
+        model: the folder of a diagnosis, or the model.json in it, whose k goes before that of the rig;
+            None for the declared model. What belongs to one recording alone, as a torque zero, stays
+            neutral.
         effects: effects beside the library's that the model file may name.
         tuning: of an `Ekf` or `Mhe`, None for the usual one; the error of the model that the model file
             states goes before its own, see `observers.tuning_for`.
@@ -91,14 +94,31 @@ def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundMo
     """Model and values of a model file, see `symbolic.tables.found_model_from_tables.model_from_tables`.
 
     Args:
-        path: the model file.
+        path: the model file, or the folder of a diagnosis with one.
         effects: effects beside the library's that it may name.
 
     Raises:
         InvalidInputError: the file cannot be read or is no model file; one line says what is wrong.
     """
+    path = model_file_in(Path(path))
     with naming(path):
         return model_from_tables(json_of(_content(path)), effects)
+
+
+def model_file_in(path: Path) -> Path:
+    """The model file that a path names: itself or, of the folder of a diagnosis, that in it.
+
+    Raises:
+        InvalidInputError: the folder holds none.
+    """
+    try:
+        if not path.is_dir():
+            return path
+        if (path / MODEL_FILE).is_file():
+            return path / MODEL_FILE
+    except (OSError, ValueError):  # Reading it says what is wrong.
+        return path
+    raise InvalidInputError(f"{path}: holds no {MODEL_FILE}, so it is not the folder of a diagnosis")
 
 
 def read_vehicle_file(path: str | Path) -> Vehicle:

@@ -128,9 +128,8 @@ def flags_by_message(evidence: Parts, channel: str) -> dict[str, Expression]:
     return {
         "psi looks like degrees, or like a steering wheel's angle: it goes beyond a right angle;"
         " convert it to rad, or divide it by the steering ratio": evidence["angle"] >= IN_A_ROW,
-        f"time looks like milliseconds: samples are {MAX_PLAUSIBLE_PERIOD:g} s apart; convert it to s": (
-            evidence["period"] >= IN_A_ROW
-        ),
+        f"time looks like milliseconds or less: samples are at least {MAX_PLAUSIBLE_PERIOD:g} s apart;"
+        " convert it to s": (evidence["period"] >= IN_A_ROW),
         "F_N looks like kN: the torque is more than any ground holds at it; convert it to N": beyond
         * light,
         "the torque looks like N mm, or like another shaft's: it is more than any ground holds;"

@@ -11,7 +11,7 @@ from brushgrip.inputs.tunings import chosen_tuning
 from brushgrip.running.batch import friction_of_grounds
 from brushgrip.wording.formatting import friction_range
 from observers import PROFILES, Tuning
-from tests.brushgrip.helpers import Run, Write
+from tests.brushgrip.helpers import Run, Write, table_of
 from tests.refusal import refused
 
 pytestmark = pytest.mark.usefixtures("interpreted", "blank_pictures")
@@ -80,6 +80,45 @@ def test_a_name_is_no_formula_to_a_spreadsheet(estimate: Run, write_csv: Write, 
     (row,) = rows_of(tmp_path / "table.csv").values()
 
     assert (row["recording"], row["ground"]) == ("'=cmd|calc!A1", "'@ice")
+
+
+def test_the_table_says_what_a_single_recording_says(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    t = np.arange(300) * 0.02
+    angle = {"t": t, "psi": 0.3 * np.sin(t), "F_N": np.full(t.size, 400.0)}
+    turned = write_csv("turned.csv", angle | {"M_z": None})
+    run("simulate", "--rig", rig, turned, "--mu", 0.1, "--out", tmp_path / "torque.csv")
+    torque = table_of(tmp_path / "torque.csv")["M_z"] + np.random.default_rng(1).normal(0, 0.02, t.size)
+    monkeypatch.setenv("COLUMNS", "400")
+    paths = [
+        write_csv(f"{n}.csv", angle | {"M_z": s * torque}) for n, s in (("ice", 1), ("doubted", 0.3))
+    ]
+    printed = run("estimate", "--rig", rig, *paths, "--jobs", 1).out
+    alone = run("estimate", "--rig", rig, paths[1]).out
+
+    (row,) = (line for line in printed.splitlines() if line.startswith("│ doubted "))
+    remark = row.split("│")[-2].strip()
+    assert remark.startswith("not known: the torque grows with the angle 0.31 times as k, a and F_N say")
+    assert f"samples not usable: {remark.removeprefix('not known: ')}; " in alone
+    # The torque has the right sign.
+    assert "sign" not in alone
+
+
+def test_small_angles_in_degrees_on_ice_ask_for_the_unit_and_not_for_the_sign(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path
+) -> None:
+    t = np.arange(600) * 0.01
+    small = {"t": t, "psi": np.radians(np.sin(t)), "F_N": np.full(t.size, 400.0), "M_z": None}
+    path = write_csv("turned.csv", small)
+    run("simulate", "--rig", rig, path, "--mu", 0.1, "--out", tmp_path / "torque.csv")
+    torque = table_of(tmp_path / "torque.csv")["M_z"] + np.random.default_rng(1).normal(0, 0.02, t.size)
+    ice = write_csv("ice.csv", small | {"psi": np.sin(t), "M_z": torque})
+    told = run("estimate", "--rig", rig, ice).out
+
+    assert "; if psi is in degrees: --map psi=psi:deg" in told
+    assert "sign" not in told
+    assert "mu_eff = 0.1" in run("estimate", "--rig", rig, ice, "--map", "psi=psi:deg").out
 
 
 def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> None:

@@ -110,6 +110,14 @@ def test_builds_and_agrees_with_python(
     (tmp_path / "wrong.csv").write_text(wrong)
     assert subprocess.run([tmp_path / "b" / "check", tmp_path / "wrong.csv"]).returncode == 1
     assert "the same as in Python" in checked.stdout
+    cut = wrong[: wrong.rindex(",")]
+    for line, foreign in ((1, "t,psi,M_z,F_N\n0,0,0,400\n"), (wrong.count("\n"), cut), (0, "")):
+        (tmp_path / "foreign.csv").write_text(foreign)
+        refused = subprocess.run(
+            [tmp_path / "b" / "check", tmp_path / "foreign.csv"], capture_output=True, text=True
+        )
+        assert (refused.returncode, refused.stdout) == (2, "")
+        assert f"foreign.csv: line {line} is none of a grip_vector.csv; give the one" in refused.stderr
     (tmp_path / "german.csv").write_text("Zeit;Winkel\n0,0;0,1\n")
     example = [tmp_path / "b" / "example", tmp_path / "german.csv"]
     refused = subprocess.run(example, capture_output=True, text=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.estimation.map_correction import ANGLE, SIGN, UNITS
+from brushgrip.estimation.map_correction import ANGLE, SIGN, TIME, UNITS
 from observers.quality.input_plausibility import EVIDENCE, flags_by_message
 from reference_rig import make_ground_recording, make_steering_recording
 from tests.brushgrip.helpers import Run, Write, contents, table_of
@@ -172,6 +172,8 @@ def test_says_that_the_ground_has_changed(
         ("psi", 5 * 180 / np.pi, "degrees", "psi=psi:deg"),
         ("psi", 15 * 180 / np.pi, "steering wheel's in degrees", "psi=1/15*psi:deg"),
         ("t", 1e3, "milliseconds", "t=t:ms"),
+        ("t", 1e6, "milliseconds or less", "t=t:us"),
+        ("t", 1e10, "another unit", "t=t:ns"),
         ("F_N", 1e-3, "kN", "F_N=F_N:kN"),
         ("M_z", 1e3, "N mm", "M_z=M_z:mNm"),
         ("M_z", -1.0, "negative for a first turn to positive psi (left): flip M_z", "M_z=-M_z"),
@@ -228,10 +230,28 @@ def test_one_map_mends_all_that_is_wrong(estimate: Run, write_csv: Write, simula
     assert estimate(path, "--map", remedy).status == 0
 
 
+@pytest.mark.parametrize("heading", ["time in ms", "t (in ms)", "Zeit, ms", "time:ms", "t [ms]"])
+def test_a_time_in_ms_is_read_or_mended_by_the_map_that_is_handed_back(
+    estimate: Run, write_csv: Write, simulated: Path, rig: Path, heading: str
+) -> None:
+    columns = table_of(simulated)
+    wrong = {"t": None, f'"{heading}"': 1e3 * columns["t"]} | {
+        n: columns[n] for n in ("psi", "M_z", "F_N")
+    }
+    path = write_csv("wrong.csv", wrong)
+    outcome = estimate(path)
+    option, line = (outcome.err.strip().partition(sign)[2] for sign in ("--map ", "in its place: "))
+    if line:
+        rig.write_text(f"{line}\n{rig.read_text()}")
+
+    assert estimate(path, *(["--map", *shlex.split(option)] if option else [])).status == 0
+    assert (outcome.status == 0) == ("[" in heading or "(" in heading)
+
+
 def test_every_suspected_cause_but_a_broken_sensor_has_a_map() -> None:
     places = EVIDENCE.places
     named = list(flags_by_message(dict.fromkeys(places, 1.0), "M_z"))
-    without = [cause for cause in named if not cause.startswith((*UNITS, ANGLE, SIGN))]
+    without = [cause for cause in named if not cause.startswith((*UNITS, ANGLE, SIGN, TIME))]
 
     assert len(named) == 6
     assert ["flip M_z" in cause for cause in named] == [cause.startswith(SIGN) for cause in named]

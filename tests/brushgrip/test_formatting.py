@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from brushgrip.running.batch import printed_rows, row_of
+from brushgrip.running.batch import EstimateOutcome, printed_rows, row_of
 from brushgrip.wording.diagnosis_in_words import headline
 from brushgrip.wording.formatting import (
     candidate_outcome,
@@ -27,9 +27,10 @@ from brushgrip.wording.friction import (
     dry_friction_note,
     estimates_summary,
     last_usable,
-    taken_from_model,
+    not_usable,
     with_95_band,
 )
+from brushgrip.wording.taken_from_model import taken_from_model
 from identification import Candidate, FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
@@ -217,9 +218,7 @@ def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
     off = replace(slower, status=np.where(slower.t < 1, int(Status.IMPLAUSIBLE | Status.MISSING), 0))
     row = row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), off)
     assert (row["implausible"], row["wide"]) == (0.25, 1 / 3)
-    assert printed_rows([row | {"mu_eff": np.nan, "acquiring": 0.2}])[1][0][-1] == (
-        "not known: the deviation of mu is too large to act on"
-    )
+    assert printed_rows([EstimateOutcome(row=row, unknown="turn on")])[1][0][-1] == "not known: turn on"
 
 
 def test_ice_asks_for_the_dry_friction_of_the_sensor() -> None:
@@ -324,6 +323,14 @@ def test_what_a_sound_wheel_meets_in_its_first_turns_is_not_told(flag: Status) -
     assert "5 samples not usable: " in estimates_summary(
         estimates(*[flag] * 5, *sound[5:50], *sound[52:])
     )
+
+
+def test_a_suspicion_goes_before_an_acquisition_that_lasts_as_long() -> None:
+    doubted = estimates(*[Status.ACQUIRING | Status.SUSPECT] * 3, Status.ACQUIRING, last=-1)
+
+    assert not_usable(doubted) == (3, Status.SUSPECT.remedy)
+    assert not_usable(doubted, cause="in degrees") == (3, "in degrees")
+    assert not_usable(estimates(*[Status.ACQUIRING] * 4, last=-1)) == (4, Status.ACQUIRING.remedy)
 
 
 def test_floats_round_trip() -> None:

@@ -141,6 +141,14 @@ def test_every_link_of_the_contents_leads_somewhere(full: Path) -> None:
     assert links <= set(re.findall(r'id="(\w+)"', text))
 
 
+def test_words_of_statistics_are_explained(full: Path) -> None:
+    text = full.read_text("utf-8")
+    explained = set(re.findall(r"<dt>([^<]+)</dt>", text))
+
+    assert explained >= {"autocorrelation", "correlation", "collinear", "residual", "ΔBIC"}
+    assert "A parameter without a unit is a pure number" in text
+
+
 @pytest.mark.usefixtures("no_drawing")
 def test_pictures_that_are_not_drawn_as_lines_are_points(tmp_path: Path) -> None:
     page = Page(write_report(tmp_path, make_diagnosis()).read_text("utf-8"))

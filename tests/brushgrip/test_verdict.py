@@ -154,6 +154,8 @@ def test_parameters_have_plain_names() -> None:
     assert plain_parameter("torque_offset.M_0 [fem1]") == "torque offset: M_0, fem1"
     assert plain_parameter("mu [fem1]") == "μ of the model's own law, fem1"
     assert plain_parameter("k") == "bristle stiffness k"
+    assert plain_parameter("a [fem1]") == "half-length a, fem1"
+    assert plain_parameter("e [fem1]") == "caster e, fem1"
 
 
 @pytest.mark.parametrize(("of_car", "expected"), [(True, {"first", "last"}), (False, {"last"})])

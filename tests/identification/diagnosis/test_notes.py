@@ -94,5 +94,5 @@ def test_a_stiffness_beyond_its_tolerance(fitted: Fit, tolerance: float | None, 
     notes = notes_on(errors(a=0.04), errors(a=0.02), fitted, [recording])
 
     assert [
-        note.startswith("the stiffness k is 2e+06 N/m^2, 0.83 of the declared one") for note in notes
+        note.startswith("the stiffness k is 2e+06 N/m^2, 0.83 times the declared one") for note in notes
     ] == [True] * said

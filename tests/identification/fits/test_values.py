@@ -66,7 +66,9 @@ def test_the_tyre_has_the_mean_where_nothing_belongs_to_grounds_any_more() -> No
 
 def test_recordings_without_a_ground_stand_on_one_of_their_own() -> None:
     assert grounds_of([ONE, recording("none", None), TWO]) == ("steel", UNNAMED_GROUND, "emery")
-    with pytest.raises(InvalidInputError, match="ground 'two' has the name of a recording"):
+    with pytest.raises(
+        InvalidInputError, match=r"ground 'two' has the name .* give the ground another name \(--ground"
+    ):
         grounds_of([recording("one", "two"), TWO])
 
 

@@ -196,3 +196,28 @@ def test_a_torque_of_the_shaft_is_proposed_with_the_ratio_that_was_given(tmp_pat
 def test_a_steering_ratio_is_finite_and_positive(ratio: float) -> None:
     with pytest.raises(InvalidInputError, match="--steering-ratio must be finite and greater than 0"):
         with_steering_ratio(SignalMap(), ratio)
+
+
+def test_a_steering_ratio_of_which_of_several_maps_is_asked(tmp_path: Path) -> None:
+    hand, wheel = "psi=-Lenkrad_deg,psi_dot=Rate_deg/s", "psi=Rad,M_z=Moment"
+    texts = [f"{hand},M_z=M_z", wheel]
+    message = refused(with_steering_ratio, parse_maps(texts), 15.0)
+    entries = "psi=-1/15*Lenkrad_deg:deg,psi_dot=1/15*Rate_deg/s:deg/s"
+    assert "which of them is the steering wheel's is not known" in message
+    assert message.endswith(f"in its map write {entries} or psi=1/15*Rad")
+
+    path = write(tmp_path / "run.csv", t=T, Lenkrad_deg=-15 * np.degrees(PSI), M_z=TORQUE, F_N=LOAD)
+    given = entries.partition(",")[0]
+    read = read_recording(path, RIG, signals=parse_maps([f"{given},M_z=M_z", wheel]))
+    np.testing.assert_allclose(read.psi, PSI, atol=1e-12)
+
+    with pytest.raises(InvalidInputError, match=r"in its map write psi=1/15\*Rad$"):
+        with_steering_ratio(parse_maps(["psi=1/14*Lenkrad", "psi=Rad"]), 15.0)
+    with pytest.raises(InvalidInputError, match="has a factor for psi_dot already, psi_dot=1/15"):
+        with_steering_ratio(parse_maps(["psi_dot=1/15*Rate"]), 15.0)
+
+
+def test_maps_that_take_the_angle_from_the_same_channel_share_a_steering_ratio() -> None:
+    signals = with_steering_ratio(parse_maps(["psi=Lenkrad,M_z=A", "psi=Lenkrad,M_z=B"]), 15.0)
+
+    assert [one.of("psi").ratio for one in signals.each] == [15.0, 15.0]

@@ -39,6 +39,12 @@ def write_model(folder: Path, **changes: Any) -> Path:
 message_of = partial(refused, from_files)
 
 
+def test_a_folder_without_a_model_is_no_diagnosis(rig: Path, tmp_path: Path) -> None:
+    assert message_of(Ekf, rig, tmp_path).endswith(
+        "holds no model.json, so it is not the folder of a diagnosis"
+    )
+
+
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 def test_the_declared_model_has_the_k_of_the_rig(kind: Any, rig: Path) -> None:
     tuning = Tuning(noise=0.1)
@@ -53,6 +59,7 @@ def test_a_model_that_was_found(rig: Path, tmp_path: Path) -> None:
     effects = effects_named(["carcass_torsion", "torque_offset"])
 
     assert observer.model == Model(effects=effects, discretised=True)
+    assert from_files(Mhe, rig, tmp_path, window=7) == observer
     # The k of the model goes before that of the rig; nothing fitted to one recording is believed.
     assert observer.values == {"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0}
     assert (observer.window, observer.measurement_model) == (7, AligningTorque())

@@ -31,6 +31,15 @@ def test_a_plan_stays_within_the_limits(planned: Plan) -> None:
     assert path.travel[-1] == planned.travels.max()
 
 
+def test_a_stricter_target_never_needs_less_on_the_worst_ground(acquiring: Ekf, planned: Plan) -> None:
+    looser = [
+        plan(acquiring, target, LIMITS, LOAD, mus=(0.1, 0.8), coarse=True) for target in (0.08, 0.06)
+    ]
+    travels = [one.travels.max() for one in (*looser, planned)]
+
+    assert travels == sorted(travels)
+
+
 def test_on_the_rig_the_target_is_reached_where_planned(acquiring: Ekf, planned: Plan) -> None:
     for mu, travel in zip(planned.mus, planned.travels, strict=True):
         estimates, _ = observe_on_rig(acquiring, planned.path, mu)
