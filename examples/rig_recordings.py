@@ -38,8 +38,9 @@ def as_read(recording: RigRecording, nominal: RigTyre, tolerance: float | None =
 
 
 def as_decay(recording: ImpactRecording) -> Decay:
-    """The angle after an impact; the declared k is an initial guess of 2e6 N/m^2."""
-    rig = Rig(a=recording.tyre.a, e=recording.tyre.e, J_A=recording.wheel.J_A)
+    """The angle after an impact, lengths exact; the declared k is an initial guess of 2e6 N/m^2."""
+    exact = Tolerances(a=0.0, e=0.0)
+    rig = Rig(a=recording.tyre.a, e=recording.tyre.e, J_A=recording.wheel.J_A, tolerances=exact)
     return Decay(name=recording.name, t=recording.t, psi=recording.psi, rig=rig, tyre=Tyre(k=2e6))
 
 

@@ -1,6 +1,7 @@
 """Parameters of the rig and of the tyre: frozen values that check themselves."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from symbolic.errors import InvalidInputError
@@ -36,6 +37,8 @@ USUAL = {"a": 0.002, "e": 0.002, "load": 0.02, "k": 0.2}
 """Tolerances of what is declared without one: lengths [m], load and k as shares [1]."""
 EVEN = 3**-0.5
 """Standard deviation of a value that may be anywhere within a tolerance, over the tolerance [1]."""
+_SMALL = 1e-3
+"""Step of a difference quotient, as a share of the half-length [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,6 +153,16 @@ def with_usual_tolerances(rig: Rig) -> Rig:
     missing = {n: t for n, t in USUAL.items() if n != "k" and getattr(declared, n) is None}
     usual = {n: t if n == "load" else min(t, room / 3) for n, t in missing.items()}
     return replace(rig, tolerances=replace(declared, **usual))
+
+
+def spread_by_lengths(of: Callable[[float, float], float], rig: Rig) -> float:
+    """Relative standard deviation of a quantity of a and e within their tolerances, or `USUAL` [1]."""
+    a = USUAL["a"] if rig.tolerances.a is None else rig.tolerances.a
+    e = USUAL["e"] if rig.tolerances.e is None else rig.tolerances.e
+    least = _SMALL * rig.a
+    by_a = (of(rig.a + least, rig.e) - of(rig.a - least, rig.e)) / (2 * least)
+    by_e = (of(rig.a, rig.e + least) - of(rig.a, rig.e - least)) / (2 * least)
+    return EVEN * math.hypot(by_a * a, by_e * e) / of(rig.a, rig.e)
 
 
 @dataclass(frozen=True, kw_only=True)

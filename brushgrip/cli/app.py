@@ -1,15 +1,17 @@
 """The command `brushgrip`: its commands, its exit status and its error messages."""
 
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
 from inspect import signature
 from pkgutil import iter_modules
-from typing import Annotated, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 import typer
+from typer.core import TyperCommand
 
 from brushgrip import commands
 from brushgrip.cli.own_packages import foreign_packages
@@ -50,6 +52,20 @@ def found_commands() -> dict[str, type]:
 COMMANDS = found_commands()
 
 
+class EachOnce(TyperCommand):
+    """A command that refuses an option which is given twice, unless it may be repeated."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments, of which the parser itself would take the last."""
+        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        for one, count in Counter(given).items():
+            if count > 1 and not getattr(one, "multiple", False):
+                from symbolic import InvalidInputError
+
+                raise InvalidInputError(f"{one.opts[0]} is given twice; it may be given once")
+        return super().parse_args(ctx, args)
+
+
 def command_of(request: type) -> Callable[..., None]:
     """A function with the fields of a request as its parameters, which fills the request and runs it."""
 
@@ -63,7 +79,7 @@ def command_of(request: type) -> Callable[..., None]:
 
 
 for command, request in COMMANDS.items():
-    app.command(command, epilog=EVERYWHERE)(command_of(request))
+    app.command(command, cls=EachOnce, epilog=EVERYWHERE)(command_of(request))
 
 
 def _say_version(wanted: bool) -> None:

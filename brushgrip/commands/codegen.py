@@ -93,7 +93,7 @@ class CodegenRequest:
         from brushgrip.outputs import observer_export
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, show
-        from brushgrip.outputs.provenance import comment, rig_mismatch_warning
+        from brushgrip.outputs.provenance import comment
         from observers.embedded import generate_vehicle, require_replaceable
         from observers.embedded.cost import estimated_cost
         from observers.interfaces.factory import read_vehicle_file
@@ -137,12 +137,7 @@ class CodegenRequest:
         say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
         say(observer_export.prior_in_words(observer.tuning, self.rig))
         observer_export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
-        if found is not None:
-            for line in (
-                found.ground_taken(self.ground),
-                rig_mismatch_warning(observer.rig, self.model),
-            ):
-                if line:
-                    say(line)
+        if found is not None and (taken := found.ground_taken(self.ground)):
+            say(taken)
         show({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
         say(f"wrote {', '.join(path.name for path in files)} to {self.out}")

@@ -21,6 +21,7 @@ from brushgrip.inputs.choices import ObserverName
 
 if TYPE_CHECKING:
     from brushgrip.running.batch import EstimateOutcome
+    from identification import FoundModel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +91,6 @@ class EstimateRequest(GroundRequest):
         from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
-        from brushgrip.outputs.console import say
         from brushgrip.running.batch import (
             EstimateTask,
             estimate_all,
@@ -98,7 +98,6 @@ class EstimateRequest(GroundRequest):
             summary_csv,
             task_submission,
         )
-        from brushgrip.wording.taken_from_model import taken_from_model
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
@@ -139,23 +138,29 @@ class EstimateRequest(GroundRequest):
                 raise fault
             if self.summary:
                 write_utf8(stages[0], summary_csv([outcome.row for outcome in outcomes]))
-        if found := inputs.found():
-            say(f"From {self.model}: {taken_from_model(found)}.")
-        self._say(outcomes, finals)
+        self._say(outcomes, finals, inputs.found())
 
-    def _say(self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path]) -> None:
+    def _say(
+        self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path], found: "FoundModel | None"
+    ) -> None:
         """Print what was estimated.
 
         Raises:
             InvalidInputError: a recording could not be.
         """
         from brushgrip.outputs.console import print_table, say, show
+        from brushgrip.report.printed import say_grounds
         from brushgrip.running.batch import friction_of_grounds, printed_rows
         from brushgrip.wording.formatting import friction_range
+        from brushgrip.wording.taken_from_model import taken_from_model
         from symbolic import InvalidInputError
 
         rows = [outcome.row for outcome in outcomes]
         faults = [row for row in rows if row["fault"]]
+        if found is not None:
+            say(f"From {self.model}: {taken_from_model(found)}.")
+        grounds = {str(row["recording"]): str(row["ground"]) or None for row in rows if not row["fault"]}
+        say_grounds(grounds, found)
         if len(rows) == 1 and not self.summary:
             for line in outcomes[0].lines:
                 say(line)

@@ -10,8 +10,8 @@ from brushgrip.commands.options import GroundRequest, OutFile, option
 class SimulateRequest(GroundRequest):
     """Simulate the aligning torque for the angle and the load of recordings: t,M_z.
 
-    No M_z is needed. mu is that of --mu, else of the model file where it knows the recording, else of
-    the rig.
+    No M_z is needed. mu, a and e are those of the model file where it was fitted to this very file, else
+    those declared; --mu goes before both.
     Several recordings go to OUT_<recording>.csv.
     """
 
@@ -25,11 +25,15 @@ class SimulateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
-        from brushgrip.estimation.simulated_torque import model_and_values, simulated_torque
+        from brushgrip.estimation.simulated_torque import (
+            model_and_values,
+            simulated_torque,
+            values_in_words,
+        )
         from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.outputs.atomic import table_path, write_utf8
         from brushgrip.outputs.console import say, show
-        from brushgrip.report.printed import say_ground
+        from brushgrip.report.printed import say_grounds
         from brushgrip.wording.formatting import csv_text
         from symbolic import InvalidInputError
 
@@ -44,8 +48,9 @@ class SimulateRequest(GroundRequest):
             for recording, (model, values), stage in zip(recordings, models, stages, strict=True):
                 torque = simulated_torque(recording, model, values, found)
                 write_utf8(stage, csv_text({"t": recording.t, "M_z": torque}))
-        for recording in recordings:
-            say_ground(recording, found)
+        for recording, (_, values) in zip(recordings, models, strict=True):
+            say(values_in_words(recording, values, found, self.mu))
+        say_grounds({recording.name: recording.ground for recording in recordings}, found)
         for final in finals:
             say(f"wrote {final}")
         show({"wrote": list(map(str, finals))})

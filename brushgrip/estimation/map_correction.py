@@ -19,6 +19,8 @@ from identification.reading.units_by_magnitude import unit_of_period
 
 SURELY_DEGREES = 4 * math.pi
 """No steering wheel turns further [rad]; what is beyond is in degrees."""
+USUAL_RATE = 100.0
+"""Samples a second in a hint on a column that counts them [Hz]."""
 MAX_ANGLE_DEGREES = 90.0
 """Largest steering angle of a wheel [deg]."""
 UNITS = {
@@ -106,10 +108,15 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
     why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))
     if recording.standstills is not None and not set(changed) <= {"t"}:
         return why
+    counter = ""
+    if "t" in changed and (np.diff(recording.t) == 1).all():
+        source = _source(recording, "t")
+        counted = replace(source, factor=source.factor / USUAL_RATE).as_map("t")
+        counter = f"; if t counts samples, at {USUAL_RATE:g} Hz: {counted} in its place"
     if not angle:
-        return f"{why}: {mending_map(recording.sources, changed)}" if changed else why + ratio
+        return f"{why}: {mending_map(recording.sources, changed)}{counter}" if changed else why + ratio
     changed["psi"], ratio = _angle(recording)
-    return f"{why}: {mending_map(recording.sources, changed)}{ratio}"
+    return f"{why}: {mending_map(recording.sources, changed)}{ratio}{counter}"
 
 
 def _cause_in_vehicle_keys(cause: str) -> str:

@@ -41,3 +41,16 @@ def simulated_torque(
     theta = np.asarray(model.theta(values)).ravel()
     torque = simulate(model, signals_of(actual), theta, np.array([actual.rig.a, actual.rig.e]))
     return torque.M_z + rig.get(recording.name, {}).get("zero", 0.0)
+
+
+def values_in_words(
+    recording: Recording, values: dict[str, float], found: FoundModel | None, given: float | None
+) -> str:
+    """Friction and lengths with which a recording is simulated, and whose they are."""
+    own, rig = ({}, {}) if found is None else (t.get(recording.name, {}) for t in (found.own, found.rig))
+    fitted, declared = "fitted to this recording", "declared"
+    source = "--mu" if given is not None else fitted if "mu" in own else declared
+    a, e = rig.get("a", recording.rig.a), rig.get("e", recording.rig.e)
+    line = f"{recording.name}: mu = {values['mu']:.4g} ({source}), a = {a:.4g} m and e = {e:.4g} m"
+    line += f" ({fitted if rig else declared})"
+    return line + "; the model was not fitted to this file" * (found is not None and not own)

@@ -18,7 +18,14 @@ from brushgrip.inputs.recordings import (
 )
 from brushgrip.inputs.user_effects import effect_files, user_effects
 from brushgrip.outputs.atomic import staged_files, write_utf8
-from brushgrip.outputs.provenance import Provenance, provenance_file, provenance_of
+from brushgrip.outputs.provenance import (
+    Provenance,
+    files_behind,
+    is_behind,
+    provenance_file,
+    provenance_of,
+    warn_of_another_rig,
+)
 from brushgrip.wording.formatting import json_text
 from identification import (
     Decay,
@@ -127,8 +134,17 @@ class Inputs:
                 raise _twice(one, other, where)
 
     def found(self) -> FoundModel | None:
-        """The model that a diagnosis found; None for the declared one."""
-        return None if self.model is None else read_model(self.model, effects=self.effects)
+        """The model that a diagnosis found; None for the declared one.
+
+        It keeps the values of recordings at hand alone, and of these only where the file is the same:
+        another of the same name is as good as any other recording to come.
+        """
+        if self.model is None:
+            return None
+        found, files = read_model(self.model, effects=self.effects), files_behind(self.model)
+        same = {label for label in self.paths.keys() & found.own if is_behind(self.paths[label], files)}
+        own, rig = ({n: v for n, v in of.items() if n in same} for of in (found.own, found.rig))
+        return replace(found, own=own, rig=rig)
 
     def one_by_one(self) -> dict[str, "Inputs"]:
         """The inputs of each recording by label; of several with absolute paths, for processes."""
@@ -194,6 +210,7 @@ def locate_inputs(
         raise InvalidInputError("--rig and --vehicle are both given; name the one that was recorded")
     if steering_ratio is not None and vehicle is not None:
         raise InvalidInputError("--steering-ratio: that of a car is steering_ratio in its vehicle file")
+    warn_of_another_rig(rig, model)
     own = user_effects(effects)
     located = [locate(name, of_car=vehicle is not None) for name in names]
     for one, other in combinations(located, 2):

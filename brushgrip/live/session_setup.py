@@ -15,6 +15,7 @@ from brushgrip.live.mapped_columns import Columns
 from brushgrip.live.row_estimation import CarStandstillEstimator, RowEstimator, WheelRowEstimator
 from brushgrip.live.session_state import address_of
 from brushgrip.live.sources import FileSource, LineSource, Source, UdpSource
+from brushgrip.outputs.console import say
 from identification import READERS, Recording, Standstills, read_rig, read_vehicle
 from identification.reading.readers import read_table
 from identification.reading.rigfile import rig_of_table
@@ -68,6 +69,8 @@ def follow(
     if nominal is None:
         raise InvalidInputError(f"{where}: needs the rig, --rig rig.toml, or --vehicle car.toml")
     rig, tyre = nominal
+    if found and (taken := found.ground_taken(ground)):
+        say(taken)
     estimator = WheelRowEstimator(
         lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser
     )

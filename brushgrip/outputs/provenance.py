@@ -11,9 +11,11 @@ from math import isclose
 from pathlib import Path
 from typing import Any
 
+from brushgrip.outputs.console import warn
 from brushgrip.outputs.verbosity import COMMAND_LINE
 from identification.reading.file_content import require_readable
-from symbolic import InvalidInputError, Rig, rig_from_tables
+from identification.reading.rigfile import read_rig
+from symbolic import InvalidInputError, rig_from_tables
 from symbolic.errors import printable
 from symbolic.tables.parsing import toml_of
 
@@ -112,19 +114,35 @@ def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[
     return tuple(n for n in plain_names if Path(n).name == n and n not in ("", "..") and n.isprintable())
 
 
-def rig_mismatch_warning(rig: Rig, model: Path | None) -> str:
-    """A line where a model was found on a rig with another half-length or trail, else nothing."""
+def files_behind(model: Path) -> frozenset[tuple[str, str]]:
+    """Names and digests of what a model was found from; empty where its file does not tell them."""
     try:
-        told = json.loads((model or Path()).read_bytes())[KEY]["rig"]["content"]
+        told = json.loads(model.read_bytes())[KEY]["inputs"]
+        return frozenset((file["name"], file["sha256"]) for file in told)
+    except (ValueError, LookupError, TypeError):
+        return frozenset()
+
+
+def is_behind(path: Path, files: frozenset[tuple[str, str]]) -> bool:
+    """Whether a file is one of these, by its name and its content."""
+    return (printable(path.name), digest_of(path)) in files
+
+
+def warn_of_another_rig(file: Path | None, model: Path | None) -> None:
+    """Warn where a model was found with another half-length or trail than a rig file declares."""
+    if file is None or model is None:
+        return
+    try:
+        rig, _ = read_rig(file)
+        told = json.loads(model.read_bytes())[KEY]["rig"]["content"]
         found, _ = rig_from_tables(toml_of(told.encode()))
     except (OSError, ValueError, LookupError, TypeError, AttributeError, InvalidInputError):
-        return ""
-    if isclose(rig.a, found.a) and isclose(rig.e, found.e):
-        return ""
-    return (
-        f"the rig file says a = {rig.a:g} m, e = {rig.e:g} m; the model was found with"
-        f" a = {found.a:g} m, e = {found.e:g} m"
-    )
+        return  # What is wrong with a file is said where it is used.
+    if not (isclose(rig.a, found.a) and isclose(rig.e, found.e)):
+        warn(
+            f"the rig file says a = {rig.a:g} m, e = {rig.e:g} m; the model was found with"
+            f" a = {found.a:g} m, e = {found.e:g} m"
+        )
 
 
 def remove_earlier(folder: Path, names: Sequence[str], kept: Sequence[str]) -> None:

@@ -1,5 +1,7 @@
 """Results of a diagnosis and of free vibrations as lines and tables on the screen."""
 
+from collections.abc import Mapping
+
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
 from brushgrip.report.friction_summary import (
@@ -27,16 +29,21 @@ from brushgrip.wording.formatting import (
     signed,
 )
 from brushgrip.wording.taken_from_model import use_of
-from identification import Diagnosis, FoundEffect, FoundModel, FreeDecay, ParameterEstimate, Recording
+from identification import Diagnosis, FoundEffect, FoundModel, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
 from symbolic import CANDIDATES
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 
+FEW = 3
+"""Recordings that a line names."""
 
-def say_ground(recording: Recording, found: FoundModel | None) -> None:
-    """One line on the ground whose values are taken from a model, where it has any."""
-    if found and (taken := found.ground_taken(recording.ground)):
-        say(f"{recording.name}: {taken}")
+
+def say_grounds(grounds: Mapping[str, str | None], found: FoundModel | None) -> None:
+    """A line for each ground of recordings on the values that a model has for it."""
+    for ground in dict.fromkeys(grounds.values() if found else ()):
+        names = [name for name, one in grounds.items() if one == ground]
+        if found and (taken := found.ground_taken(ground)):
+            say(f"{listed(names) if len(names) <= FEW else f'{len(names)} recordings'}: {taken}")
 
 
 def print_diagnosis(

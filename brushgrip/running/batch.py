@@ -197,13 +197,12 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         if task.picture:
             label = ("declared model" if found is None else "model found") + ", smoothed" * task.smooth
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
-    ground = found.ground_taken(recording.ground) if found else ""
     noise = excess_noise(factory(recording, found), recording)
     of_car = recording.standstills is not None
     rates, at, budget = differing_rates(recording), last_usable(estimates), {}
     cause = "" if at is not None else suspected_cause(factory, recording, found, estimates)
     why = not_usable(estimates, noise, rates, cause, of_car=of_car)[1]
-    told = [ground, estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
+    told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
         told.append(band_parts(budget, with_model=found is not None or of_car))

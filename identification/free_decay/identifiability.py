@@ -21,6 +21,7 @@ from identification.free_decay.vibration_detection import (
     FreeVibration,
     without_spikes,
 )
+from symbolic.parameters import USUAL
 
 GOOD = (0.003, 0.02)
 """Half-widths of the 95 % intervals of k and b_t, as shares of the values, that need no remedy [1]."""
@@ -84,10 +85,14 @@ def describe_identifiability(
     contacts: Sequence[ContactResult],
     agreed: bool | None,
     noise: float,
+    of_lengths: float,
 ) -> tuple[str, ...]:
-    """Sentences: how well k and b_t are determined, on what they rest, and what would help."""
+    """Sentences: how well k and b_t are determined, on what they rest, and what would help.
+
+    k is as if lengths were exact; its deviation by their tolerances is `of_lengths`, a share of it.
+    """
     vibrations = likelihood.vibrations
-    sentences = [_precision(vibrations, k, b_t), _assumptions(vibrations, k.value)]
+    sentences = [_precision(vibrations, k, b_t), _assumptions(vibrations, k, of_lengths)]
     if agreed is False:
         sentences.append(_disagreement(contacts, k.value))
     if len({r.decay.rig.a for r in vibrations}) == 1:
@@ -128,17 +133,19 @@ def _precision(
     )
 
 
-def _assumptions(vibrations: Sequence[FreeVibration], k: float) -> str:
+def _assumptions(vibrations: Sequence[FreeVibration], k: IdentifiedParameter, of_lengths: float) -> str:
     """Change of k with a, e and J_A, from the derivatives of [Györök 2022], (5.7)."""
     a, e = ca.SX.sym("a"), ca.SX.sym("e")
-    by = ca.Function("by", [a, e], [ca.gradient(ca.log(stiffness(k, a, e)), ca.vertcat(a, e))])
+    by = ca.Function("by", [a, e], [ca.gradient(ca.log(stiffness(k.value, a, e)), ca.vertcat(a, e))])
     slopes = np.array([by(r.decay.rig.a, r.decay.rig.e).full().ravel() for r in vibrations])
     lengths = np.array([r.decay.rig.a for r in vibrations])
     by_a, by_e = float(np.mean(slopes[:, 0] * lengths)), float(np.mean(slopes[:, 1]))
     return (
         "They rest on a, e and J_A as given: 1 % more J_A is 1 % more k and b_t, which no free vibration"
         f" shows, 1 % more a is {abs(by_a):.2g} % less k, 1 mm more e is {abs(0.1 * by_e):.2g} %"
-        f" {'less' if by_e >= 0 else 'more'} k."
+        f" {'less' if by_e >= 0 else 'more'} k. Of the ± of k, tolerances of a and e"
+        f" ({1000 * USUAL['a']:g} mm unless stated) make {100 * of_lengths:.2g} %, the recordings"
+        f" {100 * k.std / k.value:.2g} %; the squares add up."
     )
 
 
@@ -149,7 +156,8 @@ def _disagreement(contacts: Sequence[ContactResult], k: float) -> str:
     return (
         f"One contact at a time, k runs from {100 * (least / k - 1):+.2g} % (a = {1000 * short:g} mm) to"
         f" {100 * (most / k - 1):+.2g} % (a = {1000 * long:g} mm) of this value, more than chance"
-        " allows: a, e or J_A is not what it is said to be, and the intervals do not cover that."
+        " allows: a, e or J_A is not what it is said to be, of which the intervals cover the tolerances"
+        " of a and e alone."
     )
 
 

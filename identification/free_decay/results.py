@@ -115,12 +115,12 @@ class FreeDecay:
     """The whole result of `identify_free_decay`.
 
     Attributes:
-        k: distributed lateral stiffness.
+        k: distributed lateral stiffness, with what a and e may be off in its deviation.
         b_t: torsional damping.
         covariance: of k and b_t, shape (2, 2) [N^2/m^4, N^2 s/(m rad), (N m s/rad)^2].
         contacts: every contact; none where the patch was assumed to stick.
         contacts_agree: whether their values of k agree; None where fewer than two determine it. Where
-            they do not, the intervals do not cover the fault.
+            they do not, the intervals cover of the fault what tolerances of a and e allow.
         noise: scale of the logistic noise besides the step [rad].
         condition: condition number of the information on k, b_t and the friction forces, each in units
             of its standard deviation if all others were known [1].

@@ -1,9 +1,11 @@
 """k and b_t from free vibrations, by maximum likelihood over all recordings."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.special import ndtri, stdtrit
 
 from identification.fits.values import ParameterEstimate
 from identification.free_decay.identifiability import (
@@ -25,6 +27,7 @@ from identification.free_decay.vibration import stiffness
 from identification.free_decay.vibration_detection import find_vibration
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
+from symbolic.parameters import spread_by_lengths
 
 UNITS = ("N/m^2", "N m s/rad")
 _CONFIDENCE = 0.95
@@ -39,7 +42,7 @@ _REMEDY = (
 
 
 def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> FreeDecay:
-    """Find k and b_t with their standard deviations.
+    """Find k and b_t with their standard deviations, that of k with what a and e may be off.
 
     Args:
         decays: recordings of free vibrations, at one contact length or at several.
@@ -68,11 +71,13 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         _parameter(float(solution.x[i] * scales[i]), float(covariance[i, i]), quantile, UNITS[i])
         for i in range(COMMON)
     )
+    lengths = float(np.mean([spread_by_lengths(partial(stiffness, 1.0), d.rig) for d in decays]))
     stiffnesses = stiffness_by_contact(likelihood)
     agreed = stiffnesses_agree(stiffnesses.values())
     contacts = _contacts(likelihood, solution, covariance, stiffnesses)
+    covariance[0, 0] += (lengths * k.value) ** 2
     return FreeDecay(
-        k=k,
+        k=_with_lengths(k, lengths),
         b_t=b_t,
         covariance=covariance[:COMMON, :COMMON],
         contacts=contacts,
@@ -80,7 +85,9 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         noise=solution.noise,
         # Of the information, every unknown in its own unit of information.
         condition=float(np.linalg.cond(uncertainty.information / np.outer(size, size))),
-        identifiability=describe_identifiability(likelihood, k, b_t, contacts, agreed, solution.noise),
+        identifiability=describe_identifiability(
+            likelihood, k, b_t, contacts, agreed, solution.noise, lengths
+        ),
         vibrations=_vibrations(likelihood, solution, k.value, b_t.value),
         converged=solution.converged,
         status=f"{'solved' if solution.converged else 'not solved'} in {solution.steps} steps",
@@ -92,6 +99,13 @@ def _parameter(value: float, variance: float, quantile: float, unit: str) -> Ide
     std = float(np.sqrt(variance))
     interval = (value - quantile * std, value + quantile * std)
     return IdentifiedParameter(value=value, std=std, interval=interval, unit=unit)
+
+
+def _with_lengths(k: IdentifiedParameter, lengths: float) -> IdentifiedParameter:
+    """The stiffness with what lengths may be off, a deviation as a share of it, added in quadrature."""
+    std = lengths * k.value
+    half = float(np.hypot(k.interval[1] - k.value, ndtri((1 + _CONFIDENCE) / 2) * std))
+    return replace(k, std=float(np.hypot(k.std, std)), interval=(k.value - half, k.value + half))
 
 
 def _check_plausible(likelihood: Likelihood, solution: Solution) -> None:

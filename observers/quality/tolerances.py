@@ -5,14 +5,13 @@ lowers: a parameter that is considered, not estimated, [Schmidt 1966]. An error 
 also makes the patch stiffer or softer, as one of k does.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import hypot
 
 from observers.tuning import Tuning
 from symbolic import Rig
 from symbolic.deformation import full_slide_arm, unit_corner_moment
-from symbolic.parameters import EVEN, USUAL
+from symbolic.parameters import EVEN, USUAL, spread_by_lengths
 
 OF_LENGTHS = "tolerances of half-length and caster"
 OF_LOAD = "tolerance of the load"
@@ -21,7 +20,6 @@ OF_TUNING = "mu_floor of the tuning"
 LEAST_STIFFNESS = 1.5
 """Least deviation of the stiffness over the model's error [1], that of an undeclared k at most: a torque
 that is off by that error tells k no closer, and a k that is declared closer would never be confirmed."""
-_SMALL = 1e-3
 
 
 def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
@@ -33,7 +31,7 @@ def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
         k: declared stiffness [N/m^2].
     """
     stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
-    patch = _spread(lambda a, e: unit_corner_moment(0.0, a, e), rig)
+    patch = spread_by_lengths(lambda a, e: unit_corner_moment(0.0, a, e), rig)
     least = min(LEAST_STIFFNESS * tuning.error, EVEN * USUAL["k"])
     return replace(
         tuning,
@@ -46,17 +44,7 @@ def friction_floor(tuning: Tuning, rig: Rig) -> dict[str, float]:
     """Deviations that no measurement lowers, by cause, as shares of mu [1]; they add in quadrature."""
     load = USUAL["load"] if rig.tolerances.load is None else rig.tolerances.load
     return {
-        OF_LENGTHS: _spread(full_slide_arm, rig),
+        OF_LENGTHS: spread_by_lengths(full_slide_arm, rig),
         OF_LOAD: EVEN * load,
         OF_TUNING: tuning.mu_floor,
     }
-
-
-def _spread(of: Callable[[float, float], float], rig: Rig) -> float:
-    """Relative standard deviation of a quantity of a and e within their tolerances [1]."""
-    a = USUAL["a"] if rig.tolerances.a is None else rig.tolerances.a
-    e = USUAL["e"] if rig.tolerances.e is None else rig.tolerances.e
-    least = _SMALL * rig.a
-    by_a = (of(rig.a + least, rig.e) - of(rig.a - least, rig.e)) / (2 * least)
-    by_e = (of(rig.a, rig.e + least) - of(rig.a, rig.e - least)) / (2 * least)
-    return float(EVEN * hypot(by_a * a, by_e * e) / of(rig.a, rig.e))

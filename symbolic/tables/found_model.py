@@ -127,9 +127,11 @@ class FoundModel:
         return mean_over_grounds(self.grounds) if known is None else dict(known)
 
     def ground_taken(self, ground: str | None = None) -> str:
-        """The ground whose values `on_ground` takes, in words; empty where nothing belongs to one."""
-        if not self.grounds or ground in self.grounds:
-            return f"values of {ground}" if self.grounds else ""
+        """The ground whose values `on_ground` takes, in words; empty where there is no ground."""
+        if not self.grounds:
+            return "" if ground is None else f"{ground}: the model has the same values on every ground"
+        if ground in self.grounds:
+            return f"values of {ground}"
         known = " and ".join(self.grounds)
         return f"{'ground not given' if ground is None else f'{ground} is unknown'}: mean of {known}"
 

@@ -1,6 +1,6 @@
 """What the suites of this folder share: the outcome of a command, files before and after, tables."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 from urllib.parse import unquote
@@ -8,6 +8,8 @@ from urllib.parse import unquote
 import numpy as np
 import pooch
 import pytest
+
+from brushgrip.cli.app import LISTS
 
 Content = TypeVar("Content")
 
@@ -30,6 +32,15 @@ class Outcome(NamedTuple):
 
 Run = Callable[..., Outcome]
 Write = Callable[..., Path]
+
+
+def with_defaults(defaults: Sequence[object], given: Sequence[object]) -> list[object]:
+    """Options of one value each that are not given again, but for lists, then what is given."""
+    pairs = [defaults[i : i + 2] for i in range(0, len(defaults), 2)]
+    return [
+        *(word for pair in pairs if pair[0] in LISTS or pair[0] not in given for word in pair),
+        *given,
+    ]
 
 
 def contents(folder: Path) -> dict[str, bytes | None]:

@@ -13,7 +13,7 @@ from observers import Ekf, from_files
 from observers.embedded import generate
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, compiler
-from tests.brushgrip.helpers import Run
+from tests.brushgrip.helpers import Run, with_defaults
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
@@ -32,9 +32,8 @@ def out(tmp_path: Path) -> Path:
 @pytest.fixture
 def codegen(run: Run, rig: Path, out: Path) -> Run:
     """The command for an EKF; an option given again goes before its default."""
-    return lambda *options: run(
-        "codegen", "--rig", rig, "--observer", "ekf", "--out", out, "--name", "grip", *options
-    )
+    usual = ("--rig", rig, "--observer", "ekf", "--out", out, "--name", "grip")
+    return lambda *options: run("codegen", *with_defaults(usual, options))
 
 
 @pytest.fixture
@@ -200,14 +199,6 @@ def test_what_is_tuned_by_hand_goes_before_the_error_of_the_model(
 
     assert (tuning["error"], tuning["explained"]) == (0.2, 7.0)
     assert tuning["noise"] == pytest.approx(0.002)
-
-
-def test_another_rig_than_that_of_the_diagnosis_is_told(codegen: Run, model: Model) -> None:
-    told = {"rig": {"content": "[rig]\na = 0.05\ne = 0.009\n[tyre]\nk = 2e6\nmu = 1.0\n"}}
-    outcome = codegen("--model", model(provenance=told))
-
-    assert outcome.status == 0, outcome.err
-    assert "the model was found with a = 0.05 m, e = 0.009 m" in outcome.out + outcome.err
 
 
 def test_a_description_of_an_earlier_generation_goes(codegen: Run, out: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from brushgrip.comparison import method_scores
 from reference_rig import RigRecording, make_recording, recording_csv
 from symbolic import compiler
-from tests.brushgrip.helpers import Run, contents
+from tests.brushgrip.helpers import Run, contents, with_defaults
 
 MU, BEGINS = 1.3, 150
 """Friction of the rig, and the sample at which the author's file begins."""
@@ -58,9 +58,8 @@ def compare(
 ) -> Run:
     """The command on the recording, or on others, in a folder of its own; it writes c.json."""
     monkeypatch.chdir(tmp_path)
-    return lambda *options, on=None: run(
-        "compare", "--rig", rig, on or recording, "--out", "c.json", *options
-    )
+    usual = ("--rig", rig, "--out", "c.json")
+    return lambda *options, on=None: run("compare", on or recording, *with_defaults(usual, options))
 
 
 def the_one(out: str = "c.json") -> dict[str, Any]:

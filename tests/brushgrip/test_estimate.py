@@ -45,7 +45,7 @@ def steering_rig(rig: Path) -> Path:
 
 @pytest.fixture
 def estimate(run: Run, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """The command in the folder of the recordings; an option given again goes before its default."""
+    """The command in the folder of the recordings."""
     monkeypatch.chdir(tmp_path)
     return lambda *arguments, observer="ekf", out="mu.csv": run(
         "estimate", "--rig", rig, "--observer", observer, "--out", out, *arguments
@@ -192,6 +192,15 @@ def test_other_units_and_signs_are_refused_by_name(
     assert not (tmp_path / "mu.csv").exists()
     assert ("with your steering ratio for 15" in outcome.err) == ("1/15" in remedy)
     assert estimate(wrong, "--map", entry).status == 0
+
+
+def test_a_counter_of_samples_may_be_the_time(estimate: Run, write_csv: Write, simulated: Path) -> None:
+    columns = table_of(simulated)
+    path = write_csv("counted.csv", columns | {"t": np.arange(columns["t"].size)})
+
+    words = "--map t=t:ms; if t counts samples, at 100 Hz: t=0.01*t in its place"
+    estimate(path).refused(words)
+    assert estimate(path, "--map", "t=0.01*t").status == 0
 
 
 def test_a_slope_that_contradicts_k_asks_for_its_tolerance(run: Run, simulated: Path, rig: Path) -> None:

@@ -7,7 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from brushgrip.estimation.estimates import observer_factory
+from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.inputs.recordings import grounds_by_name
+from brushgrip.live.session_setup import follow
+from brushgrip.outputs.provenance import provenance_of
 from tests.brushgrip.helpers import Run, Write
 from tests.refusal import refused
 
@@ -87,6 +92,8 @@ def test_simulate_takes_what_became_of_the_declared_values(
 ) -> None:
     out = tmp_path / "out.csv"
     path = write_csv("known.csv", top="# ground = steel\n")
+    behind = {"provenance": provenance_of([path])}
+    model.write_text(json.dumps(json.loads(model.read_text()) | behind))
     assert run("simulate", "--rig", rig, "--model", model, path, "--out", out).status == 0
 
     # At rest the channel shows its zero, in full slide the patch 3/8 mu F_N a, 6 % more for the caster.
@@ -105,3 +112,13 @@ def test_estimate_says_whose_values_it_takes(
 
     assert outcome.status == 0
     assert "run: values of steel" in outcome.out
+    several = run(*given, write_csv("new.csv"), "--ground", "ice")
+    assert "run and new: ice is unknown: mean of steel and emery" in several.out
+
+
+def test_live_says_whose_values_it_takes(
+    rig: Path, model: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    follow("-", locate_inputs(rig=rig, model=model), observer_factory(ObserverName.EKF), ground="ice")
+
+    assert capsys.readouterr().out == "ice is unknown: mean of steel and emery\n"

@@ -155,3 +155,20 @@ def test_what_is_read_along_has_its_digest_too(tmp_path: Path) -> None:
     assert locate_inputs([str(bag)]).files == (bag, metadata, rest)
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
         refuse_overwriting([database], locate_inputs([str(log)]).files)
+
+
+@pytest.mark.parametrize("a", [0.045, 0.05])
+def test_another_rig_than_that_of_the_diagnosis_is_told(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], a: float
+) -> None:
+    model, told = tmp_path / "model.json", {"content": f"[rig]\na = {a}\ne = 0.009\n[tyre]\nk = 2e6\n"}
+    model.write_text(json.dumps({KEY: {"rig": told}}))
+    locate_inputs(rig=rig, model=model)
+
+    line = (
+        "the rig file says a = 0.045 m, e = 0.009 m; the model was found with a = 0.05 m, e = 0.009 m\n"
+    )
+    assert capsys.readouterr() == ("", line if a == 0.05 else "")
+    model.write_text("{}")
+    locate_inputs(rig=rig, model=model)
+    assert capsys.readouterr() == ("", "")

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from observers.embedded import codegen
-from tests.brushgrip.helpers import Run, Write, contents
+from tests.brushgrip.helpers import Run, Write, contents, with_defaults
 from tests.each_once import each_once
 
 pytestmark = pytest.mark.usefixtures("interpreted", "no_work", "blank_pictures")
@@ -131,6 +131,11 @@ ROWS: list[tuple[str, ...]] = [
     *((f"{c} run.csv --ground steel=no", "--ground steel=no: no recording 'no'; given are run")
       for c in ("estimate", "simulate", "diagnose")),
     ("codegen --ground ice", "--ground ice: this model knows no grounds"),
+    *((f"{line} {line[line.index('--') :]}", f"{line.split()[-2]} is given twice") for line in (
+        "brushgrip estimate run.csv --rig rig.toml", "brushgrip simulate run.csv --model found.json",
+        "brushgrip plan --load 400", "brushgrip live - --tuning clean",
+    )),
+    ("brushgrip diagnose run.csv --force --force", "--force is given twice; it may be given once"),
     ("simulate run.csv --mu -1", "--mu must be finite and greater than 0, got -1"),
     ("compare run.csv --declared 1 2", "2 values for 1 recordings"),
     ("compare run.csv --declared -1", "--declared"),
@@ -222,7 +227,9 @@ def test_what_cannot_be(run: Run, tmp_path: Path, command: str) -> None:
 
 def refuse(run: Run, folder: Path, words: list[str], *message: str) -> None:
     before, (command, *given) = contents(folder), words
-    line = given if command == "brushgrip" else [command, *DEFAULTS[command].split(), *given]
+    line = (
+        given if command == "brushgrip" else [command, *with_defaults(DEFAULTS[command].split(), given)]
+    )
     run(*line).refused(*message)
     assert contents(folder) == before
 
@@ -266,7 +273,7 @@ def test_names_of_all_kinds(run: Run, name: str, tmp_path: Path) -> None:
     outcome = run("estimate", *given, "--", folder / f"{name}.csv")
 
     assert (outcome.status, outcome.err) == (0, "")
-    assert outcome.out.count("\n") == 3
+    assert outcome.out.count("\n") == 2
     assert sorted(path.name for path in folder.iterdir()) == sorted(
         ["e.csv", "e.png", "e.provenance.json", f"{name}.csv"]
     )

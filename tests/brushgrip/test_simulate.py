@@ -6,19 +6,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from brushgrip.outputs.provenance import provenance_of
 from tests.brushgrip.helpers import Run, Write, table_of
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 
 @pytest.fixture(autouse=True)
-def model(tmp_path: Path) -> Path:
-    """A model with a torque offset, which belongs to the recording named run."""
+def model(tmp_path: Path, write_csv: Write) -> Path:
+    """A model with a torque offset, which belongs to the recording run.csv."""
     content = {
         "version": 1,
         "effects": ["torque_offset"],
         "shared": {"k": 2.4e6},
         "recordings": {"run": {"mu": 0.9, "torque_offset.M_0": 0.5}},
+        "rig": {"run": {"a": 0.045, "e": 0.009}},
+        "provenance": provenance_of([write_csv("run.csv")]),
     }
     path = tmp_path / "model.json"
     path.write_text(json.dumps(content))
@@ -78,6 +81,23 @@ def test_a_found_model_knows_its_recordings(
 
     np.testing.assert_allclose(torque["found"], torque["declared"] + 0.5, atol=1e-12)
     np.testing.assert_allclose(torque["another_found"], torque["another_declared"], atol=1e-12)
+
+
+@pytest.mark.parametrize("behind", ["the file", "another of its name", "unknown"])
+def test_what_was_fitted_is_for_that_very_file(
+    simulate: Run, write_csv: Write, tmp_path: Path, model: Path, behind: str
+) -> None:
+    if behind == "unknown":
+        model.write_text(json.dumps(json.loads(model.read_text()) | {"provenance": None}))
+    path = write_csv("run.csv", {"M_z": None} if behind == "another of its name" else {})
+    said = simulate("--model", model, path, out="run_out.csv").out
+    simulate(write_csv("new.csv"), "--model", model, out="new_out.csv")
+
+    alike = (tmp_path / "run_out.csv").read_text() == (tmp_path / "new_out.csv").read_text()
+    assert alike == (behind != "the file")
+    fitted = "run: mu = 0.9 (fitted to this recording), a = 0.045 m and e = 0.009 m (fitted to this rec"
+    other = "run: mu = 1.2 (declared), a = 0.045 m and e = 0.009 m (declared); the model was not fitted"
+    assert (other if alike else fitted) in said
 
 
 def test_friction_from_the_command_line(

@@ -94,7 +94,9 @@ def test_values_of_a_ground(tmp_path: Path) -> None:
     assert found.ground_taken() == "ground not given: mean of steel and emery"
     assert found.ground_taken("ice") == "ice is unknown: mean of steel and emery"
     assert found.rig == GROUNDS["rig"]
-    assert read_model(write(tmp_path, CONTENT)).ground_taken("steel") == ""
+    without = read_model(write(tmp_path, CONTENT))
+    assert without.ground_taken() == ""
+    assert without.ground_taken("ice") == "ice: the model has the same values on every ground"
 
 
 def test_what_an_older_version_wrote_is_read(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
 from reference_rig import FOURTEEN_BIT_STEP, ImpactRecording, load_at, make_impacts
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
-from symbolic import InvalidInputError, Rig, Tyre
+from symbolic import InvalidInputError, Rig, Tolerances, Tyre
 from tests.identification.factories import as_decay
 
 FEW = (0.036, 0.045, 0.054)
@@ -111,6 +111,38 @@ def test_says_what_it_rests_on(whole: FreeDecay, few: list[Decay]) -> None:
         in given
     )
     assert "All recordings have one contact length" in identify_free_decay(few[:1]).identifiability[2]
+
+
+@pytest.mark.parametrize(
+    ("tolerances", "errors_by"),
+    [(Tolerances(a=0.001, e=0.002), (0.001, 0.002)), (Tolerances(), (0.002,) * 2)],
+)
+def test_what_lengths_may_be_off_is_in_the_deviation_of_k(
+    few: list[Decay], tolerances: Tolerances, errors_by: tuple[float, float]
+) -> None:
+    exact = identify_free_decay(few)
+    made = identify_free_decay([replace(d, rig=replace(d.rig, tolerances=tolerances)) for d in few])
+    # Anywhere within the tolerances, K = 2 a k (e^2 + a^2/3) of (5.7) being what the swing tells.
+    a, e = (
+        rng.uniform(-t, t, 20000)
+        for rng, t in zip(map(np.random.default_rng, (1, 2)), errors_by, strict=True)
+    )
+    k = np.mean([_scaled(d.rig.a + a, d.rig.e + e) / _scaled(d.rig.a, d.rig.e) for d in few], axis=0)
+    lengths = made.k.value * np.std(np.log(k))
+
+    assert made.k.value == exact.k.value
+    assert made.b_t == exact.b_t
+    assert made.k.std == pytest.approx(np.hypot(exact.k.std, lengths), rel=0.05)
+    halves = [one.k.interval[1] - one.k.value for one in (exact, made)]
+    assert halves[1] == pytest.approx(np.hypot(halves[0], 1.96 * lengths), rel=0.05)
+    assert made.covariance[0, 0] == pytest.approx(made.k.std**2)
+    share = f"make {100 * np.sqrt(made.k.std**2 - exact.k.std**2) / made.k.value:.2g} %, the recordings"
+    assert share in made.identifiability[1]
+    assert made.identifiability[0] == exact.identifiability[0], "more impacts do not help lengths"
+
+
+def _scaled(a: np.ndarray | float, e: np.ndarray | float) -> np.ndarray | float:
+    return 1 / (a * (e**2 + a**2 / 3))
 
 
 def test_a_patch_that_sticks_would_be_off_by_percents(few: list[Decay]) -> None:
