@@ -16,6 +16,7 @@ import argparse
 import sys
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -41,7 +42,7 @@ from symbolic import Model, Rig, Tolerances, effects_named
 Inputs = Mapping[str, Any]
 """psi [rad], F_N [N], M_z [N m], (n,); a [m] and k [N/m^2] of the rig file."""
 Fault = Callable[[Any, np.random.Generator], Inputs]
-PERIOD, FIRST_SEED = 0.01, 200_000
+PERIOD, FIRST_SEED, K = 0.01, 200_000, 2.4e6
 FRICTIONS, DURATIONS = (0.05, 0.3, 0.8, 1.5), (5.0, 14.0)
 KINDS = {"ekf": Ekf, "mhe": Mhe}
 
@@ -193,38 +194,55 @@ OF_THE_PATCH = {name for name in FAULTS if "twisted" in name or "let go" in name
 """Faults whose torque is simulated anew, by a patch without effects."""
 
 
-def outcome(task: tuple[str, float, bool, str, float, float, int, bool]) -> tuple[bool, float, int]:
-    """Whether a run is usable and wrong, its share of usable samples, and its flags at the end."""
-    kind, tolerance, found, name, mu, duration, seed, is_drawn = task
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """A recording before its fault.
+
+    Attributes:
+        tyre: of the rig; its friction is mu.
+        made: the recording.
+        load: factor on the load [1].
+        truth: mu_eff, one number or (n,) [1].
+        values: of the model's effect.
+    """
+
+    tyre: RigTyre
+    made: RigRecording
+    load: float
+    truth: Any
+    values: Mapping[str, float]
+
+
+def run_before_fault(task: tuple[float, bool, float, float, int, bool]) -> Run:
+    """A recording on the rig, with one of the effects if the model is to be found."""
+    tolerance, found, mu, duration, seed, is_drawn = task
     off = np.random.default_rng([seed, 4]).uniform(-1, 1, 3) * is_drawn
-    tyre = RigTyre(a=0.045 + OFF["a"] * off[0], e=0.009, k=2.4e6 * (1 + tolerance * off[1]), mu=mu)
-    made, truth, effect = _made(EFFECTS[seed % len(EFFECTS)] if found else None, seed, tyre, duration)
-    F_N = made.F_N * (1 + OFF["load"] * off[2])
-    given = {"psi": made.psi, "F_N": F_N, "M_z": made.M_z, "a": 0.045, "k": 2.4e6, "tyre": tyre}
+    tyre = RigTyre(a=0.045 + OFF["a"] * off[0], e=0.009, k=K * (1 + tolerance * off[1]), mu=mu)
+    load = 1 + OFF["load"] * off[2]
+    if not found:
+        made = make_recording(seed, **vars(tyre), load=400.0, duration=duration, bristles=500)
+        return Run(tyre=tyre, made=made, load=load, truth=mu, values={})
+    effect = EFFECTS[seed % len(EFFECTS)]
+    made = plant_effect(effect, seed, tyre=tyre, duration=duration, share=0.05)
+    values = {f"{effect}.{name}": value for name, value in made.effects[effect].items()}
+    return Run(tyre=tyre, made=made, load=load, truth=true_friction(made), values=values)
+
+
+def outcome(task: tuple[str, float, str, int, Run]) -> tuple[bool, float, int]:
+    """Whether a run is usable and wrong, its share of usable samples, and its flags at the end."""
+    kind, tolerance, name, seed, one = task
+    made, F_N = one.made, one.made.F_N * one.load
+    given = {"psi": made.psi, "F_N": F_N, "M_z": made.M_z, "a": 0.045, "k": K, "tyre": one.tyre}
     inputs = FAULTS[name](given, np.random.default_rng([seed, 3]))
     rig = Rig(a=inputs["a"], e=0.009, tolerances=Tolerances(k=tolerance * inputs["k"]))
-    model, values = Model(effects=effects_named(made.effects)), {"k": inputs["k"], **effect}
-    observer = KINDS[kind](model=model, values=values, rig=rig)
+    model = Model(effects=effects_named(made.effects))
+    observer = KINDS[kind](model=model, values={"k": inputs["k"], **one.values}, rig=rig)
     estimates = run(observer, made.t, inputs["psi"], inputs["F_N"], inputs["M_z"])
-    wrong = estimates.usable & (np.abs(estimates.mu_eff - truth) > 3 * estimates.mu_eff_std)
+    wrong = estimates.usable & (np.abs(estimates.mu_eff - one.truth) > 3 * estimates.mu_eff_std)
     flags = 0
     for flag in Status:
         flags |= int(flag) * bool(np.mean(estimates.status & flag != 0) > 0.3)
     return bool(np.mean(wrong) > 0.01), float(np.mean(estimates.usable)), flags
-
-
-def _made(
-    effect: str | None, seed: int, tyre: RigTyre, duration: float
-) -> tuple[RigRecording, Any, dict[str, float]]:
-    """A recording, its mu_eff [1], and the values of its effect."""
-    if effect is None:
-        made = make_recording(
-            seed, a=tyre.a, e=tyre.e, k=tyre.k, mu=tyre.mu, load=400.0, duration=duration, bristles=500
-        )
-        return made, tyre.mu, {}
-    made = plant_effect(effect, seed, tyre=tyre, duration=duration, share=0.05)
-    values = {f"{effect}.{name}": value for name, value in made.effects[effect].items()}
-    return made, true_friction(made), values
 
 
 def main() -> None:
@@ -244,11 +262,19 @@ def main() -> None:
         " flags in most runs | |\n|---|---:|---:|---:|---:|---|---|"
     )
     with ProcessPoolExecutor() as pool:
+        recordings = []
+        for is_drawn in (False, True):
+            tasks = [(options.k, options.found, *one, is_drawn) for one in runs]
+            made = pool.map(run_before_fault, tasks, chunksize=4)
+            recordings.append(list(zip((one[-1] for one in runs), made, strict=True)))
         for name in faults:
-            tasks = [(options.observer, options.k, options.found, name, *one) for one in runs]
             exact, drawn = (
-                list(pool.map(outcome, [(*task, is_drawn) for task in tasks], chunksize=4))
-                for is_drawn in (False, True)
+                list(
+                    pool.map(
+                        outcome, [(options.observer, options.k, name, *one) for one in of], chunksize=4
+                    )
+                )
+                for of in recordings
             )
             often = [f.name for f in Status if f and np.mean([(o[2] & f) != 0 for o in exact]) > 0.5]
             note = "within tolerance" if name in TOLERATED else "invisible" if name in INVISIBLE else ""
