@@ -1,14 +1,17 @@
 """Recordings as a user names them: their files, a label for each, and which are one and the same."""
 
+import math
 import os
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgrip.outputs.atomic import file_keys
 from identification import READERS, Recording
+from identification.fits.autocorrelation import autoregression
 from identification.reading.table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
@@ -22,6 +25,17 @@ CAR_LOGS = (".blf", ".asc", ".mf4")
 OF_CAR = "; 'python examples/car_log.py logs' writes logs of a car to try"
 PUBLISHED = "; 'brushgrip fetch' downloads the published ones"
 """Where recordings come from that are not there."""
+_COPIED_NOISE = 0.8
+"""Difference of two torques over the noise of the noisier one, below which one is a copy [1]: that of
+two runs is at least 1, mostly 1.4, and 0.6 where one was resampled in between the samples."""
+_MIN_SAMPLES_OF_NOISE, _MAX_SAMPLES_OF_NOISE = 100, 100_000
+"""Fewest samples in common that tell so, and most of which the noise is taken."""
+_LONGEST_PAUSE = 10
+"""Duration over that of the samples beyond which a recording is mostly pause [1]."""
+_SAME_PATH = 0.02
+"""Difference of two angles over their deviation, below which the path is the same [1]."""
+_ORDER = 6
+"""Order of the differences from which the noise is taken."""
 _SHARED = 0.5
 """Recordings that share more of their samples are one, cut, thinned or shifted in time."""
 
@@ -86,12 +100,75 @@ def refuse_overwriting(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
 
 
 def shares_samples(one: Recording, other: Recording) -> bool:
-    """Whether they are alike, or most pairs of angle and torque in the shorter occur in the longer."""
+    """Whether they are alike, or most of the shorter occurs in the longer, rounded or resampled too."""
     if np.array_equal(one.psi, other.psi) and np.array_equal(one.M_z, other.M_z, equal_nan=True):
         return True
     first, second = (np.unique((r.psi + 1j * r.M_z)[np.isfinite(r.M_z)]) for r in (one, other))
     common = int(np.intersect1d(first, second, assume_unique=True).size)
-    return common >= MIN_SAMPLES and common > _SHARED * min(first.size, second.size)
+    if common >= MIN_SAMPLES and common > _SHARED * min(first.size, second.size):
+        return True
+    return _shares_noise(one, other)
+
+
+def _shares_noise(one: Recording, other: Recording) -> bool:
+    """Whether their torques agree better than those of two runs, each with its own noise, can."""
+    period = max(float(np.median(np.diff(r.t))) for r in (one, other))
+    for r in (one, other):  # Few samples tell nothing; across a long pause there is no common grid.
+        if not _MIN_SAMPLES_OF_NOISE <= float(np.ptp(r.t)) / period < _LONGEST_PAUSE * r.t.size:
+            return False
+    # On the samples of the noisier one: what is interpolated loses noise.
+    pairs = ((one, _noise(one)), (other, _noise(other)))
+    (quiet, _), (noisy, noise) = sorted(pairs, key=lambda pair: pair[1])
+    shift = _shift_by_noise(noisy, quiet, period)
+    for step in (period / 8, period / 64):
+        shifts = shift + step * np.arange(-8, 9)
+        errors = [_disagreement(noisy, quiet, by) for by in shifts]
+        shift = float(shifts[np.argmin(errors)])
+    return min(errors) < _COPIED_NOISE * noise
+
+
+def _known(recording: Recording) -> NDArray[np.bool_]:
+    return np.isfinite(recording.M_z)
+
+
+def _noise(recording: Recording) -> float:
+    """White noise of the torque [N m]: what neither its course nor a hum explains.
+
+    The lesser of its sixth differences and of what the samples before do not predict.
+    """
+    torque = recording.M_z[_known(recording)][:_MAX_SAMPLES_OF_NOISE]
+    centred = torque - torque.mean()
+    weights = autoregression(centred)
+    rough = np.diff(torque, _ORDER) / math.sqrt(math.comb(2 * _ORDER, _ORDER))
+    innovations = np.convolve(centred, weights, "valid")
+    return min(float(np.median(np.abs(values))) / 0.6745 for values in (rough, innovations))
+
+
+def _shift_by_noise(one: Recording, other: Recording, period: float) -> float:
+    """Time of `other` less that of `one` at which the noise of their torques agrees [s]."""
+    rough = []
+    for r in (one, other):
+        known, grid = _known(r), np.arange(r.t[0], r.t[-1], period)
+        rough.append(np.diff(np.interp(grid, r.t[known], r.M_z[known]), 2))
+    size = rough[0].size + rough[1].size
+    spectra = [np.fft.rfft(values, size) for values in rough]
+    lag = int(np.argmax(np.fft.irfft(np.conj(spectra[0]) * spectra[1], size)))
+    lag -= size * (lag >= rough[1].size)
+    return float(other.t[0] - one.t[0] + lag * period)
+
+
+def _disagreement(one: Recording, other: Recording, shift: float) -> float:
+    """Root mean square difference of their torques [N m]; infinite where angles or spans differ."""
+    known, t = _known(other), one.t + shift
+    both = _known(one) & (t >= other.t[known][0]) & (t <= other.t[known][-1])
+    spans = (float(np.ptp(r.t)) for r in (one, other))
+    if both.sum() < _MIN_SAMPLES_OF_NOISE or float(np.ptp(t[both])) < _SHARED * min(spans):
+        return math.inf
+    angle = one.psi[both] - np.interp(t[both], other.t, other.psi)
+    if not np.std(angle) < _SAME_PATH * np.std(one.psi[both]):
+        return math.inf
+    torque = one.M_z[both] - np.interp(t[both], other.t[known], other.M_z[known])
+    return float(np.sqrt(np.mean(torque**2)))
 
 
 def unique_labels(paths: Sequence[Path]) -> list[str]:

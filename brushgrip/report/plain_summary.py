@@ -7,9 +7,10 @@ from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOu
 from brushgrip.report.friction_summary import band_shares, last_usable_friction
 from brushgrip.report.scope import missing_effects, reservation, several_mechanisms, validity
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed, rest_is_larger
-from brushgrip.wording.formatting import band_decimals, listed, percent, plain
+from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
 from brushgrip.wording.friction import further_recording, narrowed_by, prediction_band
 from identification import Diagnosis, FoundEffect
+from identification.diagnosis.found_effects import UNRECORDED_LOAD
 from observers import GroundFriction
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
@@ -104,10 +105,22 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
         )
     if len(tracks) == 1:
         return "Next: a second recording, without which nothing judges the result."
+    if like_load := [
+        plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from
+    ]:
+        return (
+            "Next: record the load, as one that changes with the angle would look like"
+            f" {listed(like_load)}."
+        )
     if diagnosis.unexplained.present:
         return (
             "Next: recordings at other speeds, angles and loads, as something unknown remains; until"
             " then keep to the bands and rely on no cause."
+        )
+    if (error := unrefitted_error(diagnosis)) is not None:
+        return (
+            "Next: check that the validation recordings are of the same wheel, load and ground, as with"
+            f" nothing refitted to them the error is {percent(error)} of range."
         )
     tests = [e for e in diagnosis.effects if e.experiment and e.experiment.feasible]
     if tests:

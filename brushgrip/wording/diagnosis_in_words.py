@@ -3,9 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from brushgrip.wording.formatting import judged_error_percentages, judged_errors, listed, percent, plain
+from brushgrip.wording.formatting import (
+    judged_error_percentages,
+    judged_errors,
+    listed,
+    percent,
+    plain,
+    unrefitted_error,
+)
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import CLEAR_ERRORS
+from identification.diagnosis.found_effects import CLEAR_ERRORS, UNRECORDED_LOAD
 
 GRADES: Mapping[str, str] = {
     "strong": "identified",
@@ -34,7 +41,7 @@ def headline(diagnosis: Diagnosis) -> str:
             if diagnosis.unexplained.present
             else "The declared model misses nothing that these recordings could show"
         )
-        return f"{verdict}: {kind} error {after} of range."
+        return f"{verdict}: {kind} error {after} of range{_unrefitted(diagnosis)}."
     found = _found(diagnosis)
     if diagnosis.unexplained.present:
         rest = percent(diagnosis.unexplained.structured)
@@ -42,7 +49,15 @@ def headline(diagnosis: Diagnosis) -> str:
             found = f"Something unknown remains, {rest} of range; {found[:1].lower()}{found[1:]}"
         else:
             found = f"{found}; {rest} of range stay unexplained"
-    return f"{found}: {kind} error {before} → {after} of range."
+    return f"{found}: {kind} error {before} → {after} of range{_unrefitted(diagnosis)}."
+
+
+def _unrefitted(diagnosis: Diagnosis) -> str:
+    """That the error is small by what is refitted to each validation recording alone."""
+    error = unrefitted_error(diagnosis)
+    if error is None:
+        return ""
+    return f", but {percent(error)} with nothing refitted: there friction, lengths or load are others"
 
 
 def rest_is_larger(diagnosis: Diagnosis) -> bool:
@@ -91,7 +106,8 @@ def _family(name: str, effects: list[FoundEffect]) -> str:
 def _rivals(effect: FoundEffect, form: str) -> str:
     """The effects that an ambiguous one may be."""
     rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
-    return form.format(rivals) if effect.grade == "ambiguous" and rivals else ""
+    remedy = ": record it" * (UNRECORDED_LOAD in effect.indistinguishable_from)
+    return form.format(rivals + remedy) if effect.grade == "ambiguous" and rivals else ""
 
 
 def mechanism(effect: FoundEffect) -> str:

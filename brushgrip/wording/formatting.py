@@ -3,11 +3,14 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
+from statistics import fmean
 from typing import Any, TypeGuard
 
 from numpy.typing import NDArray
 
 from identification import Candidate, Diagnosis, Errors, FreeDecay, ParameterEstimate
+from identification.diagnosis.found_effects import UNRECORDED_LOAD
+from identification.residuals.signatures import MIN_STRUCTURE_SHARE
 from identification.thesis import DecrementEstimate
 from symbolic import EFFECTS
 
@@ -17,12 +20,15 @@ NOTHING = 0.01
 """Share of a large deviation below which a value is no figure [1]."""
 MAX_FEW = 4
 """Names that are listed in brackets."""
+MAX_UNREFITTED_RATIO = 2.0
+"""Largest error with nothing refitted over that after refitting that goes without saying [1]."""
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def plain(effect: str) -> str:
     """The name of an effect, or of a family, in words."""
-    return effect.replace("_", " ").replace("friction over time", "friction over time and travel")
+    words = "a load that changes with the angle" if effect == UNRECORDED_LOAD else effect
+    return words.replace("_", " ").replace("friction over time", "friction over time and travel")
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:
@@ -101,6 +107,17 @@ def judged_errors(diagnosis: Diagnosis) -> tuple[float, float]:
     _, key = _judged_by(diagnosis)
     before, after = diagnosis.before.summary()[key], diagnosis.after.summary()[key]
     return (math.nan if before is None else before), (math.nan if after is None else after)
+
+
+def unrefitted_error(diagnosis: Diagnosis) -> float | None:
+    """Validation error with nothing refitted [1], where refitting hides most of it; else None."""
+    nothing, judged = diagnosis.after.unrefitted, diagnosis.after.nrmse
+    names = [name for name in nothing if name in judged]
+    if not names:
+        return None
+    error, refitted = (fmean(of[name] for name in names) for of in (nothing, judged))
+    hidden = error > MAX_UNREFITTED_RATIO * refitted and error - refitted > MIN_STRUCTURE_SHARE
+    return error if hidden else None
 
 
 def error_columns(diagnosis: Diagnosis) -> dict[str, str]:

@@ -29,6 +29,12 @@ CLEAR_BIC = -6.0
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
 ASSUMED = "assumed, as nobody declared a tolerance"
 """How the note on what counts as known within the usual tolerance begins."""
+UNRECORDED_LOAD = "unrecorded_load"
+"""Stands beside the effects that one may be, where the recorded load is constant."""
+LIKE_LOAD = ("steering_return", "torque_offset", "asymmetric_friction")
+"""Effects that a load that changes with the angle, but not in the recording, looks like."""
+MIN_LOAD_RANGE = 1e-3
+"""Range of a load over its mean below which it is constant, and so was not recorded [1]."""
 SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
 """An effect belongs to the first of these that one of its parameters belongs to."""
 
@@ -43,7 +49,9 @@ def found_effects(
     """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`."""
     final = steps[-1].before.fitted
     added = [step for step in steps if _adds(step, final)]
-    standing_in = _stand_ins(added, final, left, of_car=recordings[0].standstills is not None)
+    of_car = recordings[0].standstills is not None
+    standing_in = _stand_ins(added, final, left, of_car=of_car)
+    hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
     effects = []
     for step in added:
         assert step.after is not None
@@ -55,7 +63,8 @@ def found_effects(
         bic = delta_bic(step.after.fitted, without.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
-        rivals = _rivals_outside(step, final.model.effects)
+        like_load = hidden_load and effect.name in LIKE_LOAD
+        rivals = (*_rivals_outside(step, final.model.effects), *[UNRECORDED_LOAD] * like_load)
         proposal = proposals.get(step.after.effects)
         effects.append(
             FoundEffect(
@@ -67,7 +76,7 @@ def found_effects(
                     errors,
                     bic,
                     distance,
-                    has_rivals=bool(step.indistinguishable),
+                    has_rivals=bool(step.indistinguishable) or like_load,
                     stands_in=effect.name in standing_in,
                 ),
                 standard_errors=errors,
@@ -189,12 +198,18 @@ def grade_of(
 
 
 def notes_on(
-    before: Errors, after: Errors, fitted: Fit, recordings: Sequence[Recording] = ()
+    before: Errors,
+    after: Errors,
+    fitted: Fit,
+    recordings: Sequence[Recording] = (),
+    own: Sequence[Fit] = (),
+    effects: Sequence[FoundEffect] = (),
 ) -> tuple[str, ...]:
     """Remarks on the final model, sentences without a full stop.
 
-    They name recordings that got worse, parameters at the end of their range or tolerance, k beyond its
-    own, and a fit that did not converge.
+    They name recordings that got worse, parameters at the end of their range or tolerance (in `own`, the
+    fits to held-out recordings, too), k beyond its own, a load that may be what an effect seems to be, a
+    stiffness that no spring has, and a fit that did not converge.
     """
     notes = [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
@@ -209,7 +224,15 @@ def notes_on(
         f"{effect}: {what}; the effect may stand in for one that is not in the library"
         for effect, what in effects_at_bounds(fitted)
     ]
-    notes += [*_at_their_tolerances(fitted), *_stiffness(fitted, recordings)]
+    notes += [note for one in (fitted, *own) for note in _at_their_tolerances(one)]
+    notes += _stiffness(fitted, recordings)
+    for effect in effects:
+        if UNRECORDED_LOAD in effect.indistinguishable_from:
+            notes.append(f"{effect.name}: it is this, or a load that changes with the angle: record it")
+        if "stiffness" in effect.parameters and effect.parameters["stiffness"].value < 0:
+            notes.append(
+                f"{effect.name}: a negative stiffness, so no spring: it turns the wheel outward"
+            )
     if not fitted.converged:
         notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
     return tuple(notes)

@@ -80,7 +80,7 @@ def build_diagnosis(
             rig={name: rig for fit in after.fits for name, rig in fit.values.rig.items()},
         ),
         series=_series(before, after, everything, holdout),
-        notes=notes_on(errors_before, errors_after, fitted, training),
+        notes=notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),
         criteria=criteria,
         model_error_before=error_before,
         model_error=error_after,

@@ -74,7 +74,8 @@ class FoundEffect:
             that is given and never fitted has no deviation.
         holdout_nrmse_after: judged error once it was added [1].
         delta_bic: change of the Bayesian information criterion by its addition; negative is better.
-        indistinguishable_from: effects that the judged data cannot distinguish from it.
+        indistinguishable_from: effects that the judged data cannot distinguish from it; with
+            `unrecorded_load` where the recorded load is constant, and a changing one would do as well.
         scope: what its parameters belong to; "ground" where each ground has its own.
         grade: how sure it is, see `grade_of`.
         standard_errors: by how many the judged error fell when it was added; None where that is unknown.

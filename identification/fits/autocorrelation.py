@@ -15,7 +15,7 @@ def autocorrelation_time(residual: Array) -> float:
     half of its samples has half the time. Lags at which few pairs of samples exist do not end the sum.
     """
     present, n = np.isfinite(residual), residual.size
-    if np.unique(residual[present]).size < 2:
+    if not present.any() or not np.ptp(residual[present]) > 0:
         return 1.0
     products = lagged_products(np.where(present, residual - residual[present].mean(), 0.0))
     # Share of the present samples that have another one at the lag.

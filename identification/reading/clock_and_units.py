@@ -63,9 +63,10 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
             )
             in_si[column] = replace(samples, values=_in_si(column, samples, sources[column]))
         by_name += [taken] * bool(taken)
-    if (unit := read["psi"].unit if "psi" in read else "") and sources["psi"].unit is None:
+    for column in {"psi", "psi_dot"} & {*read}:
         # So that a message asks for no unit that the file gives.
-        sources["psi"] = replace(sources["psi"], unit=unit)
+        if (unit := read[column].unit) and sources[column].unit is None:
+            sources[column] = replace(sources[column], unit=unit)
     remarks = {"units by the names; a map overrides them": by_name} if by_name else {}
     for column, samples in read.items():
         if samples.remark:

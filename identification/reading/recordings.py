@@ -13,6 +13,7 @@ from identification.loop_plot import ALIGNING, draw_loops
 from identification.reading.car import Standstills, wheel_table
 from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.clock_and_units import tabulate
+from identification.reading.rate_plausibility import require_rate_of_angle
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_and_signals, rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
@@ -224,13 +225,16 @@ def recording_of(
     psi = fill(t, columns["psi"])
     psi_dot = columns.get("psi_dot")
     measured_rate = psi_dot is not None and not np.isnan(psi_dot).all()
+    rate = fill(t, columns["psi_dot"]) if measured_rate else smoothed_rate(t, psi)
+    if measured_rate:
+        require_rate_of_angle(table, psi, rate)
     return Recording(
         name=name,
         t=t,
         psi=psi,
         psi_recorded=~np.isnan(columns["psi"]),
         psi_dot_recorded=measured_rate,
-        psi_dot=fill(t, columns["psi_dot"]) if measured_rate else smoothed_rate(t, psi),
+        psi_dot=rate,
         M_z=columns.get("M_z", np.full(t.size, np.nan)),
         F_N=fill(t, columns["F_N"]),
         M=columns.get("M"),

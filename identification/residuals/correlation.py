@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import fftconvolve
 from scipy.special import fdtri
 
 from identification.fits.autocorrelation import lagged_products
@@ -148,9 +147,11 @@ class Noise:
         for i, (place, step) in enumerate(zip(self.rows.places.values(), self.rows.steps, strict=True)):
             n = place.stop - place.start
             half = np.interp(step * np.arange(n), self.lags, self.correlation, right=0.0)
-            kernel = np.concatenate([half[:0:-1], half])[:, None]
+            # A circle of 2 n samples, on which the covariance matrix is circulant.
+            spectrum = np.fft.rfft(np.concatenate([half, [0.0], half[:0:-1]]))[:, None]
             level = self.energies[i] / self.counts[i]
-            product[place] = level * fftconvolve(columns[place], kernel, axes=0)[n - 1 : 2 * n - 1]
+            turned = np.fft.rfft(columns[place], 2 * n, axis=0) * spectrum
+            product[place] = level * np.fft.irfft(turned, 2 * n, axis=0)[:n]
         return np.where(self.rows.present[:, None], product, 0.0)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.fits.autocorrelation import autocorrelation_time
+from identification.fits.autocorrelation import autocorrelation_time, autoregression, predict_gaps
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
@@ -43,6 +43,16 @@ def white_noise(torque: Array) -> float:
     return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6)) if second.size else 0.0
 
 
+def _innovation(residual: Array) -> float:
+    """Standard deviation of what the samples before do not predict of a residual, in its unit."""
+    centred = residual - np.nanmean(residual)
+    weights = autoregression(centred)
+    innovations = np.convolve(predict_gaps(centred, weights), weights)[: centred.size]
+    known = np.isfinite(residual)
+    known[: weights.size - 1] = False
+    return float(np.sqrt(np.mean(innovations[known] ** 2))) if known.any() else 0.0
+
+
 def unexplained(
     residuals: Mapping[str, Array],
     recordings: Sequence[Recording],
@@ -57,18 +67,26 @@ def unexplained(
         followed: the signatures of these residuals, see `signatures`.
         loss: what a residual costs; an outlier counts as little as in the fit.
     """
-    errors, noise, samples = [], [], []
+    errors, noise, samples, ratios = [], [], [], []
     for recording in recordings:
         span = torque_range(recording)
         share = residuals[recording.name] / span
         errors.append(rmse_of(np.sqrt(loss(share**2)[0])))
-        noise.append(white_noise(recording.M_z) / span)
-        samples.append(autocorrelation_time(influence(loss, share)))
+        counted = influence(loss, share)
+        spread, innovation = float(np.nanstd(counted)), _innovation(counted)
+        # A fast oscillation has large second differences too, but is predictable.
+        noise.append(min(white_noise(recording.M_z) / span, white_noise(share), innovation))
+        samples.append(autocorrelation_time(counted))
+        ratios.append(spread / innovation if innovation > 0 else 1.0)
     rms, floor = float(np.mean(errors)), float(np.mean(noise))
     structured = float(np.sqrt(max(0.0, rms**2 - floor**2)))
     correlated = float(np.median(samples))
-    present = structured > MIN_STRUCTURE_SHARE and rms > MAX_NOISE_RATIO * floor and correlated > 2
+    oscillates = float(np.median(ratios)) > MAX_NOISE_RATIO
+    above = structured > MIN_STRUCTURE_SHARE and rms > MAX_NOISE_RATIO * floor
+    present = above and (correlated > 2 or oscillates)
     lasting = "independent from sample to sample"
+    if oscillates:
+        lasting = "predictable from the samples before"
     if round(correlated) > 1:
         lasting = f"correlated over {correlated:.0f} samples"
     opening = (

@@ -109,7 +109,7 @@ class Search:
         """Add an effect, else remove one, else exchange one, else nothing."""
         precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
         precision = with_prior_weight(precision, current.fitted)
-        coarse = self.runner.run_coarse(current.effects, current.fitted.values, precision)
+        coarse = self.runner.run_coarse(current.effects, current.values, precision)
         present = _PresentModel(fine=current, coarse=coarse, precision=precision, declared=declared)
         active, idle = self._active_and_idle(current.effects, steps)
         added = self._add(present, active, ())
@@ -280,7 +280,7 @@ class Search:
         """
         at_bound: tuple[Effects, Trial | None] = (), None
         for candidate in best[: 1 + self.criteria.runners_up]:
-            after = self.runner.run_fine(candidate.trial.effects, candidate.trial.fitted.values)
+            after = self.runner.run_fine(candidate.trial.effects, candidate.trial.values)
             if not justified(after, present.fine, self.runner.training, self.criteria, present.declared):
                 continue
             first = at_bound[1]

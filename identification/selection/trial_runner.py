@@ -129,7 +129,7 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
     Where an effect that gives lengths another meaning comes in or goes, the rig's are the declared ones:
     lengths that imitate the effect within their tolerances would hold the fit at a minimum of its own.
     """
-    values, names = present.fitted.values, {effect.name for effect in effects}
+    values, names = present.values, {effect.name for effect in effects}
 
     def of_the_set(parameters: Mapping[str, float]) -> dict[str, float]:
         return {n: v for n, v in parameters.items() if "." not in n or n.split(".")[0] in names}

@@ -1,6 +1,6 @@
 """A trial: one model fitted to the training recordings and judged, by held-out ones if there are any."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,7 +56,8 @@ class TrialTask:
         effects: in order of selection.
         training: recordings that the shared parameters are fitted to.
         holdout: recordings that judge; empty for leave-one-out over the training ones.
-        start: values to begin with; None for those of `initial_guess`.
+        start: values to begin with, of held-out recordings too where they are known; None for those of
+            `initial_guess`.
         precision: how finely the model is fitted.
         loss: what a residual costs.
     """
@@ -123,6 +124,17 @@ class Trial:
     judgement: Judgement
 
     @property
+    def values(self) -> Values:
+        """All fitted values, those of held-out recordings too: where a further trial begins."""
+        values = self.fitted.values
+        if self.held_out is None:
+            return values
+        of_held_out = _belonging_to(self.held_out.values, self.held_out.residuals)
+        return replace(
+            values, own={**values.own, **of_held_out.own}, rig={**values.rig, **of_held_out.rig}
+        )
+
+    @property
     def fits(self) -> tuple[Fit, ...]:
         """The fit on the training recordings and, if there is one, that on the held-out ones."""
         return (self.fitted, self.held_out) if self.held_out else (self.fitted,)
@@ -167,9 +179,19 @@ def run_trial(task: TrialTask, threads: int = 1) -> Trial:
     """
     model = model_of(task.effects, task.precision)
     options = replace(task.precision.options, loss=task.loss, threads=threads)
-    fitted = fit(model, task.training, task.start, options)
-    held_out = fit_own_parameters(fitted, task.holdout, options) if task.holdout else None
+    names = [recording.name for recording in task.training]
+    start = task.start and _belonging_to(task.start, names)
+    fitted = fit(model, task.training, start, options)
+    held_out = fit_own_parameters(fitted, task.holdout, options, task.start) if task.holdout else None
     return trial_of(task, fitted, held_out)
+
+
+def _belonging_to(values: Values, names: Collection[str]) -> Values:
+    """The values without those that belong to other recordings."""
+    own, rig = (
+        {name: place[name] for name in names if name in place} for place in (values.own, values.rig)
+    )
+    return replace(values, own=own, rig=rig)
 
 
 def trial_of(task: TrialTask, fitted: Fit, held_out: Fit | None) -> Trial:
@@ -194,14 +216,20 @@ def thin(recording: Recording) -> Recording:
 
 
 def fit_own_parameters(
-    fitted: Fit, recordings: Sequence[Recording], options: FitOptions = FINE_FIT
+    fitted: Fit,
+    recordings: Sequence[Recording],
+    options: FitOptions = FINE_FIT,
+    begin: Values | None = None,
 ) -> Fit:
     """Fit only what belongs to these recordings, with the shared parameters of `fitted`.
 
-    A recording on a ground of which `fitted` knows nothing gets the mean over the grounds that it knows.
+    It begins with what `begin` knows of them, else with `initial_guess`. A recording on a ground of
+    which `fitted` knows nothing gets the mean over the grounds that it knows.
     """
-    own = initial_guess(fitted.model, recordings).own
-    start = replace(fitted.values, own=own, rig={})
+    guess = initial_guess(fitted.model, recordings).own
+    known = begin or Values(tyre={}, own={})
+    own = {name: {**values, **known.own.get(name, {})} for name, values in guess.items()}
+    start = replace(fitted.values, own=own, rig={n: known.rig[n] for n in own if n in known.rig})
     # The residuals of a first guess say nothing of those that the model will leave.
     weight = _mean_prior_weight(fitted)
     own_only = replace(options, free_shared=False, loss=fitted.loss, prior_weight=weight)

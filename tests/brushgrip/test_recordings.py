@@ -1,5 +1,6 @@
 import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ from brushgrip.inputs.recordings import download_folder, locate, refuse_overwrit
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Write
 from tests.refusal import refused
+
+Columns = dict[str, np.ndarray]
 
 
 class TestLocate:
@@ -127,6 +130,68 @@ def test_two_runs_may_have_much_in_common(
 
     inputs = locate_inputs([str(one), str(other)], rig=rig)
     assert [recording.name for recording in inputs.recordings()] == ["one", "other"]
+
+
+def run_of(
+    seed: int, noise: float = 0.07, period: float = 0.01, start: float = 0.0, hum: float = 0.0
+) -> Columns:
+    """A robot's run, always along the same path; its noise is its own."""
+    t = np.arange(start, 10.0, period)
+    psi = 0.3 * np.sin(1.2 * t) + 0.05 * np.sin(4 * t)
+    M_z = -8 * np.tanh(8 * psi + 0.3 * np.cos(1.2 * t)) + hum * np.sin(2 * np.pi * 49.7 * t)
+    return {
+        "t": t, "psi": psi, "F_N": 400.0 + 0 * t,
+        "M_z": M_z + noise * np.random.default_rng(seed).standard_normal(t.size),
+    }  # fmt: skip
+
+
+def rounded(run: Columns) -> Columns:
+    return {name: np.array([float(f"{value:.4g}") for value in of]) for name, of in run.items()}
+
+
+def resampled(run: Columns, period: float, start: float = 0.0) -> Columns:
+    t = np.arange(start, run["t"][-1], period)
+    return {name: np.interp(t, run["t"], values) for name, values in run.items()} | {"t": t}
+
+
+COPIES: dict[str, Callable[[Columns], Columns]] = {
+    "four digits": rounded,
+    "degrees": lambda run: run | {"psi": np.radians(np.round(np.degrees(run["psi"]), 3))},
+    "later": lambda run: rounded(run | {"t": run["t"] + 3.0}),
+    "between samples": lambda run: resampled(run, 0.01, 0.005),
+    "another rate": lambda run: resampled(run, 0.007),
+    "half, from zero": lambda run: {n: v[400:] - v[400] * (n == "t") for n, v in rounded(run).items()},
+    "gain": lambda run: run | {"M_z": 1.0001 * run["M_z"]},
+}
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.07])
+@pytest.mark.parametrize("copy", COPIES.values(), ids=COPIES)
+def test_a_copy_is_known_however_it_was_written(
+    write_csv: Write, rig: Path, copy: Callable[[Columns], Columns], noise: float
+) -> None:
+    run = run_of(1, noise)
+    paths = [str(write_csv("run.csv", run)), str(write_csv("copy.csv", copy(run)))]
+    for order in (paths, paths[::-1]):
+        with pytest.raises(InvalidInputError, match=r"is the same recording as"):
+            locate_inputs(order, rig=rig).recordings()
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize(
+    ("noise", "period", "start"),
+    [(0.07, 0.01, 0.0), (0.07, 0.01, 0.005), (0.01, 0.01, 0.0), (0.07, 0.05, 0.0), (0.0, 0.01, 0.0),
+     (0.03, 0.02, 0.01)],
+)  # fmt: skip
+def test_two_runs_along_one_path_are_two(
+    write_csv: Write, rig: Path, seed: int, noise: float, period: float, start: float
+) -> None:
+    other = write_csv("other.csv", run_of(2 * seed + 1, noise, period, start))
+    for first in (run_of(2 * seed), run_of(2 * seed, max(noise, 0.001), period)):
+        one = write_csv("one.csv", first)
+        assert len(locate_inputs([str(one), str(other)], rig=rig).recordings()) == 2
+    hums = [str(write_csv(f"hum_{n}.csv", run_of(9 * seed + n, noise + 0.02, hum=0.3))) for n in (0, 1)]
+    assert len(locate_inputs(hums, rig=rig).recordings()) == 2
 
 
 @pytest.fixture

@@ -58,6 +58,21 @@ def test_a_parameter_close_to_no_effect_is_a_hint() -> None:
     assert grade_of(9.0, -60.0, 3.0, has_rivals=False, stands_in=False) == "strong"
 
 
+@pytest.mark.parametrize(
+    ("error", "said"), [(0.07, True), (0.047, True), (0.045, False), (0.0, False), (None, False)]
+)
+def test_what_refitting_hides_is_said(error: float | None, said: bool) -> None:
+    """Of the validation recording 2.31 % of range are left after refitting."""
+    for found in (True, False):
+        diagnosis = make_diagnosis(("a", "b"), ("c",), found=found)
+        after = replace(diagnosis.after, nrmse={"a": 0.02, "b": 0.02, "c": 0.0231})
+        after = replace(after, unrefitted={} if error is None else {"c": error})
+        line = headline(replace(diagnosis, after=after))
+        assert ("2.31 % of range, but" in line and "with nothing refitted: there" in line) is said
+        exact = replace(after, nrmse={"a": 0.0, "b": 0.0, "c": 1e-5}, unrefitted={"c": 1e-3})
+        assert "nothing refitted" not in headline(replace(diagnosis, after=exact)), "below what counts"
+
+
 def test_only_clear_effects_are_said_to_be_missing() -> None:
     diagnosis, explained = make_diagnosis(), make_diagnosis(unexplained=False)
     assert headline(graded(explained, "strong", "weak")).startswith(
@@ -74,6 +89,16 @@ def test_only_clear_effects_are_said_to_be_missing() -> None:
     assert headline(graded(explained, "stands_in", "stands_in")).startswith(
         "Carcass torsion and torque offset stand in for something unknown: "
     )
+
+
+def test_an_unrecorded_load_is_named_with_the_remedy() -> None:
+    torsion, offset = make_diagnosis().effects
+    effect = replace(offset, grade="ambiguous", indistinguishable_from=("unrecorded_load",))
+    diagnosis = replace(make_diagnosis(unexplained=False), effects=(effect,))
+    assert "(torque offset, or a load that changes with the angle: record it): " in headline(diagnosis)
+    assert "but a load that changes with the angle would explain as much" in explained_grade(effect)
+    graded_torsion = replace(torsion, grade="ambiguous")
+    assert "record it" not in headline(replace(diagnosis, effects=(graded_torsion,)))
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Nothing is told but the nominal parameters; what is missing has to be named."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -217,3 +218,13 @@ def test_faults(late: tuple[Campaign, list[Recording]]) -> None:
         with pytest.raises(InvalidInputError, match=word) as caught:
             diagnose(recordings, holdout, jobs=1)
         assert "\n" not in str(caught.value)
+
+
+def test_a_length_that_another_wheel_pushes_to_the_end_of_its_tolerance_is_named() -> None:
+    """The wheel that judges is 2.8 mm longer than declared, and 2.5 mm are allowed."""
+    _, (one, other) = read_campaign(None, 3, duration=6.0)
+    exact = Tolerances(a=0, e=0, load=0)
+    shorter = replace(other.rig, a=0.93 * other.rig.a, tolerances=replace(exact, a=0.0025))
+    fitted, judging = replace(one, rig=replace(one.rig, tolerances=exact)), replace(other, rig=shorter)
+    notes = diagnose([fitted], [judging], candidates=(), jobs=1).notes
+    assert f"{other.name}: a is at the end of its tolerance, 0.0397 m" in notes

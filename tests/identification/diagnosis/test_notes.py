@@ -67,6 +67,18 @@ def test_parameter_at_its_bound(fitted: Fit, name: str, value: float, said: str)
     assert note.startswith(said)
 
 
+def test_a_length_at_the_end_of_its_tolerance_in_a_validation_recording(fitted: Fit) -> None:
+    values = replace(fitted.values, rig={"c": {"a": 0.047}})
+    own = replace(
+        fitted, labels=(("c", "a"),), prior_weights=np.ones(1), values=values,
+        bound_distances=np.array([[-2.0], [0.0]]),
+    )  # fmt: skip
+
+    notes = notes_on(errors(a=0.04), errors(a=0.02), fitted, own=[own])
+
+    assert notes == ("c: a is at the end of its tolerance, 0.047 m",)
+
+
 def test_neutral_is_no_end_of_a_range(fitted: Fit) -> None:
     values = replace(fitted.values, tyre={**fitted.values.tyre, "sensor_delay.delay": 0.0})
 

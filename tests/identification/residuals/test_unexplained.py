@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from identification.residuals.residual_tests import Unexplained, unexplained, wh
 from identification.residuals.signatures import signatures
 from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read, with_torque
+
+COLUMNS = ("t", "psi", "psi_dot", "M_z", "F_N")
 
 
 @pytest.fixture(scope="module")
@@ -81,13 +84,40 @@ def test_structure_has_to_stand_above_the_noise(
     t, noise = recording.t, noise_of(recording)
     floor = white_noise((shown := with_torque(recording, recording.M_z + noise)).M_z)
     wave = np.sin(2 * np.pi * 0.3 * t)
-    residual = noise_of(recording, 2)
+    residual = floor * np.random.default_rng(2).standard_normal(t.size)
     level = np.sqrt(max(0.0, (ratio * floor) ** 2 - np.mean(residual**2)) / np.mean(wave**2))
     residual = residual + level * wave
     residual *= ratio * floor / np.sqrt(np.mean(residual**2))
     found = signatures({recording.name: residual}, [shown])
 
     assert unexplained({recording.name: residual}, [shown], found).present is present
+
+
+@pytest.mark.parametrize("frequency", [23.0, 25.0, 49.7, 50.0])
+@pytest.mark.parametrize("slow", [0.0, 0.006])
+def test_a_fast_oscillation_is_no_noise(recording: Recording, frequency: float, slow: float) -> None:
+    """Mains hum has larger second differences than its size, and no slow correlation."""
+    t, span = recording.t, torque_range(recording)
+    hum = 0.015 * span * np.sin(2 * np.pi * frequency * t + 1)
+    residual = hum + slow * span * np.sin(2 * np.pi * 0.3 * t) + noise_of(recording)
+    residuals = {recording.name: residual}
+    shown = with_torque(recording, recording.M_z - residual + noise_of(recording))
+    said = unexplained(residuals, [shown], signatures(residuals, [shown]))
+
+    assert said.present
+    assert "predictable from the samples before" in said.evidence
+    assert said.structured == pytest.approx(np.hypot(np.std(hum) / span, slow / np.sqrt(2)), rel=0.1)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_white_noise_of_short_recordings_is_never_structure(recording: Recording, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    for size in (100, 400, recording.t.size):
+        short = replace(recording, **{n: getattr(recording, n)[:size] for n in COLUMNS})
+        noise = 0.01 * torque_range(short) * rng.standard_normal(size)
+        shown = with_torque(short, short.M_z + noise)
+        residuals = {short.name: noise}
+        assert not unexplained(residuals, [shown], signatures(residuals, [shown])).present
 
 
 def test_structure_finer_than_the_model_is_not_reported(recording: Recording) -> None:

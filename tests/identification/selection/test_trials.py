@@ -227,7 +227,7 @@ def test_lengths_begin_anew_where_they_get_another_meaning(
 ) -> None:
     values = Values(tyre={"k": 2e6}, own={"one": {"mu": 1.0}}, rig={"one": {"a": 0.044}})
     model = Model(effects=effects_named(present))
-    trial = cast(Trial, SimpleNamespace(fitted=SimpleNamespace(values=values, model=model)))
+    trial = cast(Trial, SimpleNamespace(values=values, fitted=SimpleNamespace(model=model)))
 
     assert values_for(trial, effects_named(wanted)).rig == (values.rig if kept else {})
 

@@ -1,0 +1,68 @@
+"""Whether a measured yaw rate is the derivative of the angle beside it: of the same sign and unit."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from identification.reading.signal_map import SignalSource, mending_map
+from identification.reading.smoothing import smoothed_rate
+from identification.reading.table import Table
+from identification.reading.units import UNITS, require_factor
+from symbolic import InvalidInputError
+from symbolic.array_alias import Array
+from symbolic.plausible_ranges import MIN_SIGN_TRAVEL
+
+MAX_RATE_SCALE = 1.25
+"""Largest ratio, either way round, of a measured rate to the derivative of the angle [1]."""
+MIN_CORRELATION = 0.8
+"""Correlation with that derivative below which noise or delay rule, and the ratio says nothing [1]."""
+
+
+def require_rate_of_angle(table: Table, psi: Array, psi_dot: Array) -> None:
+    """Refuse a measured rate of another unit or sign than the angle's derivative.
+
+    The rate is integrated and differentiated as the angle is, so that smoothing changes both alike.
+    Where both have noise, the ratio lies between the two regressions of one on the other.
+
+    Args:
+        table: where they come from, for the message.
+        psi: angle [rad], shape (n,), without gaps.
+        psi_dot: measured rate [rad/s], shape (n,), without gaps.
+
+    Raises:
+        InvalidInputError: the message has the map that mends it.
+    """
+    t = table.columns["t"][-psi.size :]
+    middle = (psi_dot[1:] + psi_dot[:-1]) / 2
+    turned = np.append(0.0, np.cumsum(middle * np.diff(t)))
+    both = np.stack([smoothed_rate(t, psi), smoothed_rate(t, turned)])
+    derivative, measured = both - both.mean(axis=1, keepdims=True)
+    sizes = float(np.linalg.norm(derivative)), float(np.linalg.norm(measured))
+    if np.abs(np.diff(psi)).sum() < MIN_SIGN_TRAVEL or min(sizes) == 0:
+        return
+    correlation, ratio = float(derivative @ measured) / (sizes[0] * sizes[1]), sizes[1] / sizes[0]
+    if abs(correlation) < MIN_CORRELATION or (
+        correlation / MAX_RATE_SCALE < ratio < MAX_RATE_SCALE / correlation
+    ):
+        return
+    scale = float(np.copysign(ratio, correlation))
+    raise InvalidInputError(
+        f"{table.path}: psi_dot is {scale:.3g} times the derivative of psi, expected"
+        f" {1 / MAX_RATE_SCALE:g} to {MAX_RATE_SCALE:g}; {_remedy(table, scale)}"
+    )
+
+
+def _remedy(table: Table, scale: float) -> str:
+    """The map under which the rate is the angle's derivative: by unit and sign, or else by a factor."""
+    psi, rate = (table.sources.get(c, SignalSource(channel=c)) for c in ("psi", "psi_dot"))
+    mended = replace(rate, factor=float(np.copysign(1.0, scale)) * rate.factor)
+    changed = {"psi_dot": mended} if scale < 0 else {}
+    for column, source, size in (("psi_dot", mended, 1 / abs(scale)), ("psi", psi, abs(scale))):
+        now = require_factor(column, source.unit or "", source.channel)
+        for unit, factor in UNITS[column].items():
+            if 1 / MAX_RATE_SCALE < factor / now / size < MAX_RATE_SCALE:
+                if factor != now:
+                    changed[column] = replace(source, unit=unit.replace(" ", ""))
+                return f"if unit or sign is another: {mending_map(table.sources, changed)}"
+    mended = replace(rate, factor=float(f"{rate.factor / scale:.3g}"))
+    return f"if the angle is right: {mending_map(table.sources, {'psi_dot': mended})}"
