@@ -38,6 +38,7 @@ from reference_rig import (
     friction_step,
     make_recording,
     make_steering_recording,
+    plant_effect,
 )
 from symbolic import Model, Rig, Tolerances, effects_named, simulate
 from tests.observers.conftest import RIG, K
@@ -223,6 +224,18 @@ def test_a_torque_scale_that_passes_for_k_is_in_the_band(factor: float, mu: floa
 
     assert estimates.usable.any()
     assert np.mean(wrong_and_usable(estimates, mu)) < 0.01
+
+
+def test_a_torque_scale_beside_a_model_that_was_found_is_in_the_band() -> None:
+    """The declared patch that stands for the model hides half of what the scale is off by."""
+    tyre = RigTyre(a=RIG.a, e=RIG.e, k=K, mu=0.3)
+    made = plant_effect("carcass_torsion", 591_004, tyre=tyre, duration=14.0, share=0.05)
+    (k_t,) = made.effects["carcass_torsion"].values()
+    model, values = Model(effects=effects_named(made.effects)), {"k": K, "carcass_torsion.k_t": k_t}
+    estimates = run(Ekf(model=model, values=values, rig=RIG), made.t, made.psi, made.F_N, 1.2 * made.M_z)
+
+    assert estimates.usable.any()
+    assert np.mean(wrong_and_usable(estimates, tyre.mu)) < 0.01
 
 
 def slide(a: float, e: float) -> float:
