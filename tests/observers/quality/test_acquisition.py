@@ -301,7 +301,7 @@ def test_the_ground_may_change_while_friction_is_acquired(
 
 
 @pytest.mark.parametrize(
-    ("before", "after"), [(0.8, 0.1), pytest.param(0.5, 0.05, marks=pytest.mark.long)]
+    ("before", "after"), [(0.8, 0.1), (0.8, 0.5), pytest.param(0.5, 0.05, marks=pytest.mark.long)]
 )
 @pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 def test_a_fall_of_the_ground_is_known_from_the_steering_torque(
