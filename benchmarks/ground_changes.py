@@ -16,13 +16,14 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.ice import OFF, RIG, K
-from observers import PROFILES, Ekf, Estimates, Status, run
+from observers import PROFILES, AligningTorque, Ekf, Estimates, Status, SteeringTorque, run
 from reference_rig import (
     GroundRecording,
     RigTyre,
     constant_friction,
     friction_step,
     make_ground_recording,
+    make_steering_recording,
 )
 from symbolic import Model
 from tests.observers.conftest import make
@@ -38,7 +39,9 @@ BY_HAND = (
     (1.0, 0.05), (0.3, 0.05), (0.8, 0.3), (0.8, 0.5), (1.0, 0.8), (0.08, 0.05), (0.05, 1.0), (0.3, 0.8),
 )  # fmt: skip
 """Friction before and after a change under a wheel that a hand turns [1]."""
-HAND_RUNS, HAND_LENGTH, FIRST_SEED = 200, 20.0, 680_000
+STEERED = ((0.8, 0.3), (0.8, 0.5), (0.8, 0.6), (0.08, 0.05), (0.3, 0.8))
+"""The same where the steering torque is measured."""
+HAND_RUNS, HAND_LENGTH, FIRST_SEED = {"M_z": 200, "M": 60}, 20.0, 680_000
 """Recordings of each, their length [s] and the first seed; smaller ones were used to choose."""
 
 
@@ -57,34 +60,41 @@ def changes(tuning: str) -> None:
             )
 
 
-def by_hand(before: float, after: float) -> None:
-    """A line for a change, at a time that is drawn, while a hand turns the wheel.
+def by_hand(before: float, after: float, torque: str = "M_z") -> None:
+    """A line for a change, at a time that is drawn, while a hand turns the wheel, from M_z or M.
 
     Only runs count that are usable just before the change.
     """
-    seeds = range(FIRST_SEED, FIRST_SEED + HAND_RUNS)
+    seeds = range(FIRST_SEED, FIRST_SEED + HAND_RUNS[torque])
     with ProcessPoolExecutor() as pool:
-        found = list(pool.map(partial(_run_by_hand, before, after), seeds, chunksize=4))
+        found = list(pool.map(partial(_run_by_hand, torque, before, after), seeds, chunksize=4))
     rows = [row for row in found if row is not None]
     wrong, turned, again = np.array(rows).T
     print(
-        f"{before} -> {after}: usable and more than 3 deviations off for {np.median(wrong):.2f} s, 9 of"
-        f" 10 {np.quantile(wrong, 0.9):.2f}, at most {wrong.max():.2f} s and {turned.max():.3f} rad;"
-        f" usable and within 20 % after {np.median(again):.1f} s, 9 of 10"
+        f"{torque}, {before} -> {after}: usable and more than 3 deviations off for"
+        f" {np.median(wrong):.2f} s, 9 of 10 {np.quantile(wrong, 0.9):.2f}, at most {wrong.max():.2f} s"
+        f" and {turned.max():.3f} rad; usable and within 20 % after {np.median(again):.1f} s, 9 of 10"
         f" {np.quantile(again, 0.9, method='higher'):.1f} s, never {sum(again == np.inf)} of"
         f" {len(rows)}",
         flush=True,
     )
 
 
-def _run_by_hand(before: float, after: float, seed: int) -> tuple[float, float, float] | None:
+def _run_by_hand(
+    torque: str, before: float, after: float, seed: int
+) -> tuple[float, float, float] | None:
     """`_after_change` of one run; None where it is not usable just before the change."""
     rng = np.random.default_rng(seed)
     when, k = float(rng.uniform(4.0, 8.0)), K * (1 + float(rng.uniform(-OFF["k"], OFF["k"])))
     friction = friction_step(when, before, after)
     tyre = RigTyre(a=RIG.a, e=RIG.e, k=k, mu=before)
-    made = make_ground_recording(seed, friction, tyre=tyre, duration=HAND_LENGTH)
-    found = run(Ekf(model=Model(), values={"k": K}, rig=RIG), **columns_of(made))
+    if torque == "M":
+        made = make_steering_recording(seed, friction, tyre=tyre, duration=HAND_LENGTH, rate=500.0)
+    else:
+        made = make_ground_recording(seed, friction, tyre=tyre, duration=HAND_LENGTH)
+    sensing = SteeringTorque() if torque == "M" else AligningTorque()
+    observer = Ekf(model=Model(), values={"k": K}, rig=RIG, measurement_model=sensing)
+    found = run(observer, **columns_of(made))
     late = int(np.searchsorted(made.t, when))
     return _after_change(made, found, late) if found.usable[late - 1] else None
 
@@ -118,3 +128,5 @@ def _fields() -> tuple[str, ...]:
 if __name__ == "__main__":
     for pair in BY_HAND:
         by_hand(*pair)
+    for pair in STEERED:
+        by_hand(*pair, torque="M")

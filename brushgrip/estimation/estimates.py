@@ -97,7 +97,7 @@ def model_observer(
     with the fields that are set by hand. Friction has one value or, `by_direction`, one each way.
     """
     if found is None:
-        model, values = Model(), {"k": recording.tyre.k}
+        model, values, rig = Model(), {"k": recording.tyre.k}, recording.rig
     elif recording.standstills is not None:
         raise InvalidInputError(
             "--model is of a wheel on a rig; a car has the declared one, leave it out"
@@ -105,6 +105,7 @@ def model_observer(
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
         model, values = found.model, found.values_for_estimation(recording.ground)
+        rig = found.with_known_stiffness(recording.rig)
     measurement_model: MeasurementModel = SteeringTorque()
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
@@ -113,7 +114,7 @@ def model_observer(
     if by_direction and not isinstance(measurement_model, DirectionalFriction):
         raise InvalidInputError("--by-direction needs M_z of a wheel on a rig; leave it out")
     return kind(
-        model=model, values=values, rig=recording.rig, measurement_model=measurement_model,
+        model=model, values=values, rig=rig, measurement_model=measurement_model,
         tuning=tuning_for(found, tuning, by_hand, by_direction=by_direction, car=car is not None),
     )  # fmt: skip
 

@@ -77,8 +77,8 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     share = ca.if_else(known, inputs["share"], 0)
     older = forgetting_factor(share, FORGETTING_SAMPLES)
     nis, by_k, lasts, clear = output["nis"], ca.SX(0), ca.SX(0), ca.SX(1)
-    if not is_computed and (patch.misfit > 0 or not gear):
-        by_k = torque_variance_by_k(inputs, own, output, patch)
+    if is_computed or patch.misfit > 0 or not gear:
+        by_k = torque_variance_by_k(inputs, own, output, patch, scaled=not is_computed)
     if patch.misfit > 0 and not is_computed:
         square = ca.fmax(innovation_of(inputs, own, output) ** 2, MIN_SQUARE_DIVISOR)
         nis = nis * square / (square + by_k * nis)
@@ -90,7 +90,7 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     too_much = ca.logic_or(much, lasts)
     if is_computed:
         predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
-        own |= update_streak(inputs, own, predicted, limits["error"])
+        own |= update_streak(inputs, own, predicted, by_k, limits["error"])
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
     doubt = ca.fmax(update_unexplained(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)

@@ -27,6 +27,8 @@ ALLOWED = 3.0
 """|ln s| up to this many `Tuning.stiffness_std` is tolerance of k, not the torque's scale [1]."""
 GAIN_FREE = 0.5
 """|s - 1| up to this many `stiffness_std` is k's own [1]; beyond, see `MeasurementModel.gain_share`."""
+FOUND_GAIN_FREE = 0.25
+"""The same of a model that was found: the declared patch that stands for it may hide part of s."""
 VERDICT_MARGINS = (1.5, 2.0)
 """Margins to that limit in standard deviations of ln s: verified if further inside than the first,
 suspect if further outside than the second."""
@@ -249,7 +251,7 @@ def variance_of_scale(verdict: Parts, stiffness_std: Expression) -> Expression:
 def build_deviation_by_scale(*, found: bool, gain_share: float) -> ca.Function:
     """What the scale adds to the relative deviation of mu [1]: (verdict, limits) -> excess.
 
-    It is the torque's share of what s may be off by beyond `GAIN_FREE`, from its value and its
+    It is the torque's share of what s may be off by beyond what is k's own, from its value and its
     deviation. The deviation may hide what adds to the value: the two are correlated by half. Of a model
     that was found, the declared patch that stands for it makes part of the value: there they are
     independent.
@@ -259,5 +261,6 @@ def build_deviation_by_scale(*, found: bool, gain_share: float) -> ca.Function:
     stiffness_std = named(SETTINGS, inputs["limits"])["stiffness_std"]
     value, variance = ca.fabs(verdict["log_gain"]), variance_of_scale(verdict, stiffness_std)
     off = ca.sqrt(value**2 + variance + (0 if found else value * ca.sqrt(variance)))
-    excess = gain_share * ca.fmax(0, ca.exp(off) - 1 - GAIN_FREE * stiffness_std)
+    free = FOUND_GAIN_FREE if found else GAIN_FREE
+    excess = gain_share * ca.fmax(0, ca.exp(off) - 1 - free * stiffness_std)
     return named_function("scale_excess", inputs, {"excess": excess})

@@ -9,10 +9,10 @@ from observers.quality.branches import stiffness_slope
 from observers.quality.hypothesis_mixture import VERDICT, variance_of_scale
 from observers.quality.ratio_hypotheses import NOISIER, SETTINGS, build_torque_error
 
-BEYOND, IN_A_ROW = 8.0, 5
-"""Deviations by which a torque computed from the steering torque differs from the predicted one, and so
-often in a row, if the ground has changed: the estimator's measurement is the angle there, which a torque
-moves little."""
+BEYOND, IN_A_ROW = 2.5, 5
+"""Deviations, beyond what k makes, by which a torque computed from the steering torque differs from the
+predicted one, and so often in a row, if the ground has changed: the estimator's measurement is the angle
+there, which a torque moves little."""
 INNOVATION_THRESHOLD, SMOOTHING_TIME = 3.0, 0.1
 """Test of a lasting innovation: threshold in model errors, and time constant of its low-pass [s]. Beyond
 it the model is wrong: what depends on time rather than on the angle, a zero that drifts or a torque that
@@ -30,14 +30,16 @@ def innovation_of(inputs: Parts, own: Parts, output: Parts) -> Expression:
     return inputs["M_z"] - output["M_z_predicted"] * own["scale"]
 
 
-def torque_variance_by_k(inputs: Parts, own: Parts, output: Parts, patch: EquivalentPatch) -> Expression:
+def torque_variance_by_k(
+    inputs: Parts, own: Parts, output: Parts, patch: EquivalentPatch, *, scaled: bool
+) -> Expression:
     """Variance of the present branch's torque that k makes, being softer or stiffer [N^2 m^2].
 
-    The torque of the declared model is divided by s: k is off by no more than s is. A model that was
-    found keeps its k, of which the tolerance counts.
+    A torque of the declared model that is divided by s, as `scaled` says, leaves k off by no more than
+    s. A model that was found keeps its k, of which the tolerance counts.
     """
     std = named(SETTINGS, inputs["limits"])["stiffness_std"]
-    if not patch.misfit:
+    if scaled and not patch.misfit:
         std = ca.sqrt(variance_of_scale(named(VERDICT, inputs["verdict"]), std))
     mu = output["mu"] * patch.friction
     by_k = stiffness_slope(inputs["turn"] / 2, mu, own["F_N"], inputs["tyre"])
@@ -63,7 +65,9 @@ def smoothed_innovation(
     return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= CLEAR**2 * variance
 
 
-def update_streak(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Parts:
+def update_streak(
+    inputs: Parts, own: Parts, predicted: Expression, by_k: Expression, error: Expression
+) -> Parts:
     """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`.
 
     A torque is of the time between the last two that were computed, so that it is held against the range
@@ -76,6 +80,6 @@ def update_streak(inputs: Parts, own: Parts, predicted: Expression, error: Expre
     reach = ca.fmax(ca.fabs(M_z), ca.fabs(predicted))
     a = inputs["tyre"][1]
     _, variance, _ = build_torque_error()(M_z, own["F_N"], a, inputs["added"], reach, 1, error)
-    streak = ca.if_else(away**2 > BEYOND**2 * variance, own["streak"] + 1, 0)
+    streak = ca.if_else(away**2 > BEYOND**2 * (variance + by_k), own["streak"] + 1, 0)
     after = {"streak": streak, "predicted": predicted, "predicted_before": own["predicted"]}
     return {name: ca.if_else(known, value, own[name]) for name, value in after.items()}

@@ -2,11 +2,15 @@
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from symbolic.effects.base import parameter_name
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
+from symbolic.parameters import EVEN, USUAL, Rig
+
+STIFFNESS_CHANGES = 0.05
+"""Least tolerance of a found k, as a share of it [1]: warmth and pressure of a tyre change it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +94,10 @@ class FoundModel:
             factor on the recorded load, and `zero`, that of the torque channel.
         error: how wrong the model is on recordings that it was not fitted to; None where unknown.
         basis: what it stands on; None in a file that does not tell it.
+        k_std: standard deviation of `k` [N/m^2]; None where it is not told, or belongs to a ground.
+
+    Raises:
+        InvalidInputError: the deviation is negative, or not a finite number.
     """
 
     model: Model
@@ -99,6 +107,21 @@ class FoundModel:
     rig: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     error: ModelError | None = None
     basis: ModelBasis | None = None
+    k_std: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the deviation."""
+        if self.k_std is not None and not 0 <= self.k_std < math.inf:
+            raise InvalidInputError(f"k_std must be a finite number of at least 0, got {self.k_std}")
+
+    def with_known_stiffness(self, rig: Rig) -> Rig:
+        """The rig with the tolerance of this model's k, where the model tells it closer than the rig."""
+        if self.k_std is None:
+            return rig
+        k, declared = self.tyre["k"], rig.tolerances.k
+        least = k * USUAL["k"] if declared is None else declared
+        known = max(self.k_std / EVEN, STIFFNESS_CHANGES * k)
+        return replace(rig, tolerances=replace(rig.tolerances, k=min(least, known)))
 
     def values_for(
         self, recording: str, mu: float | None = None, ground: str | None = None

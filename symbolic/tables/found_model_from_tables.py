@@ -25,7 +25,7 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
     It holds `version`, `effects` (names), `tyre` (values by name; `shared` in older files), and may hold
     `grounds`, `recordings` and `rig` (a table of values for each ground or recording), `units` (by
     name), which must be those of the parameters: nothing is converted, `model_error` (`spread`,
-    `correlation_time`), and `basis` (`training`, `holdout`, `grades`).
+    `correlation_time`), `basis` (`training`, `holdout`, `grades`), and `std` (that of `k`).
 
     Args:
         document: the tables.
@@ -60,9 +60,12 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
         for tables in (grounds, own, rig)
     )
     error, basis = _model_error(document), _basis(document)
+    std = _numbers("std", document.get("std", {}))
+    _check_names("std", std, {"k"} & set(tyre), "allowed:")
     return FoundModel(
-        model=model, tyre=tyre, own=own, grounds=grounds, rig=rig, error=error, basis=basis
-    )
+        model=model, tyre=tyre, own=own, grounds=grounds, rig=rig, error=error, basis=basis,
+        k_std=std.get("k"),
+    )  # fmt: skip
 
 
 def _effects_from_tables(document: Mapping[str, Any], own: Iterable[Effect]) -> tuple[Effect, ...]:

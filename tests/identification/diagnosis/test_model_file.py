@@ -5,8 +5,16 @@ from typing import Any
 
 import pytest
 
-from identification import Values, model_text, read_model
-from symbolic import InvalidInputError, Model, ModelBasis, ModelError, effects_named
+from identification import ParameterEstimate, Values, model_text, read_model
+from symbolic import (
+    InvalidInputError,
+    Model,
+    ModelBasis,
+    ModelError,
+    Rig,
+    Tolerances,
+    effects_named,
+)
 from tests.refusal import fault_of
 
 SHARED = {"k": 2.4e6, "carcass_torsion.k_t": 390.0}
@@ -33,19 +41,42 @@ def test_round_trip(tmp_path: Path) -> None:
     error = ModelError(spread=0.03, correlation_time=0.4)
     basis = ModelBasis(training=2, holdout=0, grades={"carcass_torsion": "weak"})
     diagnosis = SimpleNamespace(
-        model=model, values=Values(tyre=SHARED, own=OWN), model_error=error, basis=basis
-    )
+        model=model, values=Values(tyre=SHARED, own=OWN), model_error=error, basis=basis,
+        parameters={"k": ParameterEstimate(value=2.4e6, std=5e4, unit="N/m^2")},
+    )  # fmt: skip
     text = model_text(diagnosis)  # type: ignore[arg-type]
     found = read_model(write(tmp_path, text))
 
     table = {"spread": 0.03, "correlation_time": 0.4}
     expected = {**CONTENT, "grounds": {}, "rig": {}, "units": UNITS, "model_error": table}
     told = {"training": 2, "holdout": 0, "grades": {"carcass_torsion": "weak"}}
-    assert json.loads(text) == {**expected, "basis": told}
-    assert (found.error, found.basis) == (error, basis)
+    assert json.loads(text) == {**expected, "basis": told, "std": {"k": 5e4}}
+    assert (found.error, found.basis, found.k_std) == (error, basis, 5e4)
     assert text.endswith("}\n")
     assert found.model.effects == model.effects
     assert (found.tyre, found.own) == (SHARED, OWN)
+
+
+@pytest.mark.parametrize(
+    ("std", "declared", "taken"),
+    [
+        (1e5, None, 3**0.5 * 1e5),
+        (1e4, None, 0.05 * 2.4e6),
+        (1e6, None, 0.2 * 2.4e6),
+        (1e5, 2e4, 2e4),
+        (None, 2e4, 2e4),
+        (None, None, None),
+    ],
+    ids=["found", "a tyre changes", "no better than usual", "declared closer", "not told", "unknown"],
+)
+def test_k_is_known_as_closely_as_it_was_found(
+    tmp_path: Path, std: float | None, declared: float | None, taken: float | None
+) -> None:
+    found = read_model(write(tmp_path, CONTENT if std is None else {**CONTENT, "std": {"k": std}}))
+    rig = found.with_known_stiffness(Rig(a=0.045, e=0.009, tolerances=Tolerances(k=declared, a=0.001)))
+
+    assert rig.tolerances.k == (None if taken is None else pytest.approx(taken))
+    assert (rig.a, rig.tolerances.a) == (0.045, 0.001)
 
 
 def test_values_for_a_recording(tmp_path: Path) -> None:
@@ -77,7 +108,7 @@ def test_values_of_a_ground(tmp_path: Path) -> None:
     model = Model(effects=effects_named(GROUNDS["effects"]))
     values = Values(tyre={}, own=found.own, grounds=found.grounds, rig=found.rig)
     basis = ModelBasis(training=1, holdout=0)
-    diagnosis = SimpleNamespace(model=model, values=values, model_error=None, basis=basis)
+    diagnosis = SimpleNamespace(model=model, values=values, model_error=None, basis=basis, parameters={})
     written = model_text(diagnosis)  # type: ignore[arg-type]
 
     assert json.loads(written) == {
@@ -155,6 +186,9 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
         ({"basis": {"training": -1, "holdout": 0, "grades": {}}}, "basis: training must be a whole"),
         ({"basis": {"training": 1, "holdout": 0, "grades": {"x": "weak"}}}, "basis.grades holds an"),
         ({"basis": {"training": 1, "holdout": 0, "grades": {"torque_offset": 1}}}, "'basis.grades'"),
+        ({"std": {"mu": 0.1}}, "std holds an unknown 'mu'; allowed: k"),
+        ({"std": {"k": -1}}, "k_std must be a finite number of at least 0, got -1"),
+        ({**GROUNDS, "std": {"k": 1e5}}, "std holds an unknown 'k'; allowed: "),
         ({**GROUNDS, "grounds": {}}, "'grounds' lacks k [N/m^2]"),
         ({**GROUNDS, "grounds": []}, "'grounds' must hold one table per ground"),
         ({**GROUNDS, "grounds": {"steel": {"k": 5e6}}}, "'grounds.steel' lacks frictional_creep.c [1]"),
