@@ -195,7 +195,7 @@ OF_THE_PATCH = {name for name in FAULTS if "twisted" in name or "let go" in name
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run:
+class RunBeforeFault:
     """A recording before its fault.
 
     Attributes:
@@ -213,7 +213,7 @@ class Run:
     values: Mapping[str, float]
 
 
-def run_before_fault(task: tuple[float, bool, float, float, int, bool]) -> Run:
+def run_before_fault(task: tuple[float, bool, float, float, int, bool]) -> RunBeforeFault:
     """A recording on the rig, with one of the effects if the model is to be found."""
     tolerance, found, mu, duration, seed, is_drawn = task
     off = np.random.default_rng([seed, 4]).uniform(-1, 1, 3) * is_drawn
@@ -221,14 +221,14 @@ def run_before_fault(task: tuple[float, bool, float, float, int, bool]) -> Run:
     load = 1 + OFF["load"] * off[2]
     if not found:
         made = make_recording(seed, **vars(tyre), load=400.0, duration=duration, bristles=500)
-        return Run(tyre=tyre, made=made, load=load, truth=mu, values={})
+        return RunBeforeFault(tyre=tyre, made=made, load=load, truth=mu, values={})
     effect = EFFECTS[seed % len(EFFECTS)]
     made = plant_effect(effect, seed, tyre=tyre, duration=duration, share=0.05)
     values = {f"{effect}.{name}": value for name, value in made.effects[effect].items()}
-    return Run(tyre=tyre, made=made, load=load, truth=true_friction(made), values=values)
+    return RunBeforeFault(tyre=tyre, made=made, load=load, truth=true_friction(made), values=values)
 
 
-def outcome(task: tuple[str, float, str, int, Run]) -> tuple[bool, float, int]:
+def outcome(task: tuple[str, float, str, int, RunBeforeFault]) -> tuple[bool, float, int]:
     """Whether a run is usable and wrong, its share of usable samples, and its flags at the end."""
     kind, tolerance, name, seed, one = task
     made, F_N = one.made, one.made.F_N * one.load

@@ -108,15 +108,20 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
     why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))
     if recording.standstills is not None and not set(changed) <= {"t"}:
         return why
-    counter = ""
-    if "t" in changed and (np.diff(recording.t) == 1).all():
-        source = _source(recording, "t")
-        counted = replace(source, factor=source.factor / USUAL_RATE).as_map("t")
-        counter = f"; if t counts samples, at {USUAL_RATE:g} Hz: {counted} in its place"
+    counter = _if_t_counts_samples(recording) if "t" in changed else ""
     if not angle:
         return f"{why}: {mending_map(recording.sources, changed)}{counter}" if changed else why + ratio
     changed["psi"], ratio = _angle(recording)
     return f"{why}: {mending_map(recording.sources, changed)}{ratio}{counter}"
+
+
+def _if_t_counts_samples(recording: Recording) -> str:
+    """What to write where the time may be a count of samples; empty where it is none."""
+    if (np.diff(recording.t) != 1).any():
+        return ""
+    source = _source(recording, "t")
+    counted = replace(source, factor=source.factor / USUAL_RATE).as_map("t")
+    return f"; if t counts samples, at {USUAL_RATE:g} Hz: {counted} in its place"
 
 
 def _cause_in_vehicle_keys(cause: str) -> str:

@@ -97,9 +97,11 @@ def build_evidence(channel: str) -> ca.Function:
     turned = ca.if_else(same, was["frozen_travel"] + ca.fabs(turn), 0)
     frozen = ca.if_else(same, was["frozen"] + 1, ca.if_else(measured, 0, was["frozen"]))
     jump = ca.if_else(change == 0, was["jump"], ca.fabs(change))
-    digit = ca.if_else(was["digit"] > 0, ca.fmin(was["digit"], jump), jump)
-    least = ca.fmax(MIN_JUMP * ca.fabs(torque), MIN_DIGITS * digit)
-    clipped = ca.logic_and(ca.logic_and(frozen >= FROZEN, turned > FROZEN_TRAVEL), jump > least)
+    is_least = ca.logic_or(was["digit"] == 0, jump < was["digit"])
+    digit = ca.if_else(is_least, jump, was["digit"])
+    steep = ca.logic_and(jump > MIN_JUMP * ca.fabs(torque), jump > MIN_DIGITS * digit)
+    stays = ca.logic_and(frozen >= FROZEN, turned > FROZEN_TRAVEL)
+    clipped = ca.logic_and(stays, steep)
     after = {
         "angle": _in_a_row(was["angle"], ca.logic_and(known, ca.fabs(now["psi"]) > MAX_STEERING_ANGLE)),
         "period": _in_a_row(was["period"], now["dt"] >= MAX_PLAUSIBLE_PERIOD),

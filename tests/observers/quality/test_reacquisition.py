@@ -253,7 +253,7 @@ def test_what_the_scale_may_be_off_by_widens_the_band(
     known = np.sqrt(1 / (1 / variance + 1 / 0.14**2)) if variance else 0
     # Of the declared model, what is off and its deviation are correlated by half.
     both = np.sqrt(off**2 + known**2 + (0 if patch.misfit else abs(off) * known))
-    expected = 0.5 * max(0.0, np.exp(both) - 1 - 0.07)
+    expected = 0.5 * max(0.0, np.exp(both) - 1 - 0.14 * (0.25 if patch.misfit else 0.5))
     assert np.asarray(after).ravel()[OWN.index("excess")] == pytest.approx(expected)
 
 
