@@ -25,8 +25,8 @@ REFERENCE_SPEED = 1e-3
 REST_SPEED = 1e-4
 """Sliding speed below which the limit is constant, so that creep ends [m/s]."""
 _MIN_LOG_SPEED, _REFERENCE_LOG_SPEED = float(np.log(REST_SPEED)), float(np.log(REFERENCE_SPEED))
-_STEPS = 2
-"""Halley's steps: with the one of Newton that is differentiated, slip is right to 1e-8 of itself."""
+_STEPS = 3
+"""Halley's steps: with the one of Newton that is differentiated, the slip is right to rounding."""
 _TINY = 1e-30
 """Keeps a bound finite where friction does not depend on speed [1]."""
 SlipSearch = Callable[..., Sequence[Expression]]
