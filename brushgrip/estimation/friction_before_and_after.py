@@ -146,6 +146,7 @@ def found_model(diagnosis: Diagnosis) -> FoundModel:
         grounds=diagnosis.values.grounds,
         error=diagnosis.model_error,
         basis=diagnosis.basis,
+        k_std=k.std if (k := diagnosis.parameters.get("k")) is not None else None,
     )
 
 

@@ -53,4 +53,4 @@ def values_in_words(
     a, e = rig.get("a", recording.rig.a), rig.get("e", recording.rig.e)
     line = f"{recording.name}: mu = {values['mu']:.4g} ({source}), a = {a:.4g} m and e = {e:.4g} m"
     line += f" ({fitted if rig else declared})"
-    return line + "; the model was not fitted to this file" * (found is not None and not own)
+    return line + "; not known as a file of the model" * (found is not None and not own)

@@ -65,4 +65,5 @@ def _remedy(table: Table, scale: float) -> str:
                     changed[column] = replace(source, unit=unit.replace(" ", ""))
                 return f"if unit or sign is another: {mending_map(table.sources, changed)}"
     mended = replace(rate, factor=float(f"{rate.factor / scale:.3g}"))
-    return f"if the angle is right: {mending_map(table.sources, {'psi_dot': mended})}"
+    mend = mending_map(table.sources, {"psi_dot": mended})
+    return f"leave the rate out, it is not needed, or, if the angle is right: {mend}"

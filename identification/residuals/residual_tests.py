@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from identification.fits.autocorrelation import autocorrelation_time, autoregression, predict_gaps
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
@@ -14,6 +15,13 @@ from symbolic.array_alias import Array
 
 MAX_NOISE_RATIO = 1.15
 """Largest rms of residuals that counts as noise, over the noise of the torque channel [1]."""
+LINE, BAND = 30.0, 0.05
+"""Power of a frequency over the median of those beside it, within this share of the spectrum, that noise
+has once in 10^9, whatever a filter before the sampling left of it [1]."""
+
+
+MAX_LINES = 1 - MAX_NOISE_RATIO**-2
+"""Share of a residual's power in such lines beyond which it oscillates [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +51,14 @@ def white_noise(torque: Array) -> float:
     return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6)) if second.size else 0.0
 
 
+def _share_of_lines(residual: Array) -> float:
+    """Share of the power of a residual that stands in lines of its spectrum [1]."""
+    centred = np.nan_to_num(residual - np.nanmean(residual))
+    power = np.abs(np.fft.rfft(centred * np.hanning(centred.size))) ** 2
+    level = median_filter(power, size=2 * max(8, int(BAND * power.size)) + 1, mode="mirror")
+    return float(power[power > LINE * level].sum() / power.sum()) if power.any() else 0.0
+
+
 def _innovation(residual: Array) -> float:
     """Standard deviation of what the samples before do not predict of a residual, in its unit."""
     centred = residual - np.nanmean(residual)
@@ -67,21 +83,21 @@ def unexplained(
         followed: the signatures of these residuals, see `signatures`.
         loss: what a residual costs; an outlier counts as little as in the fit.
     """
-    errors, noise, samples, ratios = [], [], [], []
+    errors, noise, samples, shares = [], [], [], []
     for recording in recordings:
         span = torque_range(recording)
         share = residuals[recording.name] / span
         errors.append(rmse_of(np.sqrt(loss(share**2)[0])))
         counted = influence(loss, share)
-        spread, innovation = float(np.nanstd(counted)), _innovation(counted)
+        shares.append(_share_of_lines(counted))
+        floor = min(white_noise(recording.M_z) / span, white_noise(share))
         # A fast oscillation has large second differences too, but is predictable.
-        noise.append(min(white_noise(recording.M_z) / span, white_noise(share), innovation))
+        noise.append(min(floor, _innovation(counted)) if shares[-1] > MAX_LINES else floor)
         samples.append(autocorrelation_time(counted))
-        ratios.append(spread / innovation if innovation > 0 else 1.0)
     rms, floor = float(np.mean(errors)), float(np.mean(noise))
     structured = float(np.sqrt(max(0.0, rms**2 - floor**2)))
     correlated = float(np.median(samples))
-    oscillates = float(np.median(ratios)) > MAX_NOISE_RATIO
+    oscillates = float(np.median(shares)) > MAX_LINES
     above = structured > MIN_STRUCTURE_SHARE and rms > MAX_NOISE_RATIO * floor
     present = above and (correlated > 2 or oscillates)
     lasting = "independent from sample to sample"

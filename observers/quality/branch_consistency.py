@@ -98,6 +98,8 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
     # A change that is too small or too slow for an alarm shows in an innovation that lasts.
     changed = ca.logic_and(own["confirmed"] == PROVED, lasts * (doubt > NEW_GROUND))
+    if is_computed:
+        changed = own["streak"] >= IN_A_ROW
     status = with_flag(output["status"], Status.INCONSISTENT, doubted)
     # These flags no estimator sets, and an alarm ends tracking before this.
     status += int(Status.ACQUIRING) * early + int(Status.RESET) * changed
@@ -112,7 +114,7 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     }  # fmt: skip
     # Once, if the ground changed while friction was acquired: a model that is wrong explains no ground.
     hopeless = (doubt > HOPELESS) * ca.logic_not(ca.logic_or(own["again"], confirmed))
-    after["lost"] = ca.logic_or(hopeless, own["streak"] >= IN_A_ROW if is_computed else changed)
+    after["lost"] = ca.logic_or(hopeless, changed)
     outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
     return named_function("follow_output", inputs, outputs, cse=True)
 

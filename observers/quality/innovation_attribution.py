@@ -36,11 +36,15 @@ def torque_variance_by_k(
     """Variance of the present branch's torque that k makes, being softer or stiffer [N^2 m^2].
 
     A torque of the declared model that is divided by s, as `scaled` says, leaves k off by no more than
-    s. A model that was found keeps its k, of which the tolerance counts.
+    s is uncertain; one that is not, by s too. A model that was found keeps its k, of which the tolerance
+    counts.
     """
     std = named(SETTINGS, inputs["limits"])["stiffness_std"]
-    if scaled and not patch.misfit:
-        std = ca.sqrt(variance_of_scale(named(VERDICT, inputs["verdict"]), std))
+    verdict = named(VERDICT, inputs["verdict"])
+    if not scaled:
+        std = ca.sqrt(std**2 + verdict["log_gain"] ** 2)
+    elif not patch.misfit:
+        std = ca.sqrt(variance_of_scale(verdict, std))
     mu = output["mu"] * patch.friction
     by_k = stiffness_slope(inputs["turn"] / 2, mu, own["F_N"], inputs["tyre"])
     return (std * by_k) ** 2

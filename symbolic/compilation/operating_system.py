@@ -22,6 +22,7 @@ COMPILERS = ("clang", "gcc", "clang-cl", "cl") if IS_WINDOWS else ("cc",)
 if sys.platform != "win32":
     import fcntl
     import resource
+    from multiprocessing import resource_tracker
 
 
 def lock_folder(folder: str | os.PathLike[str]) -> int | None:
@@ -77,6 +78,8 @@ def deaf_children() -> Iterator[None]:
         finally:
             console(None, False)
         return
+    # Python would start it with the first process, and unblock Ctrl-C for that one.
+    resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -115,13 +115,12 @@ class FoundModel:
             raise InvalidInputError(f"k_std must be a finite number of at least 0, got {self.k_std}")
 
     def with_known_stiffness(self, rig: Rig) -> Rig:
-        """The rig with the tolerance of this model's k, where the model tells it closer than the rig."""
+        """The rig with the tolerance of this model's k: that of the declared k is of another number."""
         if self.k_std is None:
             return rig
-        k, declared = self.tyre["k"], rig.tolerances.k
-        least = k * USUAL["k"] if declared is None else declared
-        known = max(self.k_std / EVEN, STIFFNESS_CHANGES * k)
-        return replace(rig, tolerances=replace(rig.tolerances, k=min(least, known)))
+        k = self.tyre["k"]
+        known = min(max(self.k_std / EVEN, STIFFNESS_CHANGES * k), USUAL["k"] * k)
+        return replace(rig, tolerances=replace(rig.tolerances, k=known))
 
     def values_for(
         self, recording: str, mu: float | None = None, ground: str | None = None

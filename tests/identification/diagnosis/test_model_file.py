@@ -63,11 +63,18 @@ def test_round_trip(tmp_path: Path) -> None:
         (1e5, None, 3**0.5 * 1e5),
         (1e4, None, 0.05 * 2.4e6),
         (1e6, None, 0.2 * 2.4e6),
-        (1e5, 2e4, 2e4),
+        (1e5, 2e4, 3**0.5 * 1e5),
         (None, 2e4, 2e4),
         (None, None, None),
     ],
-    ids=["found", "a tyre changes", "no better than usual", "declared closer", "not told", "unknown"],
+    ids=[
+        "found",
+        "a tyre changes",
+        "no better than usual",
+        "the declared one is another",
+        "not told",
+        "unknown",
+    ],
 )
 def test_k_is_known_as_closely_as_it_was_found(
     tmp_path: Path, std: float | None, declared: float | None, taken: float | None

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
 from identification import Recording
 from identification.fits.loss import Huber
@@ -118,6 +119,17 @@ def test_white_noise_of_short_recordings_is_never_structure(recording: Recording
         shown = with_torque(short, short.M_z + noise)
         residuals = {short.name: noise}
         assert not unexplained(residuals, [shown], signatures(residuals, [shown])).present
+
+
+@pytest.mark.parametrize(("order", "cut"), [(2, 0.6), (2, 0.8), (4, 0.8), (4, 0.9)])
+def test_noise_behind_a_filter_is_no_structure(recording: Recording, order: int, cut: float) -> None:
+    """A logger's anti-aliasing filter leaves samples correlated, in no line of the spectrum."""
+    rng, b_a = np.random.default_rng(order), butter(order, cut)
+    noise = 0.01 * torque_range(recording) * lfilter(*b_a, rng.standard_normal(recording.t.size))
+    residuals = {recording.name: noise}
+    shown = with_torque(recording, recording.M_z + noise)
+
+    assert not unexplained(residuals, [shown], signatures(residuals, [shown])).present
 
 
 def test_structure_finer_than_the_model_is_not_reported(recording: Recording) -> None:
