@@ -314,6 +314,7 @@ def test_a_fall_of_the_ground_is_known_from_the_steering_torque(
 
     mu = np.where(made.t < 4.0, before, after)
     assert np.mean(wrong_and_usable(estimates, mu)) < 0.03
+    assert (estimates.status & Status.RESET).any()
     assert estimates.usable[-1]
     assert abs(estimates.mu[-1] - after) < 2 * estimates.mu_std[-1]
 
