@@ -58,9 +58,8 @@ SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
     """A sample while the estimator tracks.
 
-    (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits) -> (own, output): the
-    output in torques as they were measured, and the consistency by branches; turn is the present one's
-    [rad], counted is 1 where the search weighed a torque.
+    (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits) -> (own, output), torques
+    as measured; turn is the present branch's [rad], counted is 1 where the search weighed a torque.
 
     Args:
         patch: the declared patch that stands for the model.
@@ -97,13 +96,12 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
     early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
     # A change that is too small or too slow for an alarm shows in an innovation that lasts.
-    changed = ca.logic_and(own["confirmed"] == PROVED, lasts * (doubt > NEW_GROUND))
-    if is_computed:
-        changed = own["streak"] >= IN_A_ROW
+    lasted = ca.logic_and(own["confirmed"] == PROVED, lasts * (doubt > NEW_GROUND))
+    changed = own["streak"] >= IN_A_ROW if is_computed else lasted
     status = with_flag(output["status"], Status.INCONSISTENT, doubted)
     # These flags no estimator sets, and an alarm ends tracking before this.
     status += int(Status.ACQUIRING) * early + int(Status.RESET) * changed
-    results = _tracked_output(own, output, status, limits)
+    result = vector_of(OUTPUT, _tracked_output(own, output, status, limits))
     confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
     proven = (confirmed == PROVED - 1) * (weight >= SAMPLES_TO_PROVE) * (doubt <= DOUBT_LEFT)
     confirmed = confirmed + proven * (not (is_computed or gear))
@@ -115,7 +113,7 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     # Once, if the ground changed while friction was acquired: a model that is wrong explains no ground.
     hopeless = (doubt > HOPELESS) * ca.logic_not(ca.logic_or(own["again"], confirmed))
     after["lost"] = ca.logic_or(hopeless, changed)
-    outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
+    outputs = {"own_next": vector_of(OWN, after), "result": result}
     return named_function("follow_output", inputs, outputs, cse=True)
 
 

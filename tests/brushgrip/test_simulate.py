@@ -96,7 +96,7 @@ def test_what_was_fitted_is_for_that_very_file(
     alike = (tmp_path / "run_out.csv").read_text() == (tmp_path / "new_out.csv").read_text()
     assert alike == (behind != "the file")
     fitted = "run: mu = 0.9 (fitted to this recording), a = 0.045 m and e = 0.009 m (fitted to this rec"
-    other = "run: mu = 1.2 (declared), a = 0.045 m and e = 0.009 m (declared); the model was not fitted"
+    other = "run: mu = 1.2 (declared), a = 0.045 m and e = 0.009 m (declared); not known as a file"
     assert (other if alike else fitted) in said
 
 
