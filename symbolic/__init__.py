@@ -43,7 +43,13 @@ from symbolic.parameters import (
     with_usual_tolerances,
 )
 from symbolic.patch_interface import Expression
-from symbolic.tables.found_model import FoundModel, ModelBasis, ModelError, units_of
+from symbolic.tables.found_model import (
+    FoundModel,
+    ModelBasis,
+    ModelError,
+    is_of_other_scale,
+    units_of,
+)
 from symbolic.tables.found_model_from_tables import model_from_tables
 from symbolic.tables.rig_from_tables import rig_from_tables
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
@@ -95,6 +101,7 @@ __all__ = [
     "full_slide_arm",
     "full_slide_level",
     "full_slide_torque",
+    "is_of_other_scale",
     "lateral_deformation",
     "model_from_tables",
     "parameter_name",

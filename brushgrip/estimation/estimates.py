@@ -105,7 +105,7 @@ def model_observer(
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
         model, values = found.model, found.values_for_estimation(recording.ground)
-        rig = found.with_known_stiffness(recording.rig)
+        rig = found.with_known_stiffness(recording.rig, recording.tyre.k, recording.ground)
     measurement_model: MeasurementModel = SteeringTorque()
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])

@@ -18,6 +18,7 @@ from brushgrip.inputs.choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction
+from symbolic import is_of_other_scale
 from symbolic.deformation import full_slide_arm
 
 _Observed = tuple[FrictionTrack, FrictionQuality]
@@ -164,14 +165,19 @@ def friction_by_both_models(
 ) -> FrictionOutcome | None:
     """The EKF over every recording by both models; None where a recording has no aligning torque.
 
-    The moving-horizon estimator goes over `MAX_COMPARED` of them too, those held out first. `submit`
-    takes the work to processes; the result is the same.
+    None, too, where k of the model is of another scale than the declared one. The moving-horizon
+    estimator goes over `MAX_COMPARED` of the recordings too, those held out first. `submit` takes the
+    work to processes; the result is the same.
     """
     recordings = [*training, *holdout]
     if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
         return None
     compared = [*holdout, *training][:MAX_COMPARED]
     found, fitted = found_model(diagnosis), model_with_own_values(diagnosis)
+    on_rig = [r for r in recordings if r.standstills is None]
+    stiffness = ((found.values_for_estimation(r.ground)["k"], r) for r in on_rig)
+    if any(is_of_other_scale(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):
+        return None
     references = {r.name: offline_friction(fitted, r) for r in recordings}
     runs = {
         MHE_FOUND: (ObserverName.MHE, found, compared),

@@ -19,7 +19,7 @@ from brushgrip.wording.formatting import (
     sentence,
 )
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import ASSUMED
+from identification.diagnosis.found_effects import ASSUMED, OFF_STIFFNESS
 from observers.estimates import BAND_STDS
 from symbolic import EFFECTS, InvalidInputError
 
@@ -74,7 +74,7 @@ def validity(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> st
 
 def reservation(diagnosis: Diagnosis) -> str:
     """What the bands of friction rest on that no recording tells, in one or two sentences."""
-    notes = [note for note in diagnosis.notes if note.startswith(ASSUMED)]
+    notes = [note for note in diagnosis.notes if note.startswith((ASSUMED, OFF_STIFFNESS))]
     rests_on = "that" if notes else "a declared tolerance"
     return " ".join([*map(sentence, notes), f"If {rests_on} or the model is wrong, so is the ±."])
 

@@ -31,11 +31,14 @@ def taken_from_model(found: FoundModel) -> str:
         parts.append(f"k = {quantity(stiffness)}")
     else:
         parts.append("k of the ground")
-    if found.error is not None:
+    kept = basis is not None and basis.explains_nothing
+    if found.error is not None and not kept:
         parts.append(f"the model's error, {percent(found.error.share)} of the torque")
     line = listed(parts)
     if own:
         line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"
+    if kept:
+        line += "; the declared model's error, as no effect surely explains what is left"
     return f"{line}. {_standing(found)}"
 
 
@@ -52,4 +55,5 @@ def _standing(found: FoundModel) -> str:
         judged = "nothing judged it"
     weak = sum(grade in ("weak", "stands_in") for grade in basis.grades.values())
     doubt = f"; {weak} of {len(basis.grades)} effects may be chance or stand in for another" * bool(weak)
+    doubt += "; something stays unexplained" * basis.unexplained
     return f"It stands on {count}, {judged}{doubt}"

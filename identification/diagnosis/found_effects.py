@@ -20,15 +20,15 @@ from identification.selection.criteria import (
 )
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
-from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
+from symbolic import TOLERATED, USUAL, Effect, Scope, is_of_other_scale, parameter_name
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which the judged error has to fall, and deviations that a parameter has to be off
 its neutral value, for a finding."""
 CLEAR_BIC = -6.0
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
-ASSUMED = "assumed, as nobody declared a tolerance"
-"""How the note on what counts as known within the usual tolerance begins."""
+ASSUMED, OFF_STIFFNESS = "assumed, as nobody declared a tolerance", "the stiffness k is"
+"""How the notes on what counts as known within the usual tolerance, and on k beyond its own, begin."""
 UNRECORDED_LOAD = "unrecorded_load"
 """Stands beside the effects that one may be, where the recorded load is constant."""
 LIKE_LOAD = ("steering_return", "torque_offset", "asymmetric_friction")
@@ -211,7 +211,8 @@ def notes_on(
     fits to held-out recordings, too), k beyond its own, a load that may be what an effect seems to be, a
     stiffness that no spring has, and a fit that did not converge.
     """
-    notes = [
+    notes = _stiffness(fitted, recordings)
+    notes += [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
         for when, old, new in (
             ("", before.nrmse, after.nrmse),
@@ -225,7 +226,6 @@ def notes_on(
         for effect, what in effects_at_bounds(fitted)
     ]
     notes += [note for one in (fitted, *own) for note in _at_their_tolerances(one)]
-    notes += _stiffness(fitted, recordings)
     for effect in effects:
         if UNRECORDED_LOAD in effect.indistinguishable_from:
             notes.append(f"{effect.name}: it is this, or a load that changes with the angle: record it")
@@ -256,16 +256,20 @@ def assumed_tolerances(recordings: Sequence[Recording]) -> str:
 
 
 def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
-    """Where k ends beyond its tolerance: it may stand in for something else."""
+    """Notes on k beyond its tolerance; it may stand in for something else. See `OFF_STIFFNESS`."""
     notes = []
     for recording in recordings:
         declared, found = recording.tyre.k, fitted.values.of(recording)["k"]
         within = recording.rig.tolerances.k
+        refused = is_of_other_scale(found, declared, within)
         within = USUAL["k"] * declared if within is None else within
         if abs(found - declared) > max(within, AT_BOUND * declared):
             notes.append(
-                f"the stiffness k is {found:.3g} N/m^2, {found / declared:.2g} times the declared one"
-                " and beyond its tolerance"
+                f"{OFF_STIFFNESS} {found:.3g} N/m^2, {found / declared:.2g} times the declared one and"
+                " beyond its tolerance: a wrong unit, gear, load or half-length looks so, and makes"
+                " friction wrong by as much"
+                + "; estimate refuses this model until k is declared so"
+                * refused
             )
     return list(dict.fromkeys(notes))
 

@@ -98,6 +98,7 @@ class Diagnosis:
             training=len(self.recordings),
             holdout=len(self.holdout),
             grades={effect.name: effect.grade for effect in self.effects},
+            unexplained=self.unexplained.present,
         )
 
     @property

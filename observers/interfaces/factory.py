@@ -75,7 +75,7 @@ def from_files(
     return kind(
         model=found.model,
         values=found.values_for_estimation(ground),
-        rig=found.with_known_stiffness(geometry),
+        rig=found.with_known_stiffness(geometry, tyre.k, ground),
         **settings,
     )
 

@@ -78,7 +78,9 @@ def tuning_for(
             alarm=max(tuning.alarm, UNSTEADY_ALARM),
         )  # fmt: skip
     if found is not None and found.error is not None:
-        tuning = with_model_error(tuning, found.error)
+        # Who found nothing, and left something, knows no more than who declared the model.
+        if found.basis is None or not found.basis.explains_nothing or tuning.error < found.error.share:
+            tuning = with_model_error(tuning, found.error)
         if by_direction and found.error.friction_walk:
             alarm = max(tuning.alarm, UNSTEADY_ALARM)
             tuning = replace(tuning, mu_walk=found.error.friction_walk, alarm=alarm)

@@ -41,6 +41,9 @@ LEGS = 4
 """Turning points from the first to the farthest."""
 NEVER = 1e3
 """Cost where the target is not reached, to which the least deviation is added."""
+MARGIN, GOES_ON = 0.95, 0.1
+"""Share of the target that the forecast, whose torque has no noise, has to come down to; and travel of
+the path beyond that, over the travel until there [1]."""
 MIN_SAMPLES = 10
 """Least number of samples of a path."""
 MIN_TARGET = 1e-3
@@ -52,7 +55,7 @@ class Plan:
     """A path, and what it tells on each ground.
 
     Attributes:
-        path: angle over time, up to where the last of the grounds is known.
+        path: angle over time, up to a tenth more travel than until the last of the grounds is known.
         target: greatest standard deviation of mu over mu [1].
         mus: frictions of the prior, shape (g,).
         forecasts: of each friction along the path.
@@ -74,7 +77,7 @@ class Plan:
 
     @property
     def travels(self) -> Array:
-        """Travel until the target is reached on each ground, NaN for never, shape (g,) [rad]."""
+        """Travel until the forecast reaches it on each ground, NaN for never, shape (g,) [rad]."""
         return np.array([np.nan if at is None else self.path.travel[at] for at in self.reached])
 
 
@@ -201,7 +204,7 @@ class _Search:
                 bound = bound * len(self.order) - sum(costs)
             last = int(np.searchsorted(along, bound))
             at, deviation = self.forecaster.reach(
-                path, case, self.F_N, self.target, self.limits.torque, last
+                path, case, self.F_N, MARGIN * self.target, self.limits.torque, last
             )
             if at is None:
                 failed, worst = failed + 1, max(worst, deviation)
@@ -226,12 +229,14 @@ class _Search:
         return path.travel if self.objective == "travel" else path.t
 
     def best(self) -> Plan:
-        """The plan of the best path, cut where the last ground is known."""
+        """The plan of the best path, cut soon after the last ground is known."""
         path = self.path(self.found)
         whole = [self.forecaster.whole(path, case, self.F_N) for case in self.cases]
-        reached = [one.reached(self.target, self.limits.torque) for one in whole]
-        known = [at for at in reached if at is not None]
-        end = max(known) + 1 if len(known) == len(whole) else path.psi.size
+        reached = [one.reached(MARGIN * self.target, self.limits.torque) for one in whole]
+        known, end = [at for at in reached if at is not None], path.psi.size
+        if len(known) == len(whole):
+            enough = (1 + GOES_ON) * path.travel[max(known)]
+            end = min(int(np.searchsorted(path.travel, enough)) + 1, end)
         reasons = [
             f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one)}"
             for mu, one, at in zip(self.mus, whole, reached, strict=True)

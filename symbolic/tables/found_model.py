@@ -11,6 +11,12 @@ from symbolic.parameters import EVEN, USUAL, Rig
 
 STIFFNESS_CHANGES = 0.05
 """Least tolerance of a found k, as a share of it [1]: warmth and pressure of a tyre change it."""
+OTHER_SCALE = 3.0, 2.5
+"""Tolerances of a declared k beyond which a found one is no tyre's but that of a torque or an angle in
+another unit or before a gear [1]; and the factor, where no tolerance is declared [1]."""
+
+SHARED = 0.5
+"""Share of what a k beyond its tolerance is off by that counts as the scale of the torque [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +70,7 @@ class ModelBasis:
         training: number of recordings that its shared values were fitted to.
         holdout: number of further recordings, which judged it.
         grades: how sure each effect is, by name: strong, weak, ambiguous or stands_in.
+        unexplained: whether it leaves an error with a structure.
 
     Raises:
         InvalidInputError: a count is no whole number of at least 0.
@@ -72,6 +79,12 @@ class ModelBasis:
     training: int
     holdout: int
     grades: Mapping[str, str] = field(default_factory=dict)
+    unexplained: bool = False
+
+    @property
+    def explains_nothing(self) -> bool:
+        """Whether it leaves an error with a structure, and no effect surely explains a part."""
+        return self.unexplained and not {"strong", "ambiguous"} & set(self.grades.values())
 
     def __post_init__(self) -> None:
         """Check the counts."""
@@ -114,13 +127,36 @@ class FoundModel:
         if self.k_std is not None and not 0 <= self.k_std < math.inf:
             raise InvalidInputError(f"k_std must be a finite number of at least 0, got {self.k_std}")
 
-    def with_known_stiffness(self, rig: Rig) -> Rig:
-        """The rig with the tolerance of this model's k: that of the declared k is of another number."""
-        if self.k_std is None:
-            return rig
-        k = self.tyre["k"]
-        known = min(max(self.k_std / EVEN, STIFFNESS_CHANGES * k), USUAL["k"] * k)
-        return replace(rig, tolerances=replace(rig.tolerances, k=known))
+    def with_known_stiffness(self, rig: Rig, declared: float, ground: str | None = None) -> Rig:
+        """The rig with the tolerance of this model's k: that of the declared k is of another number.
+
+        It is as wide as the diagnosis knows k. Where k is beyond a tolerance that somebody declared, k
+        or the torque's scale is wrong; what a wrong scale does to friction, a wrong load does, whose
+        tolerance is widened.
+
+        Args:
+            rig: with the tolerance of the declared k.
+            declared: k of the rig file [N/m^2].
+            ground: whose k is taken, where it belongs to a ground.
+
+        Raises:
+            InvalidInputError: k is farther from the declared one than `OTHER_SCALE` allows.
+        """
+        k, tolerance = self.values_for_estimation(ground).get("k", declared), rig.tolerances.k
+        if is_of_other_scale(k, declared, tolerance):
+            raise InvalidInputError(
+                f"the model's stiffness k is {k:.3g} N/m^2, {k / declared:.2g} times the declared one; a"
+                " torque or an angle in another unit or before a gear, or a wrong load or half-length,"
+                " looks like that, and makes friction wrong by as much. If it is the tyre's, declare it"
+                f" in the rig file: k = {{ value = {k:.3g}, tolerance = {USUAL['k'] * k:.2g} }}"
+            )
+        known, load = tolerance, rig.tolerances.load
+        if self.k_std is not None:
+            known = min(max(self.k_std / EVEN, STIFFNESS_CHANGES * k), USUAL["k"] * k)
+        if tolerance is not None and abs(k - declared) > tolerance:
+            off = SHARED * abs(math.log(k / declared)) / EVEN
+            load = math.hypot(USUAL["load"] if load is None else load, off)
+        return replace(rig, tolerances=replace(rig.tolerances, k=known, load=load))
 
     def values_for(
         self, recording: str, mu: float | None = None, ground: str | None = None
@@ -170,6 +206,20 @@ class FoundModel:
         }
         values = {**self.tyre, **self.on_ground(ground)}
         return neutral | {name: value for name, value in values.items() if name != "mu"}
+
+
+def is_of_other_scale(k: float, declared: float, tolerance: float | None) -> bool:
+    """Whether a stiffness that was found is farther from the declared one than `OTHER_SCALE` allows.
+
+    Args:
+        k: the one that was found [N/m^2].
+        declared: that of the rig file [N/m^2].
+        tolerance: its tolerance [N/m^2], None where none is declared.
+    """
+    tolerances, factor = OTHER_SCALE
+    if tolerance is not None:
+        factor = 1 + tolerances * max(tolerance / declared, STIFFNESS_CHANGES)
+    return not 1 / factor <= k / declared <= factor
 
 
 def units_of(model: Model) -> dict[str, str]:

