@@ -162,6 +162,10 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     update_rate(state, passed[0]);
     now[0] = passed[0];
     now[1] = is_known(passed[1]) ? passed[1] : state->rate;
+    if (fabs(now[1]) >= PSI_RATE_LIMIT) {
+        implausible = ${NAME}_IMPLAUSIBLE;
+        now[1] = (${real})NAN;
+    }
     now[2] = passed[3];
     now[3] = sample->dt;
 %% for name in torques

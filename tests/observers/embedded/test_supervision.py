@@ -153,6 +153,8 @@ def test_implausible_samples_are_those_of_python(generated: Generate, name: str)
     rows[260:270, 0], rows[300:330:3, 0] = np.nan, rng.uniform(-6, 6, 10)
     rows[280, 0] += 0.13  # The next angle could follow this one, and is nearer to the one before it.
     rows[281, 0] += 0.05
+    # Each of these may follow the last one; the rate of all of them is beyond the limit.
+    rows[340:390, 0], rows[340:390, 4] = rows[339, 0] + 0.045 * np.arange(1, 51), 0.005
     expected = python_estimates(observer, rows)
     estimates = generated(observer, DOUBLE).run(rows)
 
