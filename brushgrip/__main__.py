@@ -9,11 +9,7 @@ except KeyboardInterrupt:
 
 
 def main() -> None:
-    """Runs the command line of the process.
-
-    Raises:
-        SystemExit: always; see `brushgrip.cli.app.main`; status 130 where the process was told to end.
-    """
+    """Runs the command line of the process, and exits; see `brushgrip.cli.app.main`."""
     run_process(load_command)
 
 

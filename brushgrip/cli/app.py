@@ -159,11 +159,7 @@ def _run(arguments: Sequence[str]) -> int:
 
 
 def _said(error: Exception) -> int:
-    """The exit status for an error that is ours or the user's, once it is said; any other is raised.
-
-    Raises:
-        Exception: it is a fault of the program.
-    """
+    """The exit status for an error that is ours or the user's, once it is said; any other is raised."""
     from symbolic import BrushgripError, InvalidInputError
 
     if isinstance(error, BrushgripError):

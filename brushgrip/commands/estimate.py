@@ -145,11 +145,7 @@ class EstimateRequest(GroundRequest):
     def _say(
         self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path], found: "FoundModel | None"
     ) -> None:
-        """Print what was estimated.
-
-        Raises:
-            InvalidInputError: a recording could not be.
-        """
+        """Print what was estimated; recordings that could not be are a fault."""
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.report.printed import say_grounds
         from brushgrip.running.batch import friction_of_grounds, printed_rows

@@ -21,11 +21,7 @@ def option(flag: str, metavar: str | None = None, help: str = "", **settings: An
 
 
 def valid_file_name(path: Path | None) -> Path | None:
-    """The name of a file to write, as it was given; None for none.
-
-    Raises:
-        InvalidInputError: it is empty or names a folder by its place, as `.` and `/` do.
-    """
+    """The name of a file to write, as given; none that names a folder by its place, as `/`."""
     if path is not None and path.name in ("", ".."):
         from symbolic import InvalidInputError
 
@@ -34,11 +30,7 @@ def valid_file_name(path: Path | None) -> Path | None:
 
 
 def valid_folder_name(path: Path | None) -> Path | None:
-    """The name of a folder to write to, as it was given; None for none.
-
-    Raises:
-        InvalidInputError: it is a loop of links, or too long.
-    """
+    """The name of a folder to write to, as given; a loop of links, or one too long, is refused."""
     try:
         if path is not None:
             path.resolve().exists()
@@ -51,11 +43,7 @@ def valid_folder_name(path: Path | None) -> Path | None:
 
 
 def model_file(path: Path | None) -> Path | None:
-    """The name of a model file: of a folder of a diagnosis, that in it.
-
-    Raises:
-        InvalidInputError: the folder holds none.
-    """
+    """The name of a model file: of a folder of a diagnosis, that in it."""
     from observers.interfaces.factory import model_file_in
 
     return None if path is None else model_file_in(path)

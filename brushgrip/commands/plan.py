@@ -128,11 +128,7 @@ class PlanRequest:
         self._say(planned, finals, inputs.signals.of("psi"))
 
     def _say(self, planned: "Plan", finals: list[Path], angle: "SignalSource") -> None:
-        """Print what the plan tells on each ground.
-
-        Raises:
-            BrushgripError: the target is missed on one.
-        """
+        """Print what the plan tells on each ground; a target that is missed on one is a fault."""
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.outputs.planned import plan_document, rows_by_ground, turning
         from symbolic import BrushgripError

@@ -122,11 +122,7 @@ def make_cases(inputs: Inputs, author: Path | None, declared: Sequence[float]) -
 
 
 def check_references(declared: Sequence[float], recordings: int, author: Path | None) -> None:
-    """Refuses reference frictions and a folder of estimates that cannot belong to so many recordings.
-
-    Raises:
-        InvalidInputError: the number of frictions or one of them is none, or the folder is missing.
-    """
+    """Refuses reference frictions and a folder of estimates that cannot belong to so many recordings."""
     if len(declared) not in (0, 1, recordings):
         raise InvalidInputError(
             f"--declared has {len(declared)} values for {recordings} recordings;"

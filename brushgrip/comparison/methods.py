@@ -107,8 +107,7 @@ MODEL_METHODS: Mapping[str, ObserverFactory] = {
 def default_methods(found: FoundModel | None = None) -> list[Method]:
     """The methods that the command compares; `EKF in C` where there is a compiler.
 
-    Args:
-        found: the model of a diagnosis for EKF and MHE; None for the declared model.
+    Filters are on the model of a diagnosis, or on the declared one; the root solve always is.
     """
     methods: list[Method] = [
         ObserverMethod(name=name, factory=factory, works_beyond_five_zones=False, gives_deviation=False)

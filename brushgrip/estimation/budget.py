@@ -30,12 +30,6 @@ def friction_budget(
 
     Empty where no sample is usable, for other observers than an `Ekf`, friction by direction, and beyond
     `MAX_BUDGET_SAMPLES`.
-
-    Args:
-        factory: of the observer that made the estimates.
-        recording: the signals.
-        found: the model that a diagnosis found, None for the declared one.
-        estimates: over the recording, causal.
     """
     at = last_usable(estimates)
     if at is None or at >= MAX_BUDGET_SAMPLES:

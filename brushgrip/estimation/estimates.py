@@ -146,11 +146,7 @@ OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
 def observer_factory(
     name: ObserverName, chosen: ChosenTuning | None = None, *, by_direction: bool = False
 ) -> ObserverFactory:
-    """The factory of an observer with a tuning, None for the usual one; friction by direction or not.
-
-    Raises:
-        InvalidInputError: the observer has no tuning, or no friction by direction.
-    """
+    """The factory of an observer with a tuning, None for the usual one; friction by direction or not."""
     if chosen is None and not by_direction:
         return OBSERVERS[name]
     if name is ObserverName.ROOT:

@@ -57,13 +57,7 @@ BESIDE = (
 
 
 def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) -> str:
-    """The suspected causes in one line, with the whole map that mends them.
-
-    Args:
-        recording: which looks wrong.
-        causes: some of those of `observers.quality.input_plausibility`.
-        torque: column of the torque that was measured, `M_z` or `M`.
-    """
+    """The suspected causes in one line, with the whole map that mends them."""
     changed: dict[str, SignalSource] = {}
     angle = ratio = ""
     for cause in causes:

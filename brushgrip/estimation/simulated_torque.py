@@ -12,13 +12,7 @@ def model_and_values(
 ) -> tuple[Model, dict[str, float]]:
     """The model for a recording, declared or found, and the values of all its parameters.
 
-    Args:
-        recording: the signals, with what rig and tyre declare.
-        found: the model that a diagnosis found; None for the declared one.
-        given: friction coefficient in place of every other [1].
-
-    Raises:
-        InvalidInputError: mu is unknown.
+    A friction coefficient that is given [1] goes before every other; without any, mu is not known.
     """
     mu = recording.tyre.mu if given is None else given
     if found is not None:

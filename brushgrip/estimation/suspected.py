@@ -19,11 +19,7 @@ MAX_REPLAYED_SAMPLES = 20_000
 
 
 def require_plausible(recording: Recording) -> None:
-    """Refuses a recording that looks like one in other units, or of the other sign.
-
-    Raises:
-        InvalidInputError: the message names the suspected cause.
-    """
+    """Refuses a recording that looks like one in other units, or of the other sign."""
     for line in implausibility_lines([recording]):
         raise InvalidInputError(line)
 
@@ -46,14 +42,7 @@ def _suspects(recording: Recording) -> str:
 def suspected_cause(
     factory: ObserverFactory, recording: Recording, found: FoundModel | None, estimates: Estimates
 ) -> str:
-    """The cause of `Status.SUSPECT` with what mends it; empty where nothing is suspected.
-
-    Args:
-        factory: of the observer that made the estimates.
-        recording: the signals.
-        found: the model that a diagnosis found, None for the declared one.
-        estimates: over the recording.
-    """
+    """The cause of `Status.SUSPECT` with what mends it; empty where nothing is suspected."""
     flagged = np.flatnonzero(estimates.status[:MAX_REPLAYED_SAMPLES] & Status.SUSPECT)
     if flagged.size <= MIN_REPORTED_SHARE * estimates.t.size:
         return ""

@@ -86,9 +86,6 @@ class Inputs:
         Args:
             torque_required: whether a recording without M_z is a fault.
             causal: fill gaps from the past alone.
-
-        Raises:
-            InvalidInputError: a file is bad, or one recording is given twice.
         """
         nominal = None if self.rig is None else read_rig(self.rig)
         vehicle = None if self.vehicle is None else read_vehicle(self.vehicle)
@@ -114,11 +111,7 @@ class Inputs:
         ]
 
     def decays(self) -> list[Decay]:
-        """The free vibrations in order.
-
-        Raises:
-            InvalidInputError: a file is bad, or one recording is given twice.
-        """
+        """The free vibrations in order."""
         nominal = None if self.rig is None else read_rig(self.rig)
         read = [read_decay(path, nominal, signals=self.signals) for path in self.paths.values()]
         self._require_distinct(read, lambda one, other: np.array_equal(one.psi, other.psi))
@@ -191,20 +184,8 @@ def locate_inputs(
 ) -> Inputs:
     """The inputs that a command line names.
 
-    Args:
-        names: recordings.
-        rig: rig file; None where the recordings know their rig.
-        channel_map: what `--map` says; goes before the rig file's [signals].
-        steering_ratio: what `--steering-ratio` says.
-        span: what `--from` and `--to` say [s].
-        model: model file, None for the declared model.
-        effects: modules of the user's own effects, which are imported.
-        ground: what `--ground` says.
-        vehicle: vehicle file of a car, in place of a rig file.
-
-    Raises:
-        InvalidInputError: a recording is missing or given twice, or rig, map, effects or grounds are
-            bad.
+    Each argument is what the option of its name says: `channel_map` that of `--map`, `span` those of
+    `--from` and `--to` [s], `names` the recordings. Modules of effects are imported.
     """
     if rig is not None and vehicle is not None:
         raise InvalidInputError("--rig and --vehicle are both given; name the one that was recorded")
@@ -251,15 +232,7 @@ def staged_tables(
 ) -> Iterator[list[Path]]:
     """Paths to write to, in the order of the final files, with their provenance in a file beside `out`.
 
-    Args:
-        inputs: what the tables are made from.
-        finals: files to write.
-        settings: options that change the result.
-        others: files that are written elsewhere.
-        out: the file that the provenance stands beside; the first of all if left out.
-
-    Raises:
-        InvalidInputError: a file would overwrite what is read, or cannot be written.
+    That is the first of all if left out; `others` are files that are written elsewhere.
     """
     written = [*([] if out is None else [out]), *finals, *others]
     if not written:
@@ -274,11 +247,7 @@ def staged_tables(
 
 
 def require_brakes_known(file: Path | None, recordings: Sequence[Recording]) -> None:
-    """Refuse recordings of which nothing says whether the brakes held the wheels.
-
-    Raises:
-        InvalidInputError: there is such a recording, and the vehicle file does not say.
-    """
+    """Refuse recordings of which nothing says whether the brakes held the wheels."""
     section = toml_of(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE] if file else {}
     for one in recordings:
         recorded = one.standstills is not None and one.standstills.brakes_recorded

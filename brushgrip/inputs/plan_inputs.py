@@ -11,11 +11,7 @@ from symbolic import InvalidInputError
 
 
 def chosen_limits(texts: Sequence[str] | None) -> SteeringLimits:
-    """The limits that texts such as "angle=0.2,rate=0.5" set.
-
-    Raises:
-        InvalidInputError: there is no such limit, it is given twice, or it is out of range.
-    """
+    """The limits that texts such as "angle=0.2,rate=0.5" set."""
     names, given = [field.name for field in fields(SteeringLimits)], {}
     for pair, name, text in named_texts(texts):
         if name not in names or name in given:
@@ -30,30 +26,18 @@ def chosen_limits(texts: Sequence[str] | None) -> SteeringLimits:
 
 
 def share_of(text: str) -> float:
-    """A share written as 5% or 0.05.
-
-    Raises:
-        InvalidInputError: it is no number.
-    """
+    """A share written as 5% or 0.05."""
     number = number_of(f"--target {text}", text.strip().removesuffix("%"))
     return number / 100 if text.strip().endswith("%") else number
 
 
 def frictions_of(text: str) -> tuple[float, ...]:
-    """Frictions separated by commas, in order [1].
-
-    Raises:
-        InvalidInputError: one is no number.
-    """
+    """Frictions separated by commas, in order [1]."""
     return tuple(sorted({number_of(f"--mu {text}", part) for part in text.split(",")}))
 
 
 def load_of(vehicle: Path | None, load: float | None) -> float:
-    """The load of a wheel [N].
-
-    Raises:
-        InvalidInputError: it is not given for a rig, or given for a car.
-    """
+    """The load of a wheel [N]: that of a car is in its file, that of a rig has to be given."""
     if (vehicle is None) == (load is None):
         raise InvalidInputError(
             "--load is missing; name the vertical load in N"

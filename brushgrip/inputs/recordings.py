@@ -49,12 +49,7 @@ def download_folder() -> Path:
 def locate(name: str, *, of_car: bool = False) -> Path:
     """The file of a recording: as given, with .mat or .csv, and for a bare name where data is kept.
 
-    Args:
-        name: as the user gives it.
-        of_car: it is of a car, of which nothing is published.
-
-    Raises:
-        InvalidInputError: there is none; the message says where it was looked for.
+    Of a car nothing is published, so that it is not looked for there.
     """
     try:
         given = Path(name).expanduser()
@@ -88,11 +83,7 @@ def _is_there(path: Path) -> bool:
 
 
 def refuse_overwriting(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
-    """Refuses to write over what was read.
-
-    Raises:
-        InvalidInputError: an output is one of the inputs, whatever way its path is spelt.
-    """
+    """Refuses to write over what was read, whatever way its path is spelt."""
     read = {key for path in inputs for key in file_keys(path)}
     for output in outputs:
         if not read.isdisjoint(file_keys(output)):
@@ -197,15 +188,7 @@ def unique_labels(paths: Sequence[Path]) -> list[str]:
 
 
 def grounds_by_name(names: Sequence[str], given: Sequence[str] | None) -> dict[str, str]:
-    """The grounds that `--ground` names, by recording.
-
-    Args:
-        names: labels of all recordings.
-        given: texts such as "steel=fem1,fem3", or "steel": the ground of every recording.
-
-    Raises:
-        InvalidInputError: a text is none such, names no recording of these, or a recording twice.
-    """
+    """The grounds of texts such as "steel=fem1,fem3", by recording; "steel" alone is that of all."""
     grounds: dict[str, str] = {}
     for text in given or ():
         ground, equals, listed = (printable(part.strip()) for part in text.partition("="))

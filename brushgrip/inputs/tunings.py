@@ -48,13 +48,7 @@ def named_texts(values: Sequence[str] | None) -> list[tuple[str, str, str]]:
 def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTuning | None:
     """A profile and the values that replace some of its; None where nothing is chosen.
 
-    Args:
-        name: of the profile; None for the usual one.
-        values: texts such as "mu_walk=0.02"; one may hold several, separated by commas.
-
-    Raises:
-        InvalidInputError: there is no such profile or value, or a value is given twice or outside its
-            range.
+    Without a name it is the usual profile; values are texts such as "mu_walk=0.02,mu_std=0.2".
     """
     pairs = named_texts(values)
     if name is None and not pairs:
@@ -78,11 +72,7 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTunin
 
 
 def number_of(where: str, text: str, *, whole: bool = False) -> float:
-    """The number that an option gives.
-
-    Raises:
-        InvalidInputError: it is none; the message begins with where it stands.
-    """
+    """The number that an option gives."""
     try:
         return int(text) if whole else float(text)
     except ValueError:

@@ -21,13 +21,6 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
     The modules are imported, which runs their code; a model file alone never has anything imported.
     The current directory, or that of a file, is put last on `sys.path` and stays there: the processes of
     a search find the same modules, and no file that lies in it takes the place of an installed one.
-
-    Args:
-        modules: importable names, or files; one entry may hold several, separated by commas.
-
-    Raises:
-        InvalidInputError: a module cannot be imported or declares no effects, or two effects have the
-            same name.
     """
     effects: dict[str, Effect] = {}
     for name in _names(modules):
@@ -77,11 +70,7 @@ def _effects_of(name: str) -> tuple[Effect, ...]:
 
 
 def _tried(effect: Effect) -> Effect:
-    """The effect, where a model with it can be built.
-
-    Raises:
-        InvalidInputError: it has no hook, or one of them fails.
-    """
+    """The effect, where it has a hook and a model with it can be built."""
     if all(getattr(type(effect), hook) is getattr(Effect, hook) for hook in HOOKS):
         raise InvalidInputError(
             f"effect {effect.name!r} changes nothing: it overrides none of {', '.join(HOOKS)}; is the"
@@ -100,11 +89,7 @@ def _tried(effect: Effect) -> Effect:
 
 @contextmanager
 def _own_code(what: str, remedy: str) -> Iterator[None]:
-    """Runs the user's code: whatever it raises is one line, also when it exits the process.
-
-    Raises:
-        InvalidInputError: it raised something.
-    """
+    """Runs the user's code: whatever it raises is one line, also when it exits the process."""
     try:
         yield
     except (KeyboardInterrupt, GeneratorExit):

@@ -64,13 +64,7 @@ class Adviser:
 
 
 def advice_text(advice: Advice, psi: float, target_deviation: float) -> str:
-    """An advice in a sentence.
-
-    Args:
-        advice: of a `Probe`.
-        psi: angle of the wheel now [rad].
-        target_deviation: standard deviation over friction that is wanted [1].
-    """
+    """An advice in a sentence, by the angle now [rad] and the deviation over friction wanted [1]."""
     if advice.finished:
         return f"friction is known to {target_deviation:.1%}, stop turning"
     if advice.stopped:

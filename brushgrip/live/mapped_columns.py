@@ -46,10 +46,6 @@ class Columns:
         Args:
             units: unit of each name, empty for none.
             by_part: whether the last part of a name is enough, as of a signal in a message.
-
-        Raises:
-            InvalidInputError: neither an angle nor a torque, or not both, or no load; the message
-                proposes a map. Or a unit is none of the column's.
         """
         names, found = list(units), {}
         signals = fitting_map(self._where, self._signals, names)
@@ -70,11 +66,7 @@ class Columns:
         return found
 
     def __call__(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The columns of values by name; a line may hold some of the names that others hold.
-
-        Raises:
-            InvalidInputError: as of `find`, for all names that were seen.
-        """
+        """The columns of values by name; a line may hold some of the names that others hold."""
         names = tuple(values)
         if (plan := self._plans.get(names)) is None:
             own = {name: unit_of_name(name) for name in names[:MAX_NAMES]}

@@ -162,9 +162,6 @@ def serve(session: Session, host: str, port: int, opened: Callable[[str], None])
         host: address to listen at; 127.0.0.1 for this machine alone.
         port: there; 0 for any that is free.
         opened: is called with the address of the page.
-
-    Raises:
-        InvalidInputError: Bokeh is missing, or the address is taken or none of this machine.
     """
     try:
         application, function, server = (

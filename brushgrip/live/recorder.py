@@ -31,9 +31,6 @@ class Recorder:
         Args:
             wanted: its name; where it is taken, `_2`, `_3` and so on are put behind it.
             columns: of the recording, which go before those of the estimates.
-
-        Raises:
-            InvalidInputError: it cannot be written, or pyarrow is missing.
         """
         names = (wanted if n == 1 else wanted.with_stem(f"{wanted.stem}_{n}") for n in count(1))
         self.path, self.samples = next(path for path in names if not path.exists()), 0

@@ -208,11 +208,7 @@ class CarStandstillEstimator:
         return points if self._stretch is None else points + self._stood(self._stretch)
 
     def implausible(self, recorded: NDArray[np.float64], /) -> str:
-        """Why the columns look like ones in other units or of other signs; empty where they do not.
-
-        Args:
-            recorded: samples, shape (n, columns).
-        """
+        """Why the columns look like ones in other units or of other signs; empty where they do not."""
         try:
             require_plausible_car(self._table(self.columns, recorded), self._vehicle)
         except InvalidInputError as error:

@@ -54,11 +54,7 @@ class Sender:
     """Sends states, at most one every `INTERVAL`; what cannot be sent is left out."""
 
     def __init__(self, spec: str) -> None:
-        """Join a bus, `can:INTERFACE:CHANNEL`, or aim at a port, `udp:PORT` or `udp:HOST:PORT`.
-
-        Raises:
-            InvalidInputError: it is none such, or cannot be reached.
-        """
+        """Join a bus, `can:INTERFACE:CHANNEL`, or aim at a port, `udp:PORT` or `udp:HOST:PORT`."""
         kind, _, rest = spec.partition(":")
         self._send: Callable[[State], None]
         self.close: Callable[[], None]

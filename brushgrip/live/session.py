@@ -80,11 +80,7 @@ class Session:
         self._measured, self._last_usable, self._estimating = -np.inf, "", False
 
     def start(self) -> None:
-        """Open the source and run.
-
-        Raises:
-            InvalidInputError: it cannot be opened.
-        """
+        """Open the source and run."""
         try:
             source = self._open()
         except OSError as error:

@@ -33,22 +33,7 @@ def follow(
     ground: str | None = None,
     adviser: Adviser | None = None,
 ) -> tuple[Callable[[], Source], RowEstimator]:
-    """A source with the observer that `estimate` would use for its recording.
-
-    Args:
-        spec: the source, see `opener`.
-        inputs: rig or vehicle, model and map, without recordings.
-        factory: of the observer.
-        speed: of the clock of a file.
-        ground: what the wheel stands on.
-        adviser: says where to turn.
-
-    Returns:
-        What opens the source, and what makes estimates of its samples.
-
-    Raises:
-        InvalidInputError: source, rig or model cannot be used.
-    """
+    """What opens a source, and what makes the estimates of its samples that `estimate` would make."""
     if not 0 < speed < np.inf:
         raise InvalidInputError(f"--speed must be finite and greater than 0, got {speed:g}")
     where, table = spec.removeprefix("replay:"), None
@@ -99,15 +84,7 @@ def opener(
 ) -> Callable[[], Source]:
     """What opens the source of a command line, again and again where it is lost.
 
-    Args:
-        spec: `udp:PORT`, `udp:HOST:PORT`, `can:INTERFACE:CHANNEL`, `-`, `replay:FILE` or the file.
-        columns: of the source.
-        dbc: database of a bus.
-        table: content of a file, None for another source.
-        speed: of the clock of a file.
-
-    Raises:
-        InvalidInputError: it is none such.
+    The clock of a file, whose content is `table`, runs at `speed`.
     """
     kind, _, rest = spec.partition(":")
     if table is not None:

@@ -61,11 +61,7 @@ def line_of(state: State) -> str:
 
 
 def address_of(spec: str, rest: str) -> tuple[str, int]:
-    """Host and port of `HOST:PORT` or `PORT`, which means this machine alone.
-
-    Raises:
-        InvalidInputError: it is none such.
-    """
+    """Host and port of `HOST:PORT` or `PORT`, which means this machine alone."""
     host, _, port = rest.rpartition(":")
     if not (port.isascii() and port.isdigit() and 0 < int(port[:9]) < 65536):
         raise InvalidInputError(f"{spec}: expected a port from 1 to 65535, such as udp:5005")

@@ -15,9 +15,6 @@ def staged_file(final: str | Path) -> Iterator[Path]:
 
     Missing folders are made, on success. Enter before a long calculation, and an unwritable place
     shows at once. A pipe or a device is written to directly.
-
-    Raises:
-        InvalidInputError: the file cannot be written there.
     """
     final = Path(final)
     with _as_input_error(final):
@@ -51,9 +48,6 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
 
     The final folder and missing folders above it are made, on success; other files in it stay.
     Enter before a long calculation, and an unwritable place shows at once.
-
-    Raises:
-        InvalidInputError: the folder cannot be written there, or holds a folder where a file goes.
     """
     final = Path(final)
     with ExitStack() as stack:
@@ -79,11 +73,7 @@ def table_path(out: Path, label: str, count: int) -> Path:
 
 
 def check_png_name(picture: Path) -> None:
-    """Refuses a picture that is no PNG.
-
-    Raises:
-        InvalidInputError: the name has another suffix.
-    """
+    """Refuses a picture that is no PNG."""
     if picture.suffix.lower() != ".png":
         raise InvalidInputError(f"{picture}: the picture needs a name that ends in .png")
 

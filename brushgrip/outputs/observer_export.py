@@ -67,11 +67,7 @@ WRITERS: Mapping[str, Callable[..., list[Path]]] = {
 
 
 def window_setting(observer: str, window: int | None) -> dict[str, int]:
-    """The setting of an observer that `--window` makes; empty where it is not given.
-
-    Raises:
-        InvalidInputError: the observer has no window, or it is too long.
-    """
+    """The setting of an observer that `--window` makes; empty where it is not given."""
     if window is None:
         return {}
     if KINDS[observer] is not Mhe:
@@ -93,11 +89,7 @@ def state_bytes(files: Sequence[Path], name: str) -> int | None:
 
 
 def described_by(rig: Path | None, vehicle: Path | None) -> Path:
-    """The file that describes the rig or the car.
-
-    Raises:
-        InvalidInputError: there is none.
-    """
+    """The file that describes the rig or the car."""
     if (described := vehicle if rig is None else rig) is None:
         raise InvalidInputError("--rig and --vehicle are both missing; name one of them")
     return described
@@ -106,18 +98,7 @@ def described_by(rig: Path | None, vehicle: Path | None) -> Path:
 def chosen_observer(
     kind: str, torque: str, *, rig: Path | None, vehicle: Path | None, **settings: Any
 ) -> ModelObserver:
-    """The observer of a rig or of a car.
-
-    Args:
-        kind: a key of `KINDS`.
-        torque: a key of `MEASUREMENT_MODELS`.
-        rig: rig file, or None.
-        vehicle: vehicle file, or None.
-        settings: further arguments of `observers.from_files`.
-
-    Raises:
-        InvalidInputError: neither is named, or a setting is not of theirs.
-    """
+    """The observer of a rig or of a car, with the settings of `observers.from_files`."""
     make = from_files if vehicle is None else build_car_observer
     described, measured = described_by(rig, vehicle), MEASUREMENT_MODELS[torque]
     made: ModelObserver = make(KINDS[kind], described, measurement_model=measured, **settings)
@@ -127,11 +108,7 @@ def chosen_observer(
 def build_car_observer(
     kind: Callable[..., Ekf | Mhe], vehicle: Path, model: Path | None, **settings: Any
 ) -> Ekf | Mhe:
-    """The observer of a car, with the settings of `observers.from_files`.
-
-    Raises:
-        InvalidInputError: a setting is that of a wheel on a rig, or the file is bad.
-    """
+    """The observer of a car, with the settings of `observers.from_files`."""
     if model is not None or settings.pop("ground") is not None:
         raise InvalidInputError("--model and --ground are of a wheel on a rig; leave them out")
     if not isinstance(settings.pop("measurement_model"), AligningTorque):

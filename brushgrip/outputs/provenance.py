@@ -39,12 +39,7 @@ def provenance_of(
 ) -> dict[str, Any]:
     """The provenance of what is written now.
 
-    Args:
-        inputs: recordings, in order, and whatever else is read besides rig and model.
-        rig: rig file, None for none.
-        model: model file that is used, None for none.
-        signals: map of channels that is used.
-        settings: options that change the result.
+    Inputs are whatever is read besides rig and model, settings options that change the result.
     """
     return {
         "brushgrip": version(),
@@ -85,16 +80,8 @@ def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[
 
     The same inputs, rig, map and settings are the same run: it replaces what it wrote before.
 
-    Args:
-        document: where the result of a run tells its provenance.
-        made: that of the run to come.
-        force: take the folder all the same.
-
     Returns:
         Names of the files that the run there wrote, to clear when this one has succeeded.
-
-    Raises:
-        InvalidInputError: there is another run.
     """
     try:
         if not document.is_file() or document.stat().st_size > _MAX_FILE_SIZE:

@@ -46,9 +46,6 @@ def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
 
     Observers know friction of a gear, and no damping: what it makes at a usual speed is in the value by
     half, and in the tolerance.
-
-    Raises:
-        InvalidInputError: no inclination of a kingpin makes the return torque.
     """
     friction, zero = result.gear_friction, result.zero
     damped = max(0.0, result.damping.value) * USUAL_SPEED
@@ -127,11 +124,7 @@ def _toml(value: Any) -> str:
 
 
 def declared_rig(decays: Sequence[Decay], rig: Path | None) -> tuple[Rig, Tyre]:
-    """Rig and tyre to write k and b_t into: the rig file's, else those that all recordings declare.
-
-    Raises:
-        InvalidInputError: there is no rig file, and recordings differ.
-    """
+    """Rig and tyre to write k and b_t into: the rig file's, else those that all recordings declare."""
     if rig is not None:
         return read_rig(rig)
     first = decays[0]

@@ -24,13 +24,7 @@ _BOXES_WIDTH = 0.8
 
 
 def draw_boxes(path: Path, compared: Sequence[CaseScores], methods: Sequence[str]) -> None:
-    """Draw distribution, error and calculation time of each method, as in [Györök 2022], figure 5.10.
-
-    Args:
-        path: of the picture, PNG.
-        compared: the scores of all methods, a recording each.
-        methods: names of the methods, in the order of the boxes.
-    """
+    """Draw distribution, error and calculation time of each method, as in [Györök 2022], figure 5.10."""
     own = [name for name in methods if name != AUTHOR]
     colours = {name: QUIET for name in methods if name == AUTHOR}
     colours |= {name: _COLOURS[i % len(_COLOURS)] for i, name in enumerate(own)}

@@ -26,11 +26,7 @@ def demo_inputs() -> tuple[Inputs, int]:
 
 
 def demo_folder() -> Path:
-    """The folder of the demo's recordings.
-
-    Raises:
-        InvalidInputError: they are in neither place.
-    """
+    """The folder of the demo's recordings."""
     package = Path(brushgrip.__file__).parent
     folders = tuple(
         place / "recordings" for place in (package.parent / "examples", package / "embedded")
@@ -45,11 +41,7 @@ def demo_folder() -> Path:
 
 
 def copy_examples(out: Path) -> None:
-    """Writes the examples, their recordings and the rig that they simulate to a new folder.
-
-    Raises:
-        InvalidInputError: the folder holds something, or the examples are missing.
-    """
+    """Writes the examples, their recordings and the rig that they simulate to a new folder."""
     if out.is_dir() and any(out.iterdir()):
         raise InvalidInputError(f"{out}: is not empty; name a new folder for the examples")
     source = demo_folder().parent

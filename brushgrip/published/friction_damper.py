@@ -82,12 +82,8 @@ def fetch_runs(
 ) -> list[Path]:
     """What `fetch_friction_damper` does, with runs of any `registry`; see `digests`.
 
-    Args:
-        destination: the folder, made if missing.
-        registry: address and digests.
-        download: (address, name of a run) -> its channels.
-        local_sibling: folder beside that of a local copy, where the runs may be.
-        say: takes one line of progress at a time.
+    `download` gives the channels of a run by address and name; `local_sibling` is a folder beside that
+    of a local copy, where the runs may be.
     """
     destination, local = Path(destination), os.environ.get(LOCAL_COPY)
     address, published = registry

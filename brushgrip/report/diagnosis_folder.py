@@ -46,13 +46,6 @@ def write_diagnosis(
 ) -> dict[str, Any]:
     """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder.
 
-    Args:
-        folder: to write to.
-        diagnosis: the result of the search.
-        outcome: friction before and after, None where none was estimated.
-        made: where the results come from; None for a run outside a command.
-        submit: takes the drawing of pictures to processes.
-
     Returns:
         The content of diagnosis.json.
     """
@@ -76,15 +69,7 @@ def clean_up_and_print(
     diagnosis: Diagnosis,
     outcome: FrictionOutcome | None,
 ) -> None:
-    """Removes what an earlier run wrote and this one did not, and says what was found.
-
-    Args:
-        out: the folder of the results.
-        earlier: names of files that the run there wrote.
-        content: of diagnosis.json.
-        diagnosis: the result of the search.
-        outcome: friction before and after, None where none was estimated.
-    """
+    """Removes what an earlier run wrote and this one did not, and says what was found."""
     written = content[KEY]["files"]
     remove_earlier(out, earlier, written)
     remove_stale_pictures(out, written)

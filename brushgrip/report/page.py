@@ -127,12 +127,7 @@ def _contents(
 
 
 def remove_stale_pictures(folder: Path, written: Container[str]) -> None:
-    """Removes what an earlier report drew and this one did not; all other files stay.
-
-    Args:
-        folder: where the report is.
-        written: names of the files of this report.
-    """
+    """Removes what an earlier report drew and this one did not; all other files stay."""
     for path in folder.glob("*.png"):
         if path.name not in written and _PICTURES.fullmatch(path.name) and is_drawn_by_us(path):
             path.unlink()

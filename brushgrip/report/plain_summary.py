@@ -63,13 +63,7 @@ def _next_recording(friction: GroundFriction) -> str:
 
 
 def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> str:
-    """Friction by ground, what it holds for, the cause, and what is not known.
-
-    Args:
-        diagnosis: the result of the search.
-        outcome: friction before and after, recording by recording.
-        warning: what goes before all, such as that the recordings are simulated.
-    """
+    """Friction by ground, what it holds for, the cause, what is not known; a warning goes before all."""
     count, further = len(outcome.before), outcome.further()
     on_grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     friction = (

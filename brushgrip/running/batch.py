@@ -119,11 +119,7 @@ class EstimateOutcome:
 def other_outputs(
     out: Path | None, summary: Path | None, picture: Path | None, *, alone: bool
 ) -> list[Path]:
-    """Files that are written beside the tables of a batch: the summary, or all of a single recording.
-
-    Raises:
-        InvalidInputError: a name is not one for what it names.
-    """
+    """Files that are written beside the tables of a batch: the summary, or all of a single recording."""
     if alone:
         if out is None:
             if picture is not None:
@@ -143,11 +139,7 @@ def other_outputs(
 def task_submission(
     inputs: Inputs, tasks: Sequence[EstimateTask], jobs: int | None, scheduler: str | None
 ) -> Iterator[tuple[Submit, Progress]]:
-    """Where the tasks are done, and who is told how far they are; a single one is done in this process.
-
-    Raises:
-        InvalidInputError: rig or model are bad, or no scheduler answers.
-    """
+    """Where tasks are done, and who is told how far they are; a single one is done in this process."""
     if len(tasks) == 1 and scheduler is None:
         jobs = 1
     if inputs.rig is not None:

@@ -19,10 +19,6 @@ def cluster_or_local_executor(address: str | None, jobs: int | None = None) -> I
     A worker that is lost costs time alone: Dask gives its work to another. The workers need the same
     version of brushgrip, and to see files under the same paths.
 
-    Args:
-        address: of the scheduler, such as tcp://10.0.0.1:8786.
-        jobs: processes; None for one per core.
-
     Raises:
         InvalidInputError: dask.distributed is not installed, or nothing answers at the address.
         BrushgripError: the scheduler went away.

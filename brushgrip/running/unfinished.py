@@ -16,9 +16,6 @@ def trial_journal(out: Path) -> Iterator[Journal | None]:
     """A journal, beside the folder of results where that can be; None where it cannot be anywhere.
 
     It goes when all is done, and stays after anything else.
-
-    Args:
-        out: the folder that the results will be in.
     """
     folder = _place(out.resolve())
     if folder is None:

@@ -150,14 +150,7 @@ def errors_of(
     holdout: Sequence[Recording],
     left_out: Mapping[str, Array],
 ) -> Errors:
-    """The errors of a trial's model.
-
-    Args:
-        trial: the model, fitted.
-        training: recordings that the shared parameters were fitted to.
-        holdout: the others.
-        left_out: what `left_out_residuals` returns, or nothing.
-    """
+    """The errors of a trial's model."""
     unrefitted = unrefitted_residuals(trial.fitted, training, on_fitted_ground(training, holdout))
     return _errors(trial.residuals, training, holdout, left_out, unrefitted)
 

@@ -27,13 +27,7 @@ POINTS = 60
 def found_families(
     found: Sequence[FoundEffect], fitted: Fit, training: Sequence[Recording]
 ) -> tuple[FoundFamily, ...]:
-    """Families of the effects that were found, in order of selection, each with its curve.
-
-    Args:
-        found: the effects of the final model.
-        fitted: that model on the training recordings.
-        training: these; a curve is that of the one with the median error.
-    """
+    """Families of the effects found, in order; a curve is that of the recording of median error."""
     by_name = {effect.name: effect for effect in fitted.model.effects}
     sizes = [float(np.nanstd(fitted.residuals[r.name])) for r in training]
     recording = training[int(np.argsort(sizes)[(len(sizes) - 1) // 2])]

@@ -144,15 +144,7 @@ def _scope_and_parameters(
 
 
 def distance_from_neutral(effect: Effect, estimates: Mapping[str, ParameterEstimate]) -> float | None:
-    """How many standard deviations an effect's most significant parameter lies from its neutral value.
-
-    Args:
-        effect: whose parameters say where it vanishes.
-        estimates: by name, of a recording's or a ground's own as `M_0 [fem1]`.
-
-    Returns:
-        None where no such parameter has a deviation.
-    """
+    """Standard deviations from an effect's most significant parameter to its neutral value, if any."""
     neutral = {parameter.name: parameter.neutral for parameter in effect.parameters}
     distances = []
     for label, estimate in estimates.items():

@@ -77,11 +77,7 @@ class RackRecording:
 
 
 def read_rack(path: str | Path, vehicle: Vehicle, signals: SignalMap = NO_MAP) -> RackRecording:
-    """Read way and force of a car's rack.
-
-    Raises:
-        InvalidInputError: the file cannot be read as a recording of a car that stands.
-    """
+    """Read way and force of a car's rack."""
     path = Path(path)
     table = read_table(path, ("t",), READERS, signals)
     require_steering(table, vehicle)
@@ -114,10 +110,6 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
 
     M_z is NaN while the car rolls. A change of the brakes begins another standstill: the wheels turn
     about another point.
-
-    Raises:
-        InvalidInputError: the way of the rack or the force on it is in no column, or in another unit or
-            of the other sign; or the car never stands.
     """
     require_steering(table, vehicle)
     require_plausible_car(table, vehicle)
@@ -158,11 +150,7 @@ def to_mean_wheel(vehicle: Vehicle, moved: RackInstant, held: NDArray[np.bool_])
 
 
 def require_steering(table: Table, vehicle: Vehicle) -> None:
-    """Refuse a table without way or force of the rack, with a motor or the handwheel on one side alone.
-
-    Raises:
-        InvalidInputError: it is such a table.
-    """
+    """Refuse a table without way or force of the rack, or with a motor on one side alone."""
     columns, signals = table.columns, SignalMap(signals=table.sources)
     if absent := absent_rack_columns(columns):
         raise missing_channels(table.path, absent, table.names, signals)

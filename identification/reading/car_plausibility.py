@@ -27,11 +27,7 @@ MOVING = 2e-3
 
 
 def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
-    """Refuse columns that look like ones in other units, or of the other sign.
-
-    Raises:
-        InvalidInputError: the message has the whole map that mends them.
-    """
+    """Refuse columns that look like ones in other units, or of the other sign."""
     changed, reasons, columns = dict[str, SignalSource](), [], dict(table.columns)
 
     def source(column: str) -> SignalSource:

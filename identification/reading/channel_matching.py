@@ -88,11 +88,7 @@ Opener = Callable[[Path, SignalMap], AbstractContextManager[ChannelFile]]
 def resolve_columns(
     path: Path, file: ChannelFile, needed: Sequence[str], signals: SignalMap
 ) -> dict[str, str]:
-    """The full name of the channel of each column that the file has.
-
-    Raises:
-        InvalidInputError: a channel is missing, but for the time, or is not the only one of its name.
-    """
+    """The full name of the channel of each column that the file has."""
     full, absent = {}, []
     for column in possible_columns(needed):
         mapped = column in signals.signals
@@ -113,17 +109,7 @@ def resolve_columns(
 
 
 def match_channel(where: str, name: str, names: Sequence[str], *, by_part: bool = True) -> str | None:
-    """The full name of a channel: exact, without its unit, or by its last part; None for no such one.
-
-    Args:
-        where: begins the message, as the path of the file.
-        name: as the map or the column has it.
-        names: full names.
-        by_part: whether the last parts of a full name are enough.
-
-    Raises:
-        InvalidInputError: several channels are meant.
-    """
+    """The one channel of a name: exact, without its unit or, `by_part`, by its last parts; or None."""
     bare = [bare_name(full) for full in names]
     exact = [full for full in names if full == name]
     without_unit = [full for full, short in zip(names, bare, strict=True) if short == name]

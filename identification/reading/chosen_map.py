@@ -11,16 +11,7 @@ from symbolic import InvalidInputError
 
 
 def fitting_map(where: str, signals: SignalMap, names: Sequence[str]) -> SignalMap:
-    """Of several maps the one whose channels a file has, or of which it has most.
-
-    Args:
-        where: begins the message, as the path of the file.
-        signals: one map, or several.
-        names: of the channels of the file.
-
-    Raises:
-        InvalidInputError: the file has all channels of several maps.
-    """
+    """Of several maps the one whose channels a file has, or of which it has most."""
     if not signals.others:
         return signals
 
@@ -47,13 +38,8 @@ def _is_there(channel: str, names: Sequence[str]) -> bool:
 def unit_by_name(column: str, source: SignalSource, stated: str) -> tuple[SignalSource, str]:
     """The source with the unit that its channel's name ends in, and words on what was taken.
 
-    Args:
-        column: as `psi`.
-        source: as mapped; a unit of the map's stays.
-        stated: the unit that the file says, which stays too; empty for none.
-
-    Raises:
-        InvalidInputError: the map has a factor, which may hold the unit already.
+    A unit that the map has or that the file has stated stays; where the map has a factor, it may hold
+    the unit already, and that is a fault.
     """
     unit, name = unit_at_end(column, source.channel), source.channel
     if source.unit is not None or not unit or factor_of(column, unit) == factor_of(column, stated):
@@ -74,17 +60,7 @@ def unit_by_name(column: str, source: SignalSource, stated: str) -> tuple[Signal
 
 
 def with_steering_ratio(signals: SignalMap, ratio: float) -> SignalMap:
-    """The map of recordings of a steering wheel's angle.
-
-    Args:
-        signals: without a factor for psi; several maps have to take the same channel as psi, as nothing
-            says of which channel the ratio is.
-        ratio: that angle over the wheel's, greater than 0 [1].
-
-    Raises:
-        InvalidInputError: the ratio is not finite and greater than 0, an angle has a factor already, or
-            maps take psi from different channels.
-    """
+    """The map of recordings of a steering wheel's angle, which is the wheel's times this ratio [1]."""
     if not 0 < ratio < inf:
         raise InvalidInputError(f"--steering-ratio must be finite and greater than 0, got {ratio:g}")
     bare = [one for one in signals.each if abs(one.of("psi").factor) == 1]

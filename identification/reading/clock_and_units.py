@@ -37,9 +37,6 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
 
     A channel with a time of its own goes onto the clock of the torque, by linear interpolation between
     its neighbours. Where the angle is sampled faster its instants join, the torque missing there.
-
-    Raises:
-        InvalidInputError: a channel is missing, has samples of another number, or an unknown unit.
     """
     signals = fitting_map(str(path), signals, file.names)
     names = resolve_columns(path, file, needed, signals)
@@ -86,11 +83,7 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
 
 
 def remapped(table: Table, needed: Sequence[str], signals: SignalMap) -> Table:
-    """A table with a map applied to its columns; for readers that know none.
-
-    Raises:
-        InvalidInputError: the table lacks a mapped column.
-    """
+    """A table with a map applied to its columns; for readers that know none."""
     file = ChannelFile(names=tuple(table.columns), read=lambda name: Samples(values=table.columns[name]))
     mapped = tabulate(table.path, file, needed, signals)
     return replace(table, columns=mapped.columns, sources=mapped.sources, names=mapped.names)

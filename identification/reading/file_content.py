@@ -15,12 +15,7 @@ MAX_FILE_SIZE = 500_000_000
 def require_readable(path: Path, largest: int = MAX_FILE_SIZE) -> int:
     """The size of a file that may be read [bytes].
 
-    Args:
-        path: the file; a pipe or a device, which may block or never end, is refused.
-        largest: so many bytes are allowed.
-
-    Raises:
-        InvalidInputError: no such file, no regular file, too large, or not readable.
+    A pipe or a device, which may block or never end, is refused, and what is larger than `largest`.
     """
     with _as_input_error(path):
         status = path.stat()
@@ -38,11 +33,7 @@ def require_readable(path: Path, largest: int = MAX_FILE_SIZE) -> int:
 
 
 def read_bytes(path: Path, largest: int = MAX_FILE_SIZE) -> bytes:
-    """The content of a file that `require_readable` allows.
-
-    Raises:
-        InvalidInputError: as there.
-    """
+    """The content of a file that `require_readable` allows."""
     size = require_readable(path, largest)
     with _as_input_error(path), path.open("rb") as file:
         return file.read(size)
@@ -59,11 +50,7 @@ def _as_input_error(path: Path) -> Iterator[None]:
 
 
 def read_text(path: Path) -> str:
-    """The content of a UTF-8 text file, without its byte order mark.
-
-    Raises:
-        InvalidInputError: not readable, empty, or not UTF-8 text.
-    """
+    """The content of a UTF-8 text file, without its byte order mark."""
     content = read_bytes(path)
     with naming(path):
         return text_of(content)

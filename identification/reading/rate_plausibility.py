@@ -28,9 +28,6 @@ def require_rate_of_angle(table: Table, psi: Array, psi_dot: Array) -> None:
         table: where they come from, for the message.
         psi: angle [rad], shape (n,), without gaps.
         psi_dot: measured rate [rad/s], shape (n,), without gaps.
-
-    Raises:
-        InvalidInputError: the message has the map that mends it.
     """
     t = table.columns["t"][-psi.size :]
     middle = (psi_dot[1:] + psi_dot[:-1]) / 2

@@ -103,9 +103,6 @@ def read_table(
         needed: names of columns of which not every sample may be missing.
         readers: by suffix in lower case.
         signals: where columns come from.
-
-    Raises:
-        InvalidInputError: there is no such file, no reader of its suffix, or something in it is wrong.
     """
     reader = readers.get(path.suffix.lower() or ".csv")
     if reader is None:
@@ -123,12 +120,7 @@ def read_table(
 
 
 def files_beside(paths: Iterable[Path], signals: SignalMap) -> list[Path]:
-    """Files that are read along with recordings: the database of CAN logs, the rest of a ROS 2 bag.
-
-    Args:
-        paths: recordings.
-        signals: map of channels, which may name the database.
-    """
+    """Files that are read along with recordings: the database of CAN logs, the rest of a ROS 2 bag."""
     found = dict.fromkeys([] if signals.dbc is None else [signals.dbc])
     for path in paths:
         suffix = path.suffix.lower()

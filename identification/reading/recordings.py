@@ -276,11 +276,7 @@ def _forward_filled(t: Array, values: Array) -> Array:
 
 
 def _from_first_complete(table: Table) -> Mapping[str, Array]:
-    """The columns from the first sample on that has an angle, a load and, where recorded, a rate.
-
-    Raises:
-        InvalidInputError: too few samples are left.
-    """
+    """The columns from the first sample on that has an angle, a load and, where recorded, a rate."""
     recorded = [
         np.isfinite(table.columns[name])
         for name in ("psi", "F_N", "psi_dot")

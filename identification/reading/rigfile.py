@@ -74,9 +74,6 @@ def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, T
     Args:
         table: with values by name, out of `DECLARABLE` (SI units), and their tolerances.
         nominal: rig and tyre from elsewhere; None where only the recording knows them.
-
-    Raises:
-        InvalidInputError: a, e or k is known from neither, or a value is outside its range.
     """
     missing = [key for keys in REQUIRED_KEYS.values() for key in keys if key not in table.declared]
     if nominal is None and missing:

@@ -63,9 +63,6 @@ class SignalSource:
         Args:
             column: as `psi`.
             unit: what the file says; counts where the map gives none.
-
-        Raises:
-            InvalidInputError: the unit is none of the column's; the message proposes a map.
         """
         factor = require_factor(column, unit if self.unit is None else self.unit, self.channel)
         return self.factor * factor / (self.ratio if self.ratio and column in ANGLES else 1.0)
@@ -201,11 +198,7 @@ def parse_signals(text: str) -> SignalMap:
 
 
 def parse_maps(texts: Iterable[str]) -> SignalMap:
-    """The map of several options `--map`; one that names a column again begins that of other recordings.
-
-    Raises:
-        InvalidInputError: as of `parse_signals`, or two databases.
-    """
+    """The map of several `--map`; one that names a column again begins that of other recordings."""
     given = [parse_signals(text) for text in texts]
     maps: list[dict[str, SignalSource]] = [{}]
     for one in given:
@@ -235,10 +228,6 @@ def mending_map(sources: Mapping[str, SignalSource], changed: Mapping[str, Signa
     """What to write so that some columns come from elsewhere, with all that is mapped already.
 
     Names that `--map` cannot hold make it the first line of the file that has [signals].
-
-    Args:
-        sources: of all columns as they are.
-        changed: of those that have to change.
     """
     given = {c: s for c, s in sources.items() if s != SignalSource(channel=c)} | dict(changed)
     entries = {column: source.as_map(column) for column, source in given.items()}

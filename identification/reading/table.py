@@ -93,14 +93,9 @@ def possible_columns(needed: Sequence[str]) -> tuple[str, ...]:
 
 
 def require_valid_samples(table: Table, needed: Sequence[str]) -> None:
-    """Check every sample.
+    """Check every sample; of the columns needed not all may be missing.
 
-    Args:
-        table: the samples.
-        needed: names of columns of which not every sample may be missing.
-
-    Raises:
-        InvalidInputError: names the first fault and counts the other faulty samples.
+    The message names the first fault and counts the other faulty samples.
     """
     _require_one_length(table)
     columns = {name: table.columns[name] for name in MAX_VALUES if name in table.columns}

@@ -23,9 +23,6 @@ def trimmed(recording: Recording, begin: float | None, end: float | None) -> Rec
         recording: the whole.
         begin: first time as the recording counts it [s]; None for its first.
         end: last time [s]; None for its last.
-
-    Raises:
-        InvalidInputError: fewer samples are left than a recording needs.
     """
     t = recording.t
     low, high = (t[0] if begin is None else begin), (t[-1] if end is None else end)

@@ -66,12 +66,7 @@ _SIGNS = str.maketrans(
 
 
 def factor_of(column: str, unit: str) -> float | None:
-    """The factor from a unit to SI; None where the unit is none of the column's.
-
-    Args:
-        column: as `psi`.
-        unit: as `deg`, `°` or `[Nm]`; an empty one is SI.
-    """
+    """The factor to SI of a unit such as `°` or `[Nm]`, 1 for none; None if the column has none such."""
     bare = _bare(unit)
     if bare in _NO_UNIT:
         return 1.0
@@ -124,11 +119,7 @@ def unit_at_end(column: str, name: str) -> str:
 
 
 def require_factor(column: str, unit: str, channel: str) -> float:
-    """The factor from a unit to SI.
-
-    Raises:
-        InvalidInputError: the column has no such unit; the message proposes a map of the channel.
-    """
+    """The factor from a unit to SI; where there is none, the message proposes a map of the channel."""
     factor = factor_of(column, unit)
     if factor is None:
         likely = unit_at_end(column, channel) or next(iter(UNITS[column]))

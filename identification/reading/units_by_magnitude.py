@@ -23,11 +23,7 @@ MAX_LEVER_ARM = 0.8
 
 
 def unit_of_period(period: float) -> str:
-    """The largest unit of time in which samples so far apart can follow a wheel, as `ms`.
-
-    Args:
-        period: between samples, in the unit of the recording.
-    """
+    """The largest unit of time in which samples so far apart can follow a wheel, as `ms`."""
     units = sorted(((factor, unit) for unit, factor in UNITS["t"].items()), reverse=True)
     plausible = (unit for factor, unit in units if factor * period < MAX_PLAUSIBLE_PERIOD)
     return next(plausible, units[-1][1])

@@ -226,11 +226,7 @@ def effects_leaving(signal: Signal, sign: int, effects: Iterable[Effect]) -> tup
 
 
 def check_signatures(effects: Iterable[Effect]) -> None:
-    """Check that the signatures which effects declare are of signals that are looked at.
-
-    Raises:
-        InvalidInputError: an effect names an unknown signal.
-    """
+    """Check that the signatures which effects declare are of signals that are looked at."""
     known = [signal.name for signal in RESIDUAL_SIGNALS]
     for effect in effects:
         for signature in effect.signatures:

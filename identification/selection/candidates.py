@@ -45,11 +45,6 @@ def rank_for_confirmation(
     indistinguishable from it, the one with the fewest parameters comes first. Repeat with the rest. A
     trial with a parameter at the end of its range, or with a second law of its family, comes after
     others as good. A flexible law is no rival of a law of its family.
-
-    Args:
-        justified: coarse trials, least judged error first.
-        training: recordings that they were fitted to.
-        criteria: thresholds of the search.
     """
     ranked, rest = [], list(justified)
     while rest:

@@ -55,11 +55,7 @@ class SelectionCriteria:
     rough_above: float = 0.015
 
     def __post_init__(self) -> None:
-        """Check that no threshold is negative and that blocks and steps are above zero.
-
-        Raises:
-            InvalidInputError: one is.
-        """
+        """Check that no threshold is negative and that blocks and steps are above zero."""
         for name, value in asdict(self).items():
             positive = name in ("block", "long_block", "idle_steps")
             if not (value > 0 if positive else value >= 0):

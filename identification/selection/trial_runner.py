@@ -218,11 +218,7 @@ def submit_of(executor: Executor | None) -> Submit:
 
 @contextmanager
 def _lent(executor: Executor) -> Iterator[Submit]:
-    """Work for an executor of the user's.
-
-    Raises:
-        BrushgripError: it lost work.
-    """
+    """Work for an executor of the user's; work that it loses is a fault."""
     pending: set[Future[Any]] = set()
 
     def submit(function: Callable[..., Any], *arguments: Any) -> Future[Any]:

@@ -59,12 +59,7 @@ def published_file(folder: Path, recording: str) -> Path:
 
 
 def read_published_friction(path: Path) -> PublishedFriction:
-    """Read a published estimate.
-
-    Raises:
-        InvalidInputError: it cannot be read, is no table of twelve columns, or holds no number
-            somewhere.
-    """
+    """Read a published estimate."""
     lines = read_text(path).splitlines()[1:]
     try:
         table = np.array([line.split(",") for line in lines if line.strip()], dtype=float)
@@ -91,11 +86,7 @@ def read_published_friction(path: Path) -> PublishedFriction:
 
 
 def aligned(psi: Array, part: Array) -> int:
-    """Index at which the samples `part` begin in the angle `psi` of the whole recording, both in [rad].
-
-    Raises:
-        InvalidInputError: they are not in it.
-    """
+    """Index at which the angles `part` begin in those of the whole recording, `psi`, both in [rad]."""
     starts = range(psi.size - part.size + 1)
     off = [float(np.abs(psi[at : at + part.size] - part).max()) for at in starts]
     if not off or not min(off) <= _TOLERANCE:

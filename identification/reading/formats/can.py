@@ -82,11 +82,7 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
 
 
 def read_database(dbc: Path) -> Any:
-    """The messages of a DBC file; cantools takes minutes for one of absurd length, and is not asked.
-
-    Raises:
-        InvalidInputError: it is none, a message is longer than any bus carries, or cantools is missing.
-    """
+    """The messages of a DBC file; cantools takes minutes for one of absurd length, and is not asked."""
     cantools = import_library("cantools", "can", dbc)
     require_readable(dbc, MAX_DATABASE_SIZE)
     text = read_text(dbc)
@@ -113,9 +109,6 @@ def _decoded(
     """Times of the frames of a message on a bus, its signals, and the buses that carry it.
 
     Without a bus, those of the first one that carries it. A signal is NaN where a frame lacks it.
-
-    Raises:
-        InvalidInputError: the bus carries no such frame.
     """
     times, columns = array("d"), {signal.name: array("d") for signal in message.signals}
     extended = is_extended(message)
@@ -187,11 +180,7 @@ def within_range(signal: Any, values: Array) -> NDArray[np.bool_]:
 
 
 def _valid(path: Path, name: str, signal: Any, times: Array, values: Array) -> Samples:
-    """A signal without what lies outside the range of the database, as 0xFFFF for "not available".
-
-    Raises:
-        InvalidInputError: no value lies within it.
-    """
+    """A signal without what lies outside the range of the database, as 0xFFFF for "not available"."""
     low, high = range_of(signal)
     outside = ~within_range(signal, values)
     unit = signal.unit or ""
@@ -208,11 +197,7 @@ def _valid(path: Path, name: str, signal: Any, times: Array, values: Array) -> S
 
 
 def database_beside(path: Path) -> Path:
-    """The only .dbc file beside a log.
-
-    Raises:
-        InvalidInputError: there is none, or more than one.
-    """
+    """The only .dbc file beside a log."""
     found = sorted(path.parent.glob("*.dbc"))
     if len(found) != 1:
         raise InvalidInputError(
@@ -229,11 +214,7 @@ _OBJECT_HEADER = 16
 
 
 def require_bounded(path: Path) -> None:
-    """Refuses a BLF file whose parts are larger than files may be, or that python-can reads for ever.
-
-    Raises:
-        InvalidInputError: they are, or the file is damaged.
-    """
+    """Refuses a BLF file whose parts are larger than files may be, or that python-can reads for ever."""
     total, rest = 0, b""
     try:
         for part, compressed in _containers(path.read_bytes()):
@@ -248,11 +229,7 @@ def require_bounded(path: Path) -> None:
 
 
 def _after_objects(path: Path, data: bytes) -> bytes:
-    """Bytes behind the last whole object of some containers, which belong to the next one.
-
-    Raises:
-        InvalidInputError: an object is shorter than its header; it would be its own successor.
-    """
+    """Bytes behind the last whole object of some containers, which belong to the next one."""
     at = 0
     while (begin := data.find(b"LOBJ", at, at + 8)) >= 0 and begin + _OBJECT_HEADER <= len(data):
         (size,) = unpack_from("<I", data, begin + 8)

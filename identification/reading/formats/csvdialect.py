@@ -16,11 +16,7 @@ _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def read_letters(path: Path) -> str:
-    """The text of a file in UTF-8, UTF-16 with its mark, or Windows' letters for a unit and an umlaut.
-
-    Raises:
-        InvalidInputError: not readable, empty, or in other letters.
-    """
+    """The text of a file in UTF-8, UTF-16 with its mark, or Windows' letters for units and umlauts."""
     content = read_bytes(path)
     with naming(path):
         if content.startswith(_UTF16):

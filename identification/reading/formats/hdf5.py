@@ -64,11 +64,7 @@ def _numeric(h5py: Any, file: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _require_unpacked(path: Path, name: str, dataset: Any) -> None:
-    """Refuses compressed chunks that unpack to more than a chunk holds, which HDF5 does before it looks.
-
-    Raises:
-        InvalidInputError: there is one.
-    """
+    """Refuses chunks that unpack to more than a chunk holds, which HDF5 does before it looks."""
     if dataset.compression != "gzip" or dataset.fletcher32:
         return
     size = prod(dataset.chunks) * dataset.dtype.itemsize
@@ -84,9 +80,6 @@ def _unpacked(path: Path, name: str, dataset: Any) -> Any:
     """Numbers of a dataset by the CF conventions, NaN where one is missing.
 
     Reference: CF Metadata Conventions 1.11, sections 2.5.1 and 8.1.
-
-    Raises:
-        InvalidInputError: an attribute is not a number.
     """
     values = np.asarray(dataset[()])
     attributes = {}

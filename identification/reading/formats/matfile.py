@@ -50,17 +50,7 @@ _MAX_ARRAY_SIZE = 8 * MAX_SAMPLES + _MAX_HEAD_SIZE
 
 
 def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
-    """Read the table; other variables in the file are ignored.
-
-    Args:
-        path: the file.
-        needed: names of columns that the file must hold, `t` for its variable `time` and so on.
-        signals: variables of the columns, their units and factors.
-
-    Raises:
-        InvalidInputError: not a MATLAB 5 file, a variable is missing, of another length or not of
-            real numbers.
-    """
+    """Read the table; other variables in the file are ignored."""
     if signals.others:
         signals = fitting_map(str(path), signals, list(_load(path, ())))
     mapped = {column: signal.channel for column, signal in signals.signals.items()}

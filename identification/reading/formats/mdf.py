@@ -66,11 +66,7 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
 
 def _require_ends(path: Path) -> None:
-    """Refuses lists of blocks that lead back into themselves, which asammdf follows for ever.
-
-    Raises:
-        InvalidInputError: one does.
-    """
+    """Refuses lists of blocks that lead back into themselves, which asammdf follows for ever."""
     with path.open("rb") as file:
         version = 4 if _number(file, 28, 2) >= 400 else 3
         size, after, inside = LINKS[version]
@@ -104,11 +100,7 @@ def _number(file: BinaryIO, at: int, size: int) -> int:
 
 
 def _require_records(path: Path, name: str, group: Any) -> None:
-    """Refuses a group whose blocks hold more than its records, which asammdf writes beyond its buffers.
-
-    Raises:
-        InvalidInputError: they do, or the records are too many.
-    """
+    """Refuses a group whose blocks hold more than its records: asammdf writes beyond its buffers."""
     head = group.channel_group
     require_size(path, name, head.cycles_nr)
     record = head.samples_byte_nr + getattr(head, "invalidation_bytes_nr", 0)

@@ -59,11 +59,7 @@ def _silent() -> Iterator[None]:
 
 
 def import_library(name: str, extra: str, path: Path) -> Any:
-    """A module of an optional library.
-
-    Raises:
-        InvalidInputError: it is not installed; the message says how to.
-    """
+    """A module of an optional library; where it is not installed, the message says how to."""
     try:
         return import_module(name)
     except ImportError:
@@ -73,11 +69,7 @@ def import_library(name: str, extra: str, path: Path) -> Any:
 
 
 def require_size(path: Path, name: str, samples: int) -> None:
-    """Refuses a channel before it is in memory.
-
-    Raises:
-        InvalidInputError: it holds more samples than a recording may.
-    """
+    """Refuses a channel before it is in memory."""
     if samples > MAX_SAMPLES:
         raise InvalidInputError(
             f"{path}: {name} holds {samples} samples, at most {MAX_SAMPLES} allowed; cut it, or thin it"

@@ -63,11 +63,7 @@ def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
 
 def _require_whole(path: Path) -> bool:
-    """Whether the last segment declares its length; npTDMS reads on where a file is shorter.
-
-    Raises:
-        InvalidInputError: the file ends before a segment does.
-    """
+    """Whether the last segment declares its length; npTDMS reads on where a file is shorter."""
     size, at = path.stat().st_size, 0
     with path.open("rb") as file:
         while at < size:
