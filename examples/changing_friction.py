@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
-from brushgrip.published.pulled_friction_damper import CHANGED, CONSTANT, changed_friction_folder
+from brushgrip.published.friction_damper import CHANGED, CONSTANT, changed_friction_folder
 from identification import FoundModel, Recording, diagnose, model_text, read_model
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Status, run, tuning_for
 from second_rig import CYCLES_RATE, LOAD, RIG, at_rate, print_diagnosis, print_progress, raw

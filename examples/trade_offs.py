@@ -27,8 +27,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from identification import LIMIT, Recording, fit, initial_guess
 from identification.fits.covariance import parameter_correlation, standard_deviations
-from identification.fits.profile import Profile, profile
-from identification.fits.profile_axis import HALF_LENGTH, ModelParameter
+from identification.fits.profile import HALF_LENGTH, ModelParameter, Profile, profile
 from identification.loop_plot import matplotlib_text
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read

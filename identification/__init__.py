@@ -35,11 +35,10 @@ from identification.reading.conditioning import (
 )
 from identification.reading.readers import READERS, Reader
 from identification.reading.recordings import Recording, read_recording
-from identification.reading.rigfile import read_rig
+from identification.reading.rigfile import read_rig, read_signals
 from identification.reading.signal_map import SignalMap, SignalSource, parse_signals
-from identification.reading.signals_section import read_signals
-from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import Table
+from identification.reading.yaw_rate import smoothed_rate
 from identification.residuals.residual_tests import Unexplained
 from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Signature, Signatures, signatures

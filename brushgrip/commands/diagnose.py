@@ -73,7 +73,7 @@ class DiagnoseRequest(RecordingRequest):
         )
         from brushgrip.running.cluster import cluster_or_local_executor
         from brushgrip.running.unfinished import trial_journal
-        from identification.reading.thinned_recordings import thin_recordings
+        from identification.reading.shortened_recordings import thin_recordings
         from identification.selection.trial_runner import submit_of
         from symbolic import CANDIDATES
         from symbolic.vehicle.candidate_effects import CAR_EFFECTS

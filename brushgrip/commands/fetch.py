@@ -41,14 +41,14 @@ class FetchRequest:
         """Bring the published measurements to where recordings are looked for."""
         from brushgrip.inputs.recordings import download_folder
         from brushgrip.outputs.console import say, show
-        from brushgrip.published import fetch, friction_damper, pulled_friction_damper
+        from brushgrip.published import fetch, friction_damper
 
         if self.which is Published.FRICTION_DAMPER:
             folder = self.out or friction_damper.damper_folder()
             files = friction_damper.fetch_friction_damper(folder, say=say)
         elif self.which is Published.CHANGED_FRICTION:
-            folder = self.out or pulled_friction_damper.changed_friction_folder()
-            files = pulled_friction_damper.fetch_changed_friction(folder, say=say)
+            folder = self.out or friction_damper.changed_friction_folder()
+            files = friction_damper.fetch_changed_friction(folder, say=say)
         else:
             folder = self.out or download_folder()
             files = fetch.fetch(folder, say=say)

@@ -1,17 +1,25 @@
-"""What looks wrong with a recording, in words: before it is estimated, or where no sample was usable."""
+"""What looks wrong with a recording, in words: its inputs, the noise of its torque, and its rates."""
 
 from collections.abc import Sequence
 from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 
-from brushgrip.estimation.estimates import ObserverFactory, has_aligning_torque, samples_of
+from brushgrip.estimation.estimates import (
+    ObserverFactory,
+    angle_without_imputed,
+    has_aligning_torque,
+    samples_of,
+)
 from brushgrip.estimation.map_correction import TIME, causes_with_map
 from brushgrip.estimation.scale_by_direction import single_friction
 from brushgrip.wording.friction import MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
-from observers import Estimates, Loop, Status, suspicions_of
+from identification.residuals.residual_tests import white_noise
+from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.protocol import MAX_SAMPLE_PERIOD
+from observers.tuning import REFERENCE_STEP
 from symbolic import InvalidInputError
 
 MAX_REPLAYED_SAMPLES = 20_000
@@ -50,3 +58,60 @@ def suspected_cause(
     for sample in islice(samples_of(recording), int(flagged[-1]) + 1):
         loop(sample)
     return causes_with_map(recording, loop.suspicions, "M_z" if has_aligning_torque(recording) else "M")
+
+
+BEYOND = 1.5
+"""Noise seen over noise stated from which on it is told [1]."""
+OTHER_RATE, REGULAR = 1.5, 0.9
+"""Ratio of two rates that differ [1]; share of the periods that are alike in a rate [1]."""
+FULL_SLIDE = 3 / 8
+"""Torque of full slide at mu = 1 over F_N a [1]."""
+
+
+def excess_noise(observer: Observer, recording: Recording) -> str:
+    """Advice to declare the noise where the aligning torque has more than stated; empty elsewhere.
+
+    The noise seen is that from sample to sample while the wheel turns slower than half of the time, of
+    as many samples as 10 ms have.
+    """
+    if recording.standstills is not None or not isinstance(observer, Ekf | Mhe):
+        return ""
+    if not has_aligning_torque(recording):
+        return ""
+    known = np.isfinite(recording.M_z)
+    rate = np.abs(recording.psi_dot[known])
+    seen = white_noise(np.where(rate <= np.median(rate), recording.M_z[known], np.nan))
+    seen *= min(1.0, float(np.median(np.diff(recording.t[known])) / REFERENCE_STEP)) ** 0.5
+    rig = recording.rig
+    slide = FULL_SLIDE * float(np.median(recording.F_N)) * rig.a
+    stated = observer.tuning.noise * slide if rig.noise is None else rig.noise
+    if seen <= BEYOND * stated:
+        return ""
+    against = "none declared" if rig.noise is None else f"{stated:.2g} declared"
+    return (
+        f"torque noise seen {seen:.2g} N m, {against}: declare [sensor] noise = {seen:.2g}"
+        " in the rig file"
+    )
+
+
+def differing_rates(recording: Recording) -> str:
+    """The rates of torque and angle where both are regular and differ; empty where they do not."""
+    torque = recording.M_z if has_aligning_torque(recording) else recording.M
+    if torque is None:
+        return ""
+    rates = [
+        _rate(recording.t[np.isfinite(values)]) for values in (torque, angle_without_imputed(recording))
+    ]
+    if min(rates) <= 0 or max(rates) < OTHER_RATE * min(rates):
+        return ""
+    return f"torque at {rates[0]:.4g} Hz, angle at {rates[1]:.4g} Hz: normal"
+
+
+def _rate(t: NDArray[np.float64]) -> float:
+    """Samples a second [Hz]; 0 where their periods differ."""
+    periods = np.diff(t)
+    if not periods.size:
+        return 0.0
+    period = float(np.median(periods))
+    alike = np.abs(periods - period) < period / 2
+    return 1 / period if alike.mean() >= REGULAR else 0.0

@@ -11,8 +11,7 @@ from scipy.optimize import brentq
 
 from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
 from identification.reading.file_content import read_bytes
-from identification.reading.rigfile import rig_text
-from identification.reading.signals_section import signals_section
+from identification.reading.rigfile import rig_text, signals_section
 from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.plates import PlatesResult
 from symbolic import InvalidInputError, Rig, Tyre

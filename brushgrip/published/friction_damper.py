@@ -1,10 +1,13 @@
 """Recordings of a friction damper with backlash, downloaded or copied; every value is checked.
 
 Daniel Coble, ARTS-Laboratory, CC BY-SA 4.0. The published folder has one array a channel and run; they
-are joined into one file a run, values unchanged. Of the six earthquakes two are fetched.
+are joined into one file a run, values unchanged. Of the six earthquakes two are fetched. Of the damper
+whose band is pulled while it moves each run is a matrix of text, of which the first four columns are
+taken, in SI units and single precision: of its constant tensions three, of its runs with actuators six.
 """
 
 import hashlib
+import json
 import os
 from collections.abc import Callable
 from importlib.resources import files
@@ -160,3 +163,43 @@ def fetched_array(url: str, columns: int, load: Callable[[str], Any] = np.load) 
             f"{url}: cannot be downloaded ({type(error).__name__}); try again, or set {LOCAL_COPY} to a"
             " folder that holds the runs"
         ) from None
+
+
+PULLED_ATTRIBUTION = (
+    "Friction damper, band pulled: Daniel Coble, ARTS-Laboratory, CC BY-SA 4.0"
+    " (https://creativecommons.org/licenses/by-sa/4.0/), https://github.com/ARTS-Laboratory/"
+    "Dataset-Friction-Damper-with-Backlash; converted to SI units"
+)
+CONSTANT = tuple(f"tension_{force}lb_{rate}Hz" for force in (20, 25, 70) for rate in ("0.5", "1"))
+CHANGED = (
+    *("harmonic0.015forward", "harmonic0.03ea1backward", "harmonic0.03ea2forward"),
+    *("step0.015backward", "step0.03ea1forward", "step0.03ea2backward"),
+)
+PULLED_REGISTRY = files("brushgrip.published").joinpath("changed_friction.txt")
+INCH, KIP = 0.0254, 4448.2216152605
+"""[m], [N]."""
+
+
+def changed_friction_folder() -> Path:
+    """Where `fetch_changed_friction` puts the runs unless told otherwise."""
+    return download_folder() / "changed_friction"
+
+
+def fetch_changed_friction(destination: str | Path, *, say: Say = lambda _: None) -> list[Path]:
+    """As `fetch_friction_damper`, with `third_check` beside a local copy."""
+    say(PULLED_ATTRIBUTION)
+    return fetch_runs(destination, digests(PULLED_REGISTRY), _downloaded_matrix, "third_check", say)
+
+
+def _downloaded_matrix(address: str, name: str) -> dict[str, Array]:
+    place, columns = f"dataset-4/{name}", 8
+    if name in CONSTANT:
+        _, tension, rate = name.split("_")
+        place, columns = f"dataset-1/characterization datasets/{rate}{tension}tension", 6
+    table = fetched_array(f"{address}/data/{place}.json", columns, _matrix)[:, :4]
+    values = (table * (1, INCH, KIP, INCH)).astype(np.float32).astype(float)
+    return dict(zip(("t", "x", "F", "v"), values.T, strict=True))
+
+
+def _matrix(path: str) -> Any:
+    return json.loads(Path(path).read_text(encoding="utf-8"))["data"]

@@ -18,8 +18,12 @@ from brushgrip.estimation.estimates import (
     observe,
     observer_factory,
 )
-from brushgrip.estimation.suspected import require_plausible, suspected_cause
-from brushgrip.estimation.torque_noise_and_rate import differing_rates, excess_noise
+from brushgrip.estimation.suspected import (
+    differing_rates,
+    excess_noise,
+    require_plausible,
+    suspected_cause,
+)
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.tunings import ChosenTuning
@@ -27,7 +31,6 @@ from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
-from brushgrip.wording.declared_values import rests_on
 from brushgrip.wording.formatting import csv_text, is_figure
 from brushgrip.wording.friction import (
     band_parts,
@@ -36,6 +39,7 @@ from brushgrip.wording.friction import (
     further_recording,
     last_usable,
     not_usable,
+    rests_on,
     with_95_band,
 )
 from identification import Recording, read_rig

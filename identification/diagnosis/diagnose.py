@@ -17,7 +17,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.problem import torque_range
 from identification.fits.values import grounds_of
 from identification.reading.recordings import Recording
-from identification.reading.thinned_recordings import thin_recordings
+from identification.reading.shortened_recordings import thin_recordings
 from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from identification.residuals.signals import check_signatures
 from identification.residuals.signatures import signatures

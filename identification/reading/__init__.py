@@ -11,12 +11,12 @@
     Table       table             the checks of every sample, the first fault by its place in the file
       |
       |         rigfile           values that the file declares, else those of the rig file
-      |         smoothing         the yaw rate where none was recorded
+      |         yaw_rate          the yaw rate where none was recorded
     Recording   recordings        gaps filled; causal, from the first complete sample on
 
 `readers` is the registry: by the suffix of a file, the function that goes from bytes to `Table`. A
 reader of one's own is such a function in one file (`examples/own_reader.py`).
 
-Two ways round it: `conditioning` makes a recording out of raw channels in volts, `thinned_recordings`
+Two ways round it: `conditioning` makes a recording out of raw channels in volts, `shortened_recordings`
 thins recordings that are too long for a search.
 """

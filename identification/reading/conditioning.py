@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from identification.reading.recordings import Recording
-from identification.reading.smoothing import smoothed_rate
+from identification.reading.yaw_rate import smoothed_rate
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.array_alias import Array
 from symbolic.tables.parsing import naming

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.reading.recordings import Recording
-from identification.reading.trimming import at_samples
+from identification.reading.shortened_recordings import at_samples
 from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_of

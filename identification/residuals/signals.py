@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.reading.recordings import Recording
-from identification.reading.thinned_recordings import MIN_REVERSAL
+from identification.reading.shortened_recordings import MIN_REVERSAL
 from symbolic import Effect, InvalidInputError
 from symbolic.array_alias import Array
 

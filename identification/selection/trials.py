@@ -11,7 +11,7 @@ from identification.fits.options import COARSE_FIT, FINE_FIT, FitOptions
 from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
 from identification.reading.recordings import Recording
-from identification.reading.trimming import at_samples
+from identification.reading.shortened_recordings import at_samples
 from identification.selection.leave_one_out_linearised import leave_one_out
 from symbolic import SEARCH_STEPS, Effect, Model
 from symbolic.array_alias import Array

@@ -19,7 +19,7 @@ import numpy as np
 from identification.fits.values import ParameterEstimate
 from identification.reading.car import RackRecording
 from identification.reading.car_plausibility import MOVING
-from identification.reading.smoothing import smoothed_rate
+from identification.reading.yaw_rate import smoothed_rate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.parameters import EVEN

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identification import SignalMap, SignalSource, read_model, read_recording, read_signals
-from identification.reading.signals_section import signals_section
+from identification.reading.rigfile import signals_section
 from observers import Ekf, Estimates, Loop, Mhe, Sample, ZoneRootSolver, run
 from symbolic import (
     EFFECTS,

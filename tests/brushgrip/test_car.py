@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.wording.declared_values import rests_on
+from brushgrip.wording.friction import rests_on
 from identification.reading.car import read_vehicle
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.helpers import Run, table_of

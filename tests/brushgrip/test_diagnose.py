@@ -159,7 +159,7 @@ def test_friction_takes_the_samples_that_the_search_takes(
         enough()
 
     monkeypatch.setattr(
-        "identification.reading.thinned_recordings.thin_recordings", lambda _: (thinned, None)
+        "identification.reading.shortened_recordings.thin_recordings", lambda _: (thinned, None)
     )
     monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning", lambda _: "")
     search(lambda training, *_, **__: searched.extend(r.name for r in training))

@@ -15,7 +15,7 @@ from brushgrip.estimation.estimates import (
     observe,
     run_observer,
 )
-from brushgrip.estimation.torque_noise_and_rate import differing_rates, excess_noise
+from brushgrip.estimation.suspected import differing_rates, excess_noise
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import Ekf, Estimate, Estimates, Sample, Status

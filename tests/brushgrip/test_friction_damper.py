@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from brushgrip.cli.app import main
-from brushgrip.published import friction_damper, pulled_friction_damper
+from brushgrip.published import friction_damper
 from brushgrip.published.fetch import FetchError
 from brushgrip.published.friction_damper import CHANNELS, EARTHQUAKES, HARMONIC, digest_of, digests
 from symbolic import InvalidInputError
@@ -130,20 +130,20 @@ def test_arrays_of_another_shape_are_refused(
 def test_runs_in_inches_and_kips(
     name: str, place: str, columns: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    address, published = digests(pulled_friction_damper.REGISTRY)
-    assert tuple(published) == (*pulled_friction_damper.CONSTANT, *pulled_friction_damper.CHANGED)
+    address, published = digests(friction_damper.PULLED_REGISTRY)
+    assert tuple(published) == (*friction_damper.CONSTANT, *friction_damper.CHANGED)
     assert address.endswith("/0e09aa9d950760277e31c08cd93fd01f39a5af09")
     table = RNG.standard_normal((30, columns))
     SI = (table[:, :4] * [1, 0.0254, 4448.2216152605, 0.0254]).astype(np.float32).astype(float)
     channels = dict(zip("txFv", SI.T, strict=True))
     (tmp_path / "runs.txt").write_text(f"{ADDRESS}\n{name} {digest_of(channels)}\n")
-    monkeypatch.setattr(pulled_friction_damper, "REGISTRY", tmp_path / "runs.txt")
+    monkeypatch.setattr(friction_damper, "PULLED_REGISTRY", tmp_path / "runs.txt")
     content = json.dumps({"data": table.tolist()})
     serve(
         monkeypatch, {f"{ADDRESS}/data/{place}.json": content}, lambda path, text: path.write_text(text)
     )
 
-    (path,) = pulled_friction_damper.fetch_changed_friction(tmp_path / "out")
+    (path,) = friction_damper.fetch_changed_friction(tmp_path / "out")
 
     with np.load(path) as arrays:
         assert all(np.array_equal(arrays[c], channels[c]) for c in "txFv")

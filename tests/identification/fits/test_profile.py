@@ -8,8 +8,7 @@ from identification import Fit, FitOptions, Recording, Values, fit, initial_gues
 from identification.fits import profile as profiling
 from identification.fits.covariance import standard_deviations
 from identification.fits.loss import Huber
-from identification.fits.profile import LIMIT, profile
-from identification.fits.profile_axis import CASTER, HALF_LENGTH, ModelParameter, ProfileAxis
+from identification.fits.profile import CASTER, HALF_LENGTH, LIMIT, ModelParameter, ProfileAxis, profile
 from reference_rig import RigTyre, make_recording
 from symbolic import InvalidInputError, Model, Rig, effects_named
 from tests.identification.factories import as_read, read_campaign

@@ -11,8 +11,8 @@ from identification import SignalSource, read_recording, read_signals
 from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.chosen_map import unit_by_name, with_steering_ratio
 from identification.reading.clock_and_units import tabulate
+from identification.reading.rigfile import signals_section
 from identification.reading.signal_map import SignalMap, parse_maps, parse_signals
-from identification.reading.signals_section import signals_section
 from identification.reading.units import unit_at_end
 from symbolic import InvalidInputError, Rig, Tyre
 from tests.refusal import refused

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from identification.reading.smoothing import smoothed_rate
+from identification.reading.yaw_rate import smoothed_rate
 
 
 def test_is_savitzky_golay_where_sampling_is_uniform() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.reading.thinned_recordings import thin_recordings
+from identification.reading.shortened_recordings import thin_recordings
 from symbolic import Rig, Tyre
 
 
