@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.comparison.networks import corrected_root, neural_network
+from brushgrip.comparison.methods import corrected_root, neural_network
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording, read_recording
 from identification.thesis.friction_network import Design, FrictionNetwork, LabelMean, label_mean

@@ -26,7 +26,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from numpy.typing import NDArray
 
-from brushgrip.comparison.networks import (
+from brushgrip.comparison.methods import (
     all_inputs,
     angle_and_torque_inputs,
     corrected_root,

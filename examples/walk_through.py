@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
+from brushgrip.pictures.diagnosis import draw_loops, draw_residuals, draw_signatures
 from brushgrip.wording.formatting import (
     error_columns,
     error_figures,

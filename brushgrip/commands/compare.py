@@ -48,14 +48,13 @@ class CompareRequest(RecordingRequest):
         """Write the comparison of methods, and say what it says."""
         from brushgrip.comparison.cases import author_files, check_references, make_cases
         from brushgrip.comparison.method_scores import compare, summarise
-        from brushgrip.comparison.methods import default_methods
-        from brushgrip.comparison.networks import trained_methods
+        from brushgrip.comparison.methods import default_methods, trained_methods
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
         from brushgrip.estimation.suspected import implausibility_lines
         from brushgrip.outputs.atomic import staged_files, write_utf8
         from brushgrip.outputs.console import progress, say, show, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment
-        from brushgrip.pictures import draw_boxes
+        from brushgrip.pictures.box_plots import draw_boxes
         from brushgrip.wording.formatting import json_text
 
         declared, count = self.declared or [], len(self.recordings)

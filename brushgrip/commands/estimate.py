@@ -72,8 +72,7 @@ class EstimateRequest(GroundRequest):
     tuning: TuningProfile = None
     tune: TuningValues = None
     smooth: Annotated[
-        bool,
-        typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf."),
+        bool, typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf.")
     ] = False
     by_direction: Annotated[
         bool,

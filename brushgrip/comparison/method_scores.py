@@ -66,21 +66,14 @@ class MethodSummary:
 
     method: str
     rmse: float
-    spread: float | None
+    spread: float | None = None
     theta: float | None
     works_beyond_five_zones: bool | None
-    gives_deviation: bool
+    gives_deviation: bool = False
 
 
 PUBLISHED = tuple(
-    MethodSummary(
-        method=method,
-        rmse=rmse,
-        spread=None,
-        theta=theta,
-        works_beyond_five_zones=beyond,
-        gives_deviation=False,
-    )
+    MethodSummary(method=method, rmse=rmse, theta=theta, works_beyond_five_zones=beyond)
     for method, rmse, theta, beyond in (
         ("analytic method", 0.638, 0.525, False),
         ("neural network", 0.4794, 0.0085, True),

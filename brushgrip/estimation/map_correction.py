@@ -9,11 +9,7 @@ import numpy as np
 
 from brushgrip.wording.friction import LACKING
 from identification import Recording
-from identification.reading.signal_map import (
-    USUAL_RATIO,
-    SignalSource,
-    mending_map,
-)
+from identification.reading.signal_map import USUAL_RATIO, SignalSource, mending_map
 from identification.reading.units import factor_of
 from identification.reading.units_by_magnitude import unit_of_period
 
@@ -23,10 +19,7 @@ USUAL_RATE = 100.0
 """Samples a second in a hint on a column that counts them [Hz]."""
 MAX_ANGLE_DEGREES = 90.0
 """Largest steering angle of a wheel [deg]."""
-UNITS = {
-    "F_N looks like kN": ("F_N", "kN"),
-    "the torque looks like N mm": ("", "mNm"),
-}
+UNITS = {"F_N looks like kN": ("F_N", "kN"), "the torque looks like N mm": ("", "mNm")}
 """Column and unit by the beginning of a suspected cause; the torque has no column of its own."""
 SCALE = re.compile(r"the torque grows with the angle (\S+) times as k, a and F_N say")
 MISSING_RATIO_SCALE, MIN_SCALE = 0.25, 0.03

@@ -10,7 +10,7 @@ from symbolic import InvalidInputError
 
 OF_STATES = {
     "stiffness_std": "k is no state of the observers that commands run; from Python:"
-    " Ekf(..., stiffness=True)",
+    " Ekf(..., stiffness=True)"
 }
 """Tuning values that have no effect unless a state is enabled in Python, and why."""
 

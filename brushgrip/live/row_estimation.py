@@ -1,10 +1,11 @@
 """Estimates from samples as they come, equal to those of `estimate` from the recorded file."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import inf, isfinite, nan
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,27 +36,6 @@ class Point(NamedTuple):
     psi: float
     torque: float
     estimate: Estimate
-
-
-class RowEstimator(Protocol):
-    """Turns rows into points."""
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Columns of the recording; empty before the first usable row."""
-
-    @property
-    def suspicions(self) -> tuple[str, ...]:
-        """Causes of `Status.SUSPECT`, a sentence each."""
-
-    def __call__(self, row: Row) -> list[Point]:
-        """The points that are known with one more row: none, one or several."""
-
-    def implausible(self, recorded: NDArray[np.float64], /) -> str:
-        """Wrong units and signs in the samples that the observer cannot see; empty for none."""
-
-    def reset(self) -> None:
-        """Begin anew, at rest at the next row."""
 
 
 class _Stretch:
@@ -98,7 +78,35 @@ class _Stretch:
         return Point(recorded, psi, torque, estimate)
 
 
-class WheelRowEstimator:
+class RowEstimator(ABC):
+    """Turns rows into points.
+
+    Attributes:
+        columns: of the recording; empty before the first usable row.
+    """
+
+    columns: tuple[str, ...]
+    _stretch: _Stretch | None
+
+    @property
+    def suspicions(self) -> tuple[str, ...]:
+        """Causes of `Status.SUSPECT`, a sentence each."""
+        return () if self._stretch is None else self._stretch.loop.suspicions
+
+    @abstractmethod
+    def __call__(self, row: Row) -> list[Point]:
+        """The points that are known with one more row: none, one or several."""
+
+    def implausible(self, recorded: NDArray[np.float64]) -> str:  # noqa: ARG002
+        """Wrong units and signs in samples, shape (n, columns), that the observer itself cannot see."""
+        return ""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Begin anew, at rest at the next usable row."""
+
+
+class WheelRowEstimator(RowEstimator):
     """The wheel of a rig."""
 
     def __init__(self, observer_of: Callable[[str], Observer], adviser: Adviser | None = None) -> None:
@@ -109,18 +117,8 @@ class WheelRowEstimator:
 
     def reset(self) -> None:
         """Begin anew, at rest at the next row with an angle and a load."""
-        self.columns: tuple[str, ...] = ()
-        self._stretch: _Stretch | None = None
+        self.columns, self._stretch = (), None
         self._held: dict[str, float] = {}
-
-    @property
-    def suspicions(self) -> tuple[str, ...]:
-        """Causes of `Status.SUSPECT`, a sentence each."""
-        return () if self._stretch is None else self._stretch.loop.suspicions
-
-    def implausible(self, _: NDArray[np.float64], /) -> str:
-        """Nothing: the observer itself suspects units, signs and gears."""
-        return ""
 
     def __call__(self, row: Row) -> list[Point]:
         """The points that are known with one more row; load and rate keep their last values."""
@@ -147,7 +145,7 @@ class WheelRowEstimator:
         self._stretch = _Stretch(observer, self._adviser)
 
 
-class CarStandstillEstimator:
+class CarStandstillEstimator(RowEstimator):
     """The mean front wheel of a car, each standstill by an observer of its own."""
 
     def __init__(
@@ -164,18 +162,12 @@ class CarStandstillEstimator:
 
     def reset(self) -> None:
         """Begin anew, at rest at the next row with an angle."""
-        self.columns: tuple[str, ...] = ()
-        self._stretch: _Stretch | None = None
+        self.columns, self._stretch = (), None
         self._last = replace(prior_estimate(self._observers[self._vehicle.brakes]), status=Status.HELD)
         self._held = {"speed": inf, "brake": float(self._vehicle.brakes)}
         self._state: bool | None = None
         self._waiting: list[tuple[tuple[float, ...], float, float]] = []
         self._motion = RackDifferentiator()
-
-    @property
-    def suspicions(self) -> tuple[str, ...]:
-        """Causes of `Status.SUSPECT`, a sentence each."""
-        return () if self._stretch is None else self._stretch.loop.suspicions
 
     def __call__(self, row: Row) -> list[Point]:
         """The points that are known with one more row.

@@ -9,13 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from brushgrip.comparison.method_scores import AUTHOR, CaseScores
-from brushgrip.pictures.style import (
-    MEASURED,
-    QUIET,
-    TRACKS,
-    legend_above,
-    picture,
-)
+from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification.loop_plot import matplotlib_text
 
 _COLOURS = (*TRACKS, MEASURED, "#c9a500", "#79b4e0")

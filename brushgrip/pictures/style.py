@@ -64,25 +64,19 @@ def picture(path: Path, height: float, width: float = WIDTH) -> Iterator[Figure]
             collected[path.name] = drawing.getvalue()
 
 
-@contextmanager
-def vectors(*, wanted: bool = True) -> Iterator[dict[str, bytes]]:
-    """Pictures drawn inside as SVG too, by the names of their files; none where not wanted."""
-    collected: dict[str, bytes] = {}
-    token = _VECTORS.set(collected if wanted else None)
-    try:
-        yield collected
-    finally:
-        _VECTORS.reset(token)
-
-
 def drawn(
     draw: Callable[..., None], name: str, content: Sequence[Any], wanted: bool
 ) -> tuple[bytes, bytes | None]:
     """A picture as PNG and, where wanted, as SVG: what `draw` makes of a path and the content."""
-    with TemporaryDirectory() as folder, vectors(wanted=wanted) as drawings:
-        path = Path(folder) / name
-        draw(path, *content)
-        return path.read_bytes(), drawings.get(name)
+    drawings: dict[str, bytes] = {}
+    token = _VECTORS.set(drawings if wanted else None)
+    try:
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / name
+            draw(path, *content)
+            return path.read_bytes(), drawings.get(name)
+    finally:
+        _VECTORS.reset(token)
 
 
 def is_drawn_by_us(path: Path) -> bool:

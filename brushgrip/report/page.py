@@ -12,18 +12,16 @@ from markupsafe import Markup
 
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome, found_model
-from brushgrip.pictures import (
+from brushgrip.pictures.diagnosis import (
+    MAX_RECORDINGS,
     draw_candidates,
     draw_experiment,
-    draw_friction,
     draw_loops,
-    draw_mechanisms,
-    draw_overview,
     draw_residuals,
     draw_signatures,
-    has_curves,
 )
-from brushgrip.pictures.diagnosis import MAX_RECORDINGS
+from brushgrip.pictures.friction import draw_friction, draw_overview
+from brushgrip.pictures.mechanism_curves import draw_mechanisms, has_curves
 from brushgrip.pictures.style import drawn, is_drawn_by_us
 from brushgrip.report import friction_summary, plain_summary, scope, tables
 from brushgrip.wording import diagnosis_in_words, formatting, taken_from_model

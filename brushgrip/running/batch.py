@@ -29,7 +29,7 @@ from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.tunings import ChosenTuning
 from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
 from brushgrip.outputs.console import Progress, progress
-from brushgrip.pictures import draw_friction
+from brushgrip.pictures.friction import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
 from brushgrip.wording.formatting import csv_text, is_figure
 from brushgrip.wording.friction import (

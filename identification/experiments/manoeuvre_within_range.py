@@ -142,12 +142,7 @@ def manoeuvre_of(
     """
     lasts = sum(leg.seconds for leg in _with_stops([*cycle, cycle[0]])) - cycle[0].seconds
     begin = turns(reach, [cycle[-1].share], reach.speed, 0.0)
-    legs = [
-        Leg(0, 0.5),
-        *begin,
-        *max(1, round(LENGTH / lasts)) * list(cycle),
-        Leg(cycle[-1].share, 0.5),
-    ]
+    legs = [Leg(0, 0.5), *begin, *max(1, round(LENGTH / lasts)) * list(cycle), Leg(cycle[-1].share, 0.5)]
     legs = _with_stops(legs)
     corners = np.cumsum([0.0, *(leg.seconds for leg in legs)])
     t: Array = np.arange(int(corners[-1] / SAMPLE_PERIOD) + 1, dtype=np.float64) * SAMPLE_PERIOD

@@ -61,11 +61,7 @@ class Problem:
     """
 
     def __init__(
-        self,
-        model: Model,
-        recordings: Sequence[Recording],
-        start: Values,
-        options: FitOptions,
+        self, model: Model, recordings: Sequence[Recording], start: Values, options: FitOptions
     ) -> None:
         """See `fit`; the start holds a value of every parameter."""
         self.model, self.recordings, self.start, self.loss = model, recordings, start, options.loss

@@ -21,9 +21,8 @@ from identification.reading.car_plausibility import (
     require_plausible_car,
     shares_at_limits,
 )
-from identification.reading.channel_matching import map_hint, missing_channels
+from identification.reading.channel_matching import absent_rack_columns, map_hint, missing_channels
 from identification.reading.file_content import read_bytes
-from identification.reading.guessed_car_channels import absent_rack_columns
 from identification.reading.rack_derivatives import RackInstant, rack_instants
 from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap

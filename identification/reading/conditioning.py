@@ -233,11 +233,7 @@ def default_pipeline(
 
 
 def recording_from_raw(
-    name: str,
-    raw: Mapping[str, Channel],
-    pipelines: Mapping[str, Pipeline],
-    rig: Rig,
-    tyre: Tyre,
+    name: str, raw: Mapping[str, Channel], pipelines: Mapping[str, Pipeline], rig: Rig, tyre: Tyre
 ) -> Recording:
     """A recording from raw channels that begin at the same instant.
 

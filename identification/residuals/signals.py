@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.fits.loss import rmse_of
 from identification.reading.recordings import Recording
 from identification.reading.shortened_recordings import MIN_REVERSAL
 from symbolic import Effect, InvalidInputError
@@ -50,7 +51,7 @@ class MotionSignals:
     def log_speed(self) -> Array:
         """Logarithm of the speed over its geometric mean while turning [1]."""
         speed = self._speed
-        moving = np.abs(self.psi_dot) > MIN_MOVING_SHARE * _rms(self.psi_dot)
+        moving = np.abs(self.psi_dot) > MIN_MOVING_SHARE * rmse_of(self.psi_dot)
         usual = np.mean(np.log(speed[moving])) if moving.any() else 0.0
         return np.asarray(np.log(speed) - usual)
 
@@ -62,7 +63,7 @@ class MotionSignals:
 
     @property
     def _speed(self) -> Array:
-        slow = max(MIN_MOVING_SHARE * _rms(self.psi_dot), 1e-9)
+        slow = max(MIN_MOVING_SHARE * rmse_of(self.psi_dot), 1e-9)
         return np.hypot(self.psi_dot, slow)
 
 
@@ -160,7 +161,7 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
         # A gap that is crossed at no torque takes from small torques what it leaves of large ones.
         "the torque near zero",
         "1",
-        lambda motion: motion.M_z * np.exp(-0.5 * (motion.M_z / (SMALL * _rms(motion.M_z))) ** 2),
+        lambda motion: motion.M_z * np.exp(-0.5 * (motion.M_z / (SMALL * rmse_of(motion.M_z))) ** 2),
         "a dead zone: the angle moves and the torque is near zero",
         "contact that stiffens around zero torque",
     ),
@@ -274,7 +275,3 @@ def _since_reversal(t: Array, psi: Array) -> tuple[Array, Array, Array]:
             high = i
         heading[turn : i + 1], start[turn : i + 1] = now, turn
     return heading, np.abs(psi - psi[start]), t - t[start]
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

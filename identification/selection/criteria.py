@@ -145,11 +145,7 @@ def removal_justified(
 
 
 def exchange_justified(
-    trial: Trial,
-    present: Trial,
-    training: Sequence[Recording],
-    criteria: SelectionCriteria,
-    _: Trial,
+    trial: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria, _: Trial
 ) -> bool:
     """Whether the judged error is lower, and with more parameters the information criterion too."""
     if not error_falls(trial.judgement, present.judgement, criteria):

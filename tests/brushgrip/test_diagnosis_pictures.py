@@ -9,9 +9,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.pictures import draw_experiment, draw_friction, draw_overview, draw_signatures
-from brushgrip.pictures.diagnosis import _remarks
-from brushgrip.pictures.friction import RECORDINGS, STYLES
+from brushgrip.pictures.diagnosis import _remarks, draw_experiment, draw_signatures
+from brushgrip.pictures.friction import RECORDINGS, STYLES, draw_friction, draw_overview
 from brushgrip.pictures.style import AFTER, BEFORE, QUIET
 from tests.brushgrip.factories import TRACKS, experiment, make_diagnosis, signatures
 

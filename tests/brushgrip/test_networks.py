@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgrip.comparison.networks import ANALYTIC, all_inputs, angle_and_torque_inputs
+from brushgrip.comparison.methods import ANALYTIC, all_inputs, angle_and_torque_inputs
 from identification import Recording
 from observers import ZoneRootSolver, run
 from reference_rig import RigTyre, make_recording

@@ -8,7 +8,7 @@ import matplotlib
 import pytest
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.pictures import draw_signatures
+from brushgrip.pictures.diagnosis import draw_signatures
 from brushgrip.report import page as report
 from brushgrip.report import tables
 from brushgrip.report.friction_summary import goes_pale

@@ -17,6 +17,7 @@ import numpy as np
 from identification.reading.channel_matching import (
     ChannelFile,
     Samples,
+    absent_rack_columns,
     map_hint,
     match_channel,
     missing_channels,
@@ -24,7 +25,6 @@ from identification.reading.channel_matching import (
 from identification.reading.chosen_map import fitting_map
 from identification.reading.clock_and_units import tabulate
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_letters, units_in
-from identification.reading.guessed_car_channels import absent_rack_columns
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Fault, Table, possible_columns
