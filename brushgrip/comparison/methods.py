@@ -177,10 +177,7 @@ def neural_network(recordings: Sequence[Recording], design: Design | None = None
 def corrected_root(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:
     """Root solve with a correcting network: scientific machine learning, [Györök 2022], section 4.2.
 
-    Args:
-        recordings: training data.
-        design: network and training; the activation is always tanh, the best in section 4.2. None for
-            the defaults.
+    The activation is always tanh, the best in section 4.2.
     """
     tanh = replace(design or Design(), activation=Activation.TANH)
     return train(recordings, all_inputs, tanh, base=ANALYTIC, name="root and network")

@@ -24,12 +24,7 @@ class CanSource:
     waits = False
 
     def __init__(self, interface: str, channel: str, dbc: Path, columns: Columns) -> None:
-        """Join the bus.
-
-        Raises:
-            InvalidInputError: the database lacks a column, or a library is missing.
-            OSError: there is no such bus.
-        """
+        """Join the bus; an OSError where there is none."""
         self.refused, self.fault = 0, ""
         can, database = import_library("can", "can", dbc), read_database(dbc)
         listed = {f"{m.name}.{s.name}": (m, s) for m in database.messages for s in m.signals}

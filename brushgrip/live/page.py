@@ -155,14 +155,7 @@ def friction_html(state: State, recorded_columns: tuple[str, ...]) -> str:
 
 
 def serve(session: Session, host: str, port: int, opened: Callable[[str], None]) -> None:
-    """Serve the page until the process is interrupted.
-
-    Args:
-        session: that it shows.
-        host: address to listen at; 127.0.0.1 for this machine alone.
-        port: there; 0 for any that is free.
-        opened: is called with the address of the page.
-    """
+    """Serve the page until the process is interrupted; `opened` is called with its address."""
     try:
         application, function, server = (
             import_module(f"bokeh.{name}")

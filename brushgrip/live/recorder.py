@@ -46,22 +46,14 @@ class Recorder:
             self._stack = stack.pop_all()
 
     def write(self, rows: Array) -> None:
-        """Add samples, shape (n, columns and estimates).
-
-        Raises:
-            OSError: the disk is full, or gone.
-        """
+        """Add samples, shape (n, columns and estimates); an OSError where the disk is full or gone."""
         self._waiting.append(rows)
         self.samples += len(rows)
         if sum(map(len, self._waiting)) >= GROUP:
             self._flush()
 
     def close(self) -> None:
-        """End the file.
-
-        Raises:
-            OSError: the disk is full, or gone.
-        """
+        """End the file; an OSError as of `write`."""
         with self._stack:
             self._flush()
 

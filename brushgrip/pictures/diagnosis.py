@@ -117,13 +117,7 @@ def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]
 
 
 def draw_signatures(path: Path, before: Signatures, after: Signatures | None = None) -> None:
-    """Draw the autocorrelation over lag and the correlation with each signal, with their 99 % bands.
-
-    Args:
-        path: the picture, PNG.
-        before: signatures of the declared structure, refitted.
-        after: signatures with the effects found; None where there are none.
-    """
+    """Draw the autocorrelation and the correlation with each signal, with 99 % bands."""
     stages: list[Stage] = [(before, BEFORE, "before: declared structure, refitted")]
     if after is not None:
         stages.append((after, AFTER, "after: with the effects found"))

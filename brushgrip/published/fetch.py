@@ -51,10 +51,6 @@ def fetch(destination: str | Path, *, say: Callable[[str], None] = lambda _: Non
     those it lacks are named through `say`. Files already in the destination are kept if their digest is
     right.
 
-    Args:
-        destination: the folder, made if missing.
-        say: takes one line of progress at a time.
-
     Returns:
         The files now in the folder, in the order of the registry.
 

@@ -63,10 +63,6 @@ def fetch_friction_damper(destination: str | Path, *, say: Say = lambda _: None)
     Where ``BRUSHGRIP_DATA`` names a folder, they are copied from there, or from `second_rig` beside it,
     and nothing is downloaded. Runs already in the destination are kept if their values are right.
 
-    Args:
-        destination: the folder, made if missing.
-        say: takes one line of progress at a time; the first one names the authors and the licence.
-
     Raises:
         InvalidInputError: the destination cannot be written, ``BRUSHGRIP_DATA`` lacks a run, or one has
             other values than the published ones.

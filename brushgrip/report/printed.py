@@ -49,13 +49,7 @@ def say_grounds(grounds: Mapping[str, str | None], found: FoundModel | None) -> 
 def print_diagnosis(
     diagnosis: Diagnosis, outcome: FrictionOutcome | None = None, warning: str = ""
 ) -> None:
-    """Print the finding, friction, errors, effects and the unexplained residual on standard output.
-
-    Args:
-        diagnosis: the result of the search.
-        outcome: friction before and after, None where none was estimated.
-        warning: goes before all, such as that the recordings are simulated.
-    """
+    """Print the finding, friction, errors, effects and what is unexplained; a warning goes first."""
     if warning:
         print_text(warning, style="bold")
     known, notes = friction_and_notes(outcome)

@@ -27,12 +27,9 @@ SLOPE = 1 / 3
 def predicted_friction(
     known: Mapping[str, float], training: Sequence[Recording], recording: Recording
 ) -> float:
-    """The friction coefficient of a recording by its ground and load.
+    """The friction coefficient of a recording by its ground and load, from mu of training recordings.
 
-    Args:
-        known: mu of each training recording, by its name.
-        training: the recordings; those on another ground count only where none is on this one.
-        recording: the one to predict.
+    Those on another ground count only where none is on this one.
     """
     alike = [r for r in training if ground_of(r) == ground_of(recording)] or list(training)
     loads = np.log([float(r.F_N.mean()) for r in alike])

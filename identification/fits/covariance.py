@@ -30,10 +30,6 @@ _PART = 1e-3
 def standard_deviations(fitted: Fit, recordings: Sequence[Recording]) -> Array:
     """Standard deviation of every free coordinate, in the order of `fitted.labels`.
 
-    Args:
-        fitted: the fit.
-        recordings: those that were fitted, in the same order.
-
     Returns:
         Shape (p,), in the parameters' coordinates; infinity where the data do not determine one.
     """

@@ -120,11 +120,7 @@ def find_vibration(decay: Decay) -> FreeVibration:
 
 
 def encoder_step(psi: Array) -> float:
-    """Step by which readings differ [rad]; for a channel without steps a very small one.
-
-    Args:
-        psi: readings [rad], shape (n,), not all equal.
-    """
+    """Step of readings that are not all equal [rad]; for a channel without steps a very small one."""
     least = _NO_STEP * float(np.ptp(psi))
     _, places, visits = np.unique(np.round(psi / least), return_index=True, return_counts=True)
     levels = psi[places]

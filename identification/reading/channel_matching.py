@@ -149,11 +149,7 @@ def map_hint(
 ) -> str:
     """A sentence that proposes a whole map, a torque in it; names that look alike are filled in.
 
-    Args:
-        absent: columns that are missing.
-        names: of all channels.
-        signals: what is mapped already.
-        read: the samples of a channel, which show units and the torque's sign; None for no samples.
+    The samples of channels, where `read` gives them, show units and the sign of the torque.
     """
     if not names:
         return ""

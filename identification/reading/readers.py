@@ -98,11 +98,7 @@ def read_table(
 ) -> Table:
     """Read a file by the reader of its suffix and check its samples; without a suffix it is CSV.
 
-    Args:
-        path: the file.
-        needed: names of columns of which not every sample may be missing.
-        readers: by suffix in lower case.
-        signals: where columns come from.
+    Of the columns needed not every sample may be missing.
     """
     reader = readers.get(path.suffix.lower() or ".csv")
     if reader is None:

@@ -78,12 +78,7 @@ def _entry(rig: Rig, name: str, value: float) -> str:
 
 
 def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
-    """The nominal rig and tyre, overridden by the values that the table declares.
-
-    Args:
-        table: with values by name, out of `DECLARABLE` (SI units), and their tolerances.
-        nominal: rig and tyre from elsewhere; None where only the recording knows them.
-    """
+    """The nominal rig and tyre, overridden by the values that the table declares."""
     missing = [key for keys in REQUIRED_KEYS.values() for key in keys if key not in table.declared]
     if nominal is None and missing:
         raise InvalidInputError(

@@ -19,13 +19,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def trimmed(recording: Recording, begin: float | None, end: float | None) -> Recording:
-    """The samples of a recording from one time to another; a part that begins twisted is warned of.
-
-    Args:
-        recording: the whole.
-        begin: first time as the recording counts it [s]; None for its first.
-        end: last time [s]; None for its last.
-    """
+    """The samples between two times [s], None for an end; a part that begins twisted is warned of."""
     t = recording.t
     low, high = (t[0] if begin is None else begin), (t[-1] if end is None else end)
     kept = (t >= low) & (t <= high)

@@ -58,12 +58,7 @@ class SignalSource:
             )
 
     def scale(self, column: str, unit: str) -> float:
-        """The factor from the channel to the column in SI.
-
-        Args:
-            column: as `psi`.
-            unit: what the file says; counts where the map gives none.
-        """
+        """The factor from channel to column in SI; the unit of the file counts if the map has none."""
         factor = require_factor(column, unit if self.unit is None else self.unit, self.channel)
         return self.factor * factor / (self.ratio if self.ratio and column in ANGLES else 1.0)
 

@@ -56,8 +56,7 @@ def vehicle_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
 def farthest_standstill_without_gear(recording: Recording) -> tuple[Recording, str]:
     """The standstill of a car in which it was steered farthest, its gear's declared friction taken off.
 
-    Returns:
-        The recording, and a note where it has other standstills; a wheel on a rig as it is.
+    A note tells where it has others; a wheel on a rig stays as it is.
     """
     if (car := recording.standstills) is None:
         return recording, ""

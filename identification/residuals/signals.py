@@ -211,10 +211,7 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
 def effects_leaving(signal: Signal, sign: int, effects: Iterable[Effect]) -> tuple[str, ...]:
     """Names of the effects that declare this signature, the likeliest first.
 
-    Args:
-        signal: what the residual follows.
-        sign: 1 or -1, of the correlation; of no meaning for signals with a strength per recording.
-        effects: those that may be named.
+    The sign of the correlation, 1 or -1, has no meaning for signals with a strength per recording.
     """
     declared = [
         (signature.rank, effect.name)

@@ -73,11 +73,7 @@ class PlatesResult:
 
 
 def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) -> PlatesResult:
-    """Least squares over the samples in which the rack moves evenly.
-
-    Raises:
-        InvalidInputError: the wheels were not turned far enough, or stood on ground that turns them.
-    """
+    """Least squares over the samples in which the rack moves evenly."""
     rows, forces = zip(*(_rows(one, vehicle) for one in recordings), strict=True)
     A, force = np.concatenate(rows), np.concatenate(forces)
     names = ", ".join(one.name for one in recordings)

@@ -110,11 +110,7 @@ class LabelMean:
 
 
 def label_mean(recordings: Sequence[Recording]) -> LabelMean:
-    """The mean label over all samples of these recordings.
-
-    Raises:
-        InvalidInputError: a recording declares no mu.
-    """
+    """The mean label over all samples of these recordings."""
     return LabelMean(mu=float(np.concatenate([_labels(one) for one in recordings]).mean()))
 
 

@@ -73,11 +73,7 @@ class DecrementEstimate:
 
 
 def estimate_by_decrement(decays: Sequence[Decay]) -> DecrementEstimate:
-    """Fit (5.7) and (5.8) to the frequencies and decrements of recordings.
-
-    Raises:
-        InvalidInputError: in one of the recordings nothing vibrates.
-    """
+    """Fit (5.7) and (5.8) to the frequencies and decrements of recordings."""
     swings = [find_vibration(decay) for decay in decays]
     vibrations = tuple(_decrement_of(one) for one in swings)
     omega_n, zeta = (np.array([getattr(v, name) for v in vibrations]) for name in ("omega_n", "zeta"))

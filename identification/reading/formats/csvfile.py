@@ -51,10 +51,6 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
 
     Fields are separated by comma, semicolon or tab. A unit may stand in brackets behind a heading, or in
     a row below the header; without either, or a unit in the map, columns are in SI units.
-
-    Raises:
-        InvalidInputError: the file cannot be read as such a table at all; faults of single rows
-            are in the result.
     """
     lines = _lines(read_letters(path))
     places: dict[int | str, int] = {}
