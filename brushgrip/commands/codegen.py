@@ -89,7 +89,7 @@ class CodegenRequest:
     def run(self) -> None:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
         from brushgrip.inputs.command_inputs import locate_inputs
-        from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.inputs.settings import chosen_tuning
         from brushgrip.outputs import observer_export
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, show

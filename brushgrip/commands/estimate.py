@@ -90,7 +90,7 @@ class EstimateRequest(GroundRequest):
         """Write friction over time for each recording, a picture for a single one, and the summary."""
         from brushgrip.estimation.estimates import observer_factory
         from brushgrip.inputs.command_inputs import staged_tables
-        from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.inputs.settings import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
         from brushgrip.running.batch import (
             EstimateTask,
@@ -148,8 +148,8 @@ class EstimateRequest(GroundRequest):
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.report.printed import say_grounds
         from brushgrip.running.batch import friction_of_grounds, printed_rows
+        from brushgrip.wording.diagnosis_in_words import taken_from_model
         from brushgrip.wording.formatting import friction_range
-        from brushgrip.wording.taken_from_model import taken_from_model
         from symbolic import InvalidInputError
 
         rows = [outcome.row for outcome in outcomes]

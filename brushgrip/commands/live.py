@@ -130,8 +130,7 @@ class LiveRequest:
 
         from brushgrip.estimation.estimates import observer_factory
         from brushgrip.inputs.command_inputs import locate_inputs
-        from brushgrip.inputs.plan_inputs import chosen_limits, share_of
-        from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.inputs.settings import chosen_limits, chosen_tuning, share_of
         from brushgrip.live.adviser import Adviser
         from brushgrip.live.session import Session
         from brushgrip.live.session_setup import follow

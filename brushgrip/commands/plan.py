@@ -83,8 +83,13 @@ class PlanRequest:
     def run(self) -> None:
         """Write the path and say how far to turn on each ground."""
         from brushgrip.inputs.command_inputs import locate_inputs, staged_tables
-        from brushgrip.inputs.plan_inputs import chosen_limits, frictions_of, load_of, share_of
-        from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.inputs.settings import (
+            chosen_limits,
+            chosen_tuning,
+            frictions_of,
+            load_of,
+            share_of,
+        )
         from brushgrip.outputs.atomic import write_utf8
         from brushgrip.outputs.observer_export import chosen_observer
         from brushgrip.outputs.planned import plan_csv

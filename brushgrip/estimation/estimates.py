@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from brushgrip.estimation.scale_by_direction import single_friction, with_checked_scale
 from brushgrip.inputs.choices import ObserverName
-from brushgrip.inputs.tunings import ChosenTuning
+from brushgrip.inputs.settings import ChosenTuning
 from brushgrip.wording.friction import last_uncontradicted
 from identification import FoundModel, Recording, Standstills
 from observers import (

@@ -24,7 +24,7 @@ from brushgrip.pictures.friction import draw_friction, draw_overview
 from brushgrip.pictures.mechanism_curves import draw_mechanisms, has_curves
 from brushgrip.pictures.style import drawn, is_drawn_by_us
 from brushgrip.report import friction_summary, plain_summary, scope, tables
-from brushgrip.wording import diagnosis_in_words, formatting, taken_from_model
+from brushgrip.wording import diagnosis_in_words, formatting
 from brushgrip.wording import friction as friction_wording
 from identification import Diagnosis
 from identification.selection.trial_runner import Submit, results_of, run_at_once
@@ -44,7 +44,6 @@ _WORDING_MODULES = (
     formatting,
     diagnosis_in_words,
     friction_wording,
-    taken_from_model,
     friction_summary,
     scope,
     plain_summary,

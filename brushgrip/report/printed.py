@@ -13,7 +13,7 @@ from brushgrip.report.friction_summary import (
 from brushgrip.report.plain_summary import friction_and_notes, paragraph_to_send
 from brushgrip.report.scope import notes_beside
 from brushgrip.report.tables import friction_by_ground
-from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism
+from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism, use_of
 from brushgrip.wording.formatting import (
     candidate_reason,
     error_columns,
@@ -28,7 +28,6 @@ from brushgrip.wording.formatting import (
     sentence,
     signed,
 )
-from brushgrip.wording.taken_from_model import use_of
 from identification import Diagnosis, FoundEffect, FoundModel, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
 from symbolic import CANDIDATES

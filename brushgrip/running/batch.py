@@ -26,7 +26,7 @@ from brushgrip.estimation.suspected import (
 )
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs
-from brushgrip.inputs.tunings import ChosenTuning
+from brushgrip.inputs.settings import ChosenTuning
 from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures.friction import draw_friction

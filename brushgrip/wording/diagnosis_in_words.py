@@ -1,4 +1,4 @@
-"""The result of a diagnosis in plain sentences, each only as sure as its figures."""
+"""The result of a diagnosis, and what an observer takes of it, in sentences as sure as its figures."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -9,9 +9,10 @@ from brushgrip.wording.formatting import (
     listed,
     percent,
     plain,
+    quantity,
     unrefitted_error,
 )
-from identification import Diagnosis, FoundEffect
+from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
 from identification.diagnosis.found_effects import CLEAR_ERRORS, UNRECORDED_LOAD
 
 GRADES: Mapping[str, str] = {
@@ -167,3 +168,57 @@ def plain_parameter(name: str) -> str:
     effect, dot, own = path.rpartition(".")
     text = f"{plain(effect)}: {own}" if dot else COMMON_NAMES.get(path, path)
     return f"{text}, {owner.removesuffix(']')}" if bracket else text
+
+
+def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
+    """Friction by `estimate` with the model of a diagnosis."""
+    if not diagnosis.of_car:
+        return f"With model.json the command estimate uses {taken_from_model(found)}."
+    return (
+        "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
+        " a car. Declare what was found, with its tolerance, in the vehicle file."
+    )
+
+
+def taken_from_model(found: FoundModel) -> str:
+    """What an observer takes from a model file, and on how many recordings that stands."""
+    basis, model = found.basis, found.model
+    grades = {} if basis is None else basis.grades
+    scopes = {effect.name: {p.scope for p in effect.parameters} for effect in model.effects}
+    own = [name for name, scope in scopes.items() if scope == {"recording"}]
+    parts = [
+        plain(name) + (f" ({GRADES.get(grades[name], grades[name])})" if name in grades else "")
+        for name in scopes
+        if name not in own
+    ]
+    if "k" in found.tyre:
+        stiffness = ParameterEstimate(value=found.tyre["k"], std=None, unit="N/m^2")
+        parts.append(f"k = {quantity(stiffness)}")
+    else:
+        parts.append("k of the ground")
+    kept = basis is not None and basis.explains_nothing
+    if found.error is not None and not kept:
+        parts.append(f"the model's error, {percent(found.error.share)} of the torque")
+    line = listed(parts)
+    if own:
+        line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"
+    if kept:
+        line += "; the declared model's error, as no effect surely explains what is left"
+    return f"{line}. {_standing(found)}"
+
+
+def _standing(found: FoundModel) -> str:
+    basis = found.basis
+    if basis is None:
+        return "The file does not say how many recordings that stands on"
+    count = f"{basis.training} recording{'s' * (basis.training != 1)}"
+    if basis.holdout:
+        judged = f"{basis.holdout} validation recording{'s' * (basis.holdout != 1)} judged it"
+    elif basis.training > 1:
+        judged = "each left out in turn judged it"
+    else:
+        judged = "nothing judged it"
+    weak = sum(grade in ("weak", "stands_in") for grade in basis.grades.values())
+    doubt = f"; {weak} of {len(basis.grades)} effects may be chance or stand in for another" * bool(weak)
+    doubt += "; something stays unexplained" * basis.unexplained
+    return f"It stands on {count}, {judged}{doubt}"

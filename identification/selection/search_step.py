@@ -1,9 +1,12 @@
-"""A step of the search: what was tried, what was chosen, and what would have done as well."""
+"""A step of the search: models that it may go to, what was tried and chosen, and what does as well."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from identification.fits.fitting import last_effect_at_bound
 from identification.fits.values import Values
-from identification.selection.criteria import SelectionCriteria
+from identification.reading.recordings import Recording
+from identification.selection.criteria import SelectionCriteria, distinguishable, overfits_judged
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
 from symbolic import Effect
@@ -58,3 +61,61 @@ class SearchStep:
         """Effects that lowered the judged error by less than half of what is needed."""
         least = (1 - criteria.least_gain / 2) * self.coarse_before.nrmse
         return {trial.effects[-1] for trial in self.trials if trial.nrmse > least}
+
+
+@dataclass(frozen=True)
+class RankedCandidate:
+    """A model that coarse trials propose, and the effects that would do as well as its last one."""
+
+    trial: Trial
+    indistinguishable: Effects = ()
+
+
+def with_effect(effects: Effects, effect: Effect) -> Effects:
+    """The effects and another one; a flexible law takes the place of the others of its family."""
+    kept = [e for e in effects if not (effect.flexible and e.family == effect.family)]
+    return (*kept, effect)
+
+
+def is_second_law(effects: Effects) -> bool:
+    """Whether another effect is of the last one's family."""
+    *others, last = effects
+    return last.family in {effect.family for effect in others} - {"other"}
+
+
+def without(effects: Effects, removed: Effect) -> Effects:
+    """The effects but for one."""
+    return tuple(effect for effect in effects if effect != removed)
+
+
+def rank_for_confirmation(
+    justified: Sequence[Trial], training: Sequence[Recording], criteria: SelectionCriteria
+) -> list[RankedCandidate]:
+    """Candidates in the order in which they should be confirmed.
+
+    Take the best trial that does not overfit the judging recordings. Of it and all trials
+    indistinguishable from it, the one with the fewest parameters comes first. Repeat with the rest. A
+    trial with a parameter at the end of its range, or with a second law of its family, comes after
+    others as good. A flexible law is no rival of a law of its family.
+    """
+    ranked, rest = [], list(justified)
+    while rest:
+        best = next(t for t in rest if not any(overfits_judged(t, other, training) for other in rest))
+        equals = [trial for trial in rest if not distinguishable(best, trial, criteria)]
+        leader = min(equals, key=_simplicity)
+        own = leader.effects[-1].family
+        rivals = (trial.effects[-1] for trial in equals if trial is not leader)
+        others = tuple(e for e in rivals if not (e.flexible and e.family == own))
+        ranked.append(RankedCandidate(leader, others))
+        rest.remove(leader)
+    return ranked
+
+
+def _simplicity(trial: Trial) -> tuple[bool, bool, int, float]:
+    """Order of models that judge alike, the one to prefer first: a family has one law."""
+    return (
+        last_effect_at_bound(trial.fitted),
+        is_second_law(trial.effects),
+        len(trial.fitted.labels),
+        trial.nrmse,
+    )

@@ -13,13 +13,6 @@ from dataclasses import dataclass, replace
 from identification.fits.fitting import last_effect_at_bound
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
-from identification.selection.candidates import (
-    RankedCandidate,
-    is_second_law,
-    rank_for_confirmation,
-    with_effect,
-    without,
-)
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
     SelectionCriteria,
@@ -29,7 +22,14 @@ from identification.selection.criteria import (
     removal_justified,
 )
 from identification.selection.journal import Journal
-from identification.selection.search_step import SearchStep
+from identification.selection.search_step import (
+    RankedCandidate,
+    SearchStep,
+    is_second_law,
+    rank_for_confirmation,
+    with_effect,
+    without,
+)
 from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, values_for, workers
 from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
 from symbolic import CANDIDATES, Effect, effects_named

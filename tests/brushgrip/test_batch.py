@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.inputs.tunings import chosen_tuning
+from brushgrip.inputs.settings import chosen_tuning
 from brushgrip.running.batch import friction_of_grounds
 from brushgrip.wording.formatting import friction_range
 from observers import PROFILES, Tuning

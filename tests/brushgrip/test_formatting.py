@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from brushgrip.running.batch import EstimateOutcome, printed_rows, row_of
-from brushgrip.wording.diagnosis_in_words import headline
+from brushgrip.wording.diagnosis_in_words import headline, taken_from_model
 from brushgrip.wording.formatting import (
     candidate_outcome,
     candidate_reason,
@@ -30,7 +30,6 @@ from brushgrip.wording.friction import (
     not_usable,
     with_95_band,
 )
-from brushgrip.wording.taken_from_model import taken_from_model
 from identification import Candidate, FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE

@@ -1,10 +1,12 @@
-"""The tuning of an observer as the command line says it: a profile by name, then single values."""
+"""Numbers of the command line: the tuning of an observer, and limits, target and frictions of a plan."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from observers import Tuning, profile
+from observers import SteeringLimits, Tuning, profile
+from observers.interfaces.factory import read_vehicle_file
 from observers.tuning import TUNING_FIELDS
 from symbolic import InvalidInputError
 
@@ -78,3 +80,40 @@ def number_of(where: str, text: str, *, whole: bool = False) -> float:
     except ValueError:
         kind = "a whole number" if whole else "a number"
         raise InvalidInputError(f"{where}: expected {kind}, got {text!r}") from None
+
+
+def chosen_limits(texts: Sequence[str] | None) -> SteeringLimits:
+    """The limits that texts such as "angle=0.2,rate=0.5" set."""
+    names, given = [field.name for field in fields(SteeringLimits)], {}
+    for pair, name, text in named_texts(texts):
+        if name not in names or name in given:
+            raise InvalidInputError(
+                f"--limit {pair}: expected NAME=NUMBER, each name once out of {', '.join(names)}"
+            )
+        given[name] = number_of(f"--limit {pair}", text)
+    try:
+        return SteeringLimits(**given)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"--limit: {error}") from None
+
+
+def share_of(text: str) -> float:
+    """A share written as 5% or 0.05."""
+    number = number_of(f"--target {text}", text.strip().removesuffix("%"))
+    return number / 100 if text.strip().endswith("%") else number
+
+
+def frictions_of(text: str) -> tuple[float, ...]:
+    """Frictions separated by commas, in order [1]."""
+    return tuple(sorted({number_of(f"--mu {text}", part) for part in text.split(",")}))
+
+
+def load_of(vehicle: Path | None, load: float | None) -> float:
+    """The load of a wheel [N]: that of a car is in its file, that of a rig has to be given."""
+    if (vehicle is None) == (load is None):
+        raise InvalidInputError(
+            "--load is missing; name the vertical load in N"
+            if load is None
+            else "--load is that of a rig; that of a car is in its file, leave it out"
+        )
+    return read_vehicle_file(vehicle).wheel_load if load is None and vehicle else float(load or 0)
