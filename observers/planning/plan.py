@@ -235,8 +235,7 @@ class _Search:
         reached = [one.reached(MARGIN * self.target, self.limits.torque) for one in whole]
         known, end = [at for at in reached if at is not None], path.psi.size
         if len(known) == len(whole):
-            enough = (1 + GOES_ON) * path.travel[max(known)]
-            end = min(int(np.searchsorted(path.travel, enough)) + 1, end)
+            end = int(np.searchsorted(path.travel, (1 + GOES_ON) * path.travel[max(known)])) + 1
         reasons = [
             f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one)}"
             for mu, one, at in zip(self.mus, whole, reached, strict=True)
@@ -270,10 +269,8 @@ class _Search:
     def reached_with(self, mu: float, **wider: float) -> bool:
         """Whether the target is reached at a friction alone, with some limits wider."""
         limits = replace(self.limits, **wider)
-        wide = _Search(
-            self.forecaster, self.target, limits, self.F_N, (mu,), self.objective, self.over, self.dt,
-            self.psi,
-        )  # fmt: skip
+        settings = self.objective, self.over, self.dt, self.psi
+        wide = _Search(self.forecaster, self.target, limits, self.F_N, (mu,), *settings)
         # The first path that reaches it will do.
         return any(wide.attempt(swing) < NEVER for swing in swings(limits, coarse=True))
 
