@@ -99,8 +99,11 @@ class CasadiObserver:
     @cached_property
     def screened_step(self) -> ca.Function:
         """`step_function` of plausible samples alone, see `observers.quality.sensor_limits`."""
-        a = self.rig.a if self.is_checked else None
-        return build_screened_step(self.step_function, self.layout, self.sample_limits, self.channel, a)
+        # Half-length and caster follow the parameters of the model.
+        a_at = len(self.model.parameters) if self.is_checked else None
+        return build_screened_step(
+            self.step_function, self.layout, self.sample_limits, self.channel, a_at
+        )
 
     @property
     def layout(self) -> Layout:
