@@ -35,8 +35,8 @@ class CasadiObserver:
     """A model with its parameters; a subclass defines `layout`, `initial_function` and `step_function`.
 
     The state is one vector with named parts, see `Layout`; its part `output` is in the order of
-    `OUTPUT`, and `output()` makes one. Both Functions take `constants`, by default theta and the
-    geometry as `Model.step` does.
+    `OUTPUT`, and `output()` makes one. Both Functions take `constants`, which begin with theta and the
+    geometry as those of `Model.step` do.
 
     Attributes:
         model: the model, with the effects that a diagnosis found if there are any.
