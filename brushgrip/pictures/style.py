@@ -58,12 +58,12 @@ def picture(path: Path, height: float, width: float = WIDTH) -> Iterator[Figure]
         figure = Figure((width, height), _DPI, layout="constrained", facecolor="white")
         yield figure
         # `savefig` would draw everything once more, to lay it out.
-        FigureCanvasAgg(figure).print_png(path, metadata={"Software": None, "Source": _SOURCE})
+        FigureCanvasAgg(figure).print_png(path, metadata={"Software": None, "Source": _SOURCE})  # type: ignore[no-untyped-call]
         collected = _VECTORS.get()
         if collected is not None:
             figure.set_layout_engine("none")  # Everything is in its place by now.
             drawing = BytesIO()
-            FigureCanvasSVG(figure).print_svg(drawing, metadata=_NO_METADATA)
+            FigureCanvasSVG(figure).print_svg(drawing, metadata=_NO_METADATA)  # type: ignore[no-untyped-call]
             collected[path.name] = drawing.getvalue()
 
 
