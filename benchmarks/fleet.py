@@ -43,10 +43,10 @@ def main() -> None:
         with table.open() as content:
             rows = list(csv.DictReader(content))
     samples = sum(int(row["samples"] or 0) for row in rows)
-    mu = np.array([float(row["mu"]) for row in rows if not row["fault"]])
+    mu = np.array([float(row["mu"]) for row in rows if row["mu"]])
     print(f"{len(rows)} recordings, {samples} samples, {options.workers} workers: {seconds:.1f} s")
     print(f"{len(rows) / seconds:.1f} recordings a second, {samples / seconds:.0f} samples a second")
-    print(f"mu at the end: {mu.mean():.3f}, standard deviation {mu.std():.3f}, {mu.size} without fault")
+    print(f"mu at the end: {mu.mean():.3f}, standard deviation {mu.std():.3f}, {mu.size} known")
 
 
 def make_fleet(folder: Path, count: int) -> list[Path]:

@@ -184,11 +184,13 @@ def friction_by_both_models(
         EKF_FOUND: (ObserverName.EKF, found, recordings),
         EKF_DECLARED: (ObserverName.EKF, None, recordings),
     }
-    # A rig has an observer of its own, which takes longer to build than to run: one task for each.
+    # A model found has an observer for each rig, which takes longer to build than to run: a task each.
     futures = {
-        (label, rig): submit(_observed, observer, model, [r for r in some if r.rig == rig], references)
+        (label, rig): submit(
+            _observed, observer, model, [r for r in some if rig in (r.rig, None)], references
+        )
         for label, (observer, model, some) in runs.items()
-        for rig in dict.fromkeys(r.rig for r in some)
+        for rig in (dict.fromkeys(r.rig for r in some) if model else [None])
     }
     outcomes: dict[str, dict[str, _Observed]] = {label: {} for label in runs}
     for (label, _), observed in results_of(futures).items():

@@ -13,6 +13,8 @@ from warnings import catch_warnings, filterwarnings
 from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from identification import Diagnosis, Series
@@ -53,14 +55,15 @@ def picture(path: Path, height: float, width: float = WIDTH) -> Iterator[Figure]
     with rc_context(_STYLE), catch_warnings():
         # A name in a script that the font lacks is drawn as boxes.
         filterwarnings("ignore", message="Glyph .* missing from font")
-        figure = Figure(figsize=(width, height), layout="constrained", facecolor="white")
+        figure = Figure((width, height), _DPI, layout="constrained", facecolor="white")
         yield figure
-        figure.savefig(path, dpi=_DPI, metadata={"Software": None, "Source": _SOURCE})
+        # `savefig` would draw everything once more, to lay it out.
+        FigureCanvasAgg(figure).print_png(path, metadata={"Software": None, "Source": _SOURCE})  # type: ignore[no-untyped-call]
         collected = _VECTORS.get()
         if collected is not None:
             figure.set_layout_engine("none")  # Everything is in its place by now.
             drawing = BytesIO()
-            figure.savefig(drawing, format="svg", metadata=_NO_METADATA)
+            FigureCanvasSVG(figure).print_svg(drawing, metadata=_NO_METADATA)  # type: ignore[no-untyped-call]
             collected[path.name] = drawing.getvalue()
 
 

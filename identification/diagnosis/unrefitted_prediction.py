@@ -15,7 +15,7 @@ from identification.fits.fitting import Fit
 from identification.fits.problem import signals_of
 from identification.fits.values import Values, ground_of, with_effects
 from identification.reading.recordings import Recording
-from symbolic import Model, parameter_name, simulate
+from symbolic import RIG_DIRECTIONS, Model, parameter_name, simulate
 from symbolic.array_alias import Array
 
 SCATTER = 0.05
@@ -69,6 +69,7 @@ def residual_of(model: Model, recording: Recording, values: Mapping[str, float])
     theta = np.asarray(model.theta(values)).ravel()
     geometry = np.array([recording.rig.a, recording.rig.e])
     # With all directions, as in a fit: that Function is compiled already.
-    simulated = simulate(model, signals_of(recording), theta, geometry, np.eye(theta.size))
+    directions = np.eye(theta.size + len(RIG_DIRECTIONS))
+    simulated = simulate(model, signals_of(recording), theta, geometry, directions)
     residual: Array = simulated.M_z - recording.M_z
     return residual

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dtbtrs
 
 from identification.fits.autocorrelation import autoregression, predict_gaps, slow_part_effective_samples
 from identification.fits.fitting import Fit
@@ -97,15 +98,14 @@ def scores_variance(jacobian: Array, influenced: Array, total_leverage: float) -
         total_leverage: sum of the recording's leverages, the number of parameters that it determines;
             fitting takes as many independent samples out of the residuals.
     """
-    # Here, not above: it takes half a second to load, which few processes need.
-    from scipy.signal import lfilter
-
     weights = autoregression(influenced)
     filled = predict_gaps(influenced, weights)
-    innovations = lfilter(weights, 1.0, filled)
+    # The filter A and, backwards, the one over A; `scipy.signal` takes half a second to load.
+    innovations = np.convolve(filled, weights)[: filled.size]
+    bands = np.repeat(weights[:, None], filled.size, axis=1)
     rows = np.zeros((filled.size, jacobian.shape[1]))
     rows[np.isfinite(influenced)] = jacobian
-    scores = lfilter([1.0], weights, rows[::-1], axis=0)[::-1] * innovations[:, None]
+    scores = dtbtrs(bands, rows[::-1], uplo="L")[0][::-1] * innovations[:, None]
     independent = slow_part_effective_samples(influenced, innovations, weights)
     # The correction n / (n - p) for small samples, with n - p at least 1.
     share = independent / max(independent - total_leverage, 1.0)

@@ -13,6 +13,7 @@ value counts sigma^2 T in the sum of squares over samples.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache, partial
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
@@ -145,18 +146,25 @@ def _solve(problem: Problem, start: Array, weights: Array, options: FitOptions) 
         count = squares.size - int(known.sum())
         return np.hstack([loss(squares[:count]), LEAST_SQUARES(squares[count:])])
 
-    return least_squares(
-        residuals,
-        np.clip(start, low, high),
-        jac=jacobian,
+    @lru_cache(maxsize=1)
+    def triangle(x: bytes) -> Array:
+        at = np.frombuffer(x)
+        return np.asarray(np.linalg.qr(np.column_stack([jacobian(at), residuals(at)]), mode="r"))
+
+    solve = partial(
+        least_squares,
+        x0=np.clip(start, low, high),
         bounds=(low, high),
-        loss=rho if known.any() else loss,
         x_scale=1.0,
         ftol=options.tolerance,
         xtol=options.tolerance,
         gtol=1e-12,
         max_nfev=options.max_evaluations,
     )
+    if loss == LEAST_SQUARES:
+        # The same squares in no more rows than columns, on which the solver is quick.
+        return solve(lambda x: triangle(x.tobytes())[:, -1], jac=lambda x: triangle(x.tobytes())[:, :-1])
+    return solve(residuals, jac=jacobian, loss=rho)
 
 
 AT_BOUND = 1e-3

@@ -35,8 +35,8 @@ class CasadiObserver:
     """A model with its parameters; a subclass defines `layout`, `initial_function` and `step_function`.
 
     The state is one vector with named parts, see `Layout`; its part `output` is in the order of
-    `OUTPUT`, and `output()` makes one. Both Functions take `constants`, by default theta and the
-    geometry as `Model.step` does.
+    `OUTPUT`, and `output()` makes one. Both Functions take `constants`, which begin with theta and the
+    geometry as those of `Model.step` do.
 
     Attributes:
         model: the model, with the effects that a diagnosis found if there are any.
@@ -99,8 +99,11 @@ class CasadiObserver:
     @cached_property
     def screened_step(self) -> ca.Function:
         """`step_function` of plausible samples alone, see `observers.quality.sensor_limits`."""
-        a = self.rig.a if self.is_checked else None
-        return build_screened_step(self.step_function, self.layout, self.sample_limits, self.channel, a)
+        # Half-length and caster follow the parameters of the model.
+        a_at = len(self.model.parameters) if self.is_checked else None
+        return build_screened_step(
+            self.step_function, self.layout, self.sample_limits, self.channel, a_at
+        )
 
     @property
     def layout(self) -> Layout:

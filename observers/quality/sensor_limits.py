@@ -112,7 +112,7 @@ def initial_screen(psi: float) -> Array:
 
 @cache
 def build_screened_step(
-    step: ca.Function, parts: Layout, limits: tuple[float, ...], channel: str, a: float | None
+    step: ca.Function, parts: Layout, limits: tuple[float, ...], channel: str, a_at: int | None
 ) -> ca.Function:
     """A step (state, sample, constants) -> (state_next, output) of plausible samples alone.
 
@@ -121,9 +121,10 @@ def build_screened_step(
         parts: of its state; those of the check follow.
         limits: of the samples, in the order of `PLAUSIBLE`.
         channel: the torque that is measured.
-        a: half-length of the patch [m]; None where units and signs are not checked.
+        a_at: index of the half-length of the patch among the constants, so that one step serves all
+            lengths; None where units and signs are not checked.
     """
-    checked = EVIDENCE.size if a is not None else 0
+    checked = EVIDENCE.size if a_at is not None else 0
     # A user's own step need not name its inputs.
     inputs = symbols(
         ca.MX, state=parts.size + SCREEN.size + checked, sample=len(SAMPLE), constants=step.numel_in(2)
@@ -133,8 +134,8 @@ def build_screened_step(
         state, [0, parts.size, parts.size + SCREEN.size, state.shape[0]]
     )
     suspect = ca.MX(0)
-    if a is not None:
-        evidence, suspect = build_evidence(channel)(evidence, sample, a)
+    if a_at is not None:
+        evidence, suspect = build_evidence(channel)(evidence, sample, constants[a_at])
     screen, passed = build_screen()(screen, sample, ca.DM(limits))
     after, output = step(own, passed, constants)
     at = OUTPUT.index("status")

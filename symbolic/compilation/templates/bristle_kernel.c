@@ -30,12 +30,13 @@ typedef struct {
 
 /* Several sums at a time, in an order that is always the same. */
 static double sum(const double *x) {
-    double part[4] = {0.0, 0.0, 0.0, 0.0}, rest = 0.0;
+    double part[8] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, rest = 0.0;
     int i, j;
-    for (i = 0; i + 4 <= BRISTLES; i += 4) {
-        for (j = 0; j < 4; ++j) part[j] += x[i + j];
+    for (i = 0; i + 8 <= BRISTLES; i += 8) {
+        for (j = 0; j < 8; ++j) part[j] += x[i + j];
     }
     for (; i < BRISTLES; ++i) rest += x[i];
+    for (j = 0; j < 4; ++j) part[j] += part[j + 4];
     return (part[0] + part[1]) + (part[2] + part[3]) + rest;
 }
 
