@@ -15,6 +15,7 @@ from brushgrip.inputs.recordings import (
     refuse_overwriting,
     shares_samples,
     unique_labels,
+    with_suffix,
 )
 from brushgrip.inputs.user_effects import effect_files, user_effects
 from brushgrip.outputs.atomic import staged_files, write_utf8
@@ -178,7 +179,7 @@ class Inputs:
 
 
 def locate_inputs(
-    names: Sequence[str] = (),
+    recordings: Sequence[str] = (),
     *,
     rig: Path | None = None,
     channel_map: Sequence[str] | None = None,
@@ -192,7 +193,7 @@ def locate_inputs(
     """The inputs that a command line names.
 
     Args:
-        names: recordings.
+        recordings: files, or names of published ones.
         rig: rig file; None where the recordings know their rig.
         channel_map: what `--map` says; goes before the rig file's [signals].
         steering_ratio: what `--steering-ratio` says.
@@ -212,7 +213,7 @@ def locate_inputs(
         raise InvalidInputError("--steering-ratio: that of a car is steering_ratio in its vehicle file")
     warn_of_another_rig(rig, model)
     own = user_effects(effects)
-    located = [locate(name, of_car=vehicle is not None) for name in names]
+    located = [locate(name, of_car=vehicle is not None) for name in recordings]
     for one, other in combinations(located, 2):
         if one.samefile(other):
             raise _twice(one, other)
@@ -221,7 +222,14 @@ def locate_inputs(
         signals = signals.updated(parse_maps(channel_map))
     if steering_ratio is not None:
         signals = with_steering_ratio(signals, steering_ratio)
-    paths = dict(zip(unique_labels(located), located, strict=True))
+    labels = unique_labels(located)
+    grounds = grounds_by_name(labels, ground)
+    # Results tell values of grounds and of recordings by name.
+    names = [
+        whole if label in grounds.values() and (whole := with_suffix(path)) not in labels else label
+        for label, path in zip(labels, located, strict=True)
+    ]
+    paths = dict(zip(names, located, strict=True))
     files = [*located, *effect_files(effects, own), *files_beside(located, signals)]
     return Inputs(
         paths=paths,
@@ -231,7 +239,7 @@ def locate_inputs(
         signals=signals,
         vehicle=vehicle,
         effects=own,
-        grounds=grounds_by_name(list(paths), ground),
+        grounds={name: grounds[n] for n, name in zip(labels, names, strict=True) if n in grounds},
         span=span,
         steering_ratio=steering_ratio,
     )

@@ -25,6 +25,7 @@ from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.tunings import ChosenTuning
 from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
 from brushgrip.outputs.console import Progress, progress
+from brushgrip.outputs.standard_streams import remark_once
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
 from brushgrip.wording.declared_values import rests_on
@@ -175,6 +176,7 @@ def estimate_all(
 
 def estimate_one(task: EstimateTask) -> EstimateOutcome:
     """Estimates friction over one recording, and writes its table and its picture."""
+    remark_once()
     try:
         return _estimated(task)
     except BrushgripError as error:

@@ -78,6 +78,19 @@ def test_a_bad_recording_does_not_keep_the_others(
     assert (rows["good"]["fault"], float(rows["good"]["informed"]) > 0) == ("", True)
 
 
+def test_a_remark_on_files_is_made_of_the_first(
+    estimate: Run, write_csv: Write, caplog: pytest.LogCaptureFixture
+) -> None:
+    paths = [
+        write_csv(f"{n}.csv", {"F_N_kN": np.full(60, load)}) for n, load in (("a", 0.4), ("b", 0.5))
+    ]
+    for _ in range(2):
+        caplog.clear()
+        estimate(*paths, "--map", "F_N=F_N_kN")
+        (message,) = caplog.messages
+        assert "a.csv: F_N_kN in kN: units by the names" in message
+
+
 def test_a_name_is_no_formula_to_a_spreadsheet(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
     path = write_csv("=cmd|calc!A1.csv")
     estimate(path, "--summary", tmp_path / "table.csv", "--ground", "@ice")
