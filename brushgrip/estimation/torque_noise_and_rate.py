@@ -21,16 +21,14 @@ FULL_SLIDE = 3 / 8
 def inconsistency_remedy(observer: Observer, recording: Recording, estimates: Estimates) -> str:
     """What mends an aligning torque that model and stated error do not explain; empty if not known.
 
-    More noise is advised where the residual is white, else a diagnosis. The noise seen is that from
-    sample to sample while the wheel turns slower than half of the time, of as many samples as 10 ms
-    have.
+    Noise is advised where the residual is white, else a diagnosis. It is that from sample to sample
+    while the wheel turns slower than half of the time, of as many samples as 10 ms have.
     """
-    if recording.standstills is not None or not isinstance(observer, Ekf | Mhe):
+    of_rig = recording.standstills is None and has_aligning_torque(recording)
+    if not (of_rig and isinstance(observer, Ekf | Mhe)):
         return ""
-    if not has_aligning_torque(recording):
-        return ""
-    inconsistent = estimates.status & Status.INCONSISTENT != 0
-    residual = np.where(inconsistent, recording.M_z - estimates.M_z_predicted, np.nan)
+    innovation, inconsistent = recording.M_z - estimates.M_z_predicted, Status.INCONSISTENT
+    residual = np.where(estimates.status & inconsistent, innovation, np.nan)
     known = np.isfinite(residual)
     if known.any() and np.median(np.abs(residual[known])) / 0.6745 > BEYOND * white_noise(residual) > 0:
         return f"{LACKING}; more noise would not explain it"

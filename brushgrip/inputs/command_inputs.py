@@ -15,7 +15,6 @@ from brushgrip.inputs.recordings import (
     refuse_overwriting,
     shares_samples,
     unique_labels,
-    with_suffix,
 )
 from brushgrip.inputs.user_effects import effect_files, user_effects
 from brushgrip.outputs.atomic import staged_files, write_utf8
@@ -204,8 +203,7 @@ def locate_inputs(
         vehicle: vehicle file of a car, in place of a rig file.
 
     Raises:
-        InvalidInputError: a recording is missing or given twice, or rig, map, effects or grounds are
-            bad.
+        InvalidInputError: one of them is bad, or a recording is missing or given twice.
     """
     if rig is not None and vehicle is not None:
         raise InvalidInputError("--rig and --vehicle are both given; name the one that was recorded")
@@ -214,9 +212,8 @@ def locate_inputs(
     warn_of_another_rig(rig, model)
     own = user_effects(effects)
     located = [locate(name, of_car=vehicle is not None) for name in recordings]
-    for one, other in combinations(located, 2):
-        if one.samefile(other):
-            raise _twice(one, other)
+    if twice := next((two for two in combinations(located, 2) if two[0].samefile(two[1])), None):
+        raise _twice(*twice)
     signals = SignalMap() if (described := rig or vehicle) is None else read_signals(described)
     if channel_map is not None:
         signals = signals.updated(parse_maps(channel_map))
@@ -225,11 +222,8 @@ def locate_inputs(
     labels = unique_labels(located)
     grounds = grounds_by_name(labels, ground)
     # Results tell values of grounds and of recordings by name.
-    names = [
-        whole if label in grounds.values() and (whole := with_suffix(path)) not in labels else label
-        for label, path in zip(labels, located, strict=True)
-    ]
-    paths = dict(zip(names, located, strict=True))
+    apart = {n: f"{n}_recording" for n in grounds.values() if f"{n}_recording" not in labels}
+    paths = {apart.get(n, n): path for n, path in zip(labels, located, strict=True)}
     files = [*located, *effect_files(effects, own), *files_beside(located, signals)]
     return Inputs(
         paths=paths,
@@ -239,7 +233,7 @@ def locate_inputs(
         signals=signals,
         vehicle=vehicle,
         effects=own,
-        grounds={name: grounds[n] for n, name in zip(labels, names, strict=True) if n in grounds},
+        grounds={apart.get(n, n): named for n, named in grounds.items()},
         span=span,
         steering_ratio=steering_ratio,
     )

@@ -191,13 +191,9 @@ def unique_labels(paths: Sequence[Path]) -> list[str]:
     if not twice:
         return labels
     return [
-        with_suffix(path) if label in twice else label for path, label in zip(paths, labels, strict=True)
+        printable(path.name).replace(".", "_") if label in twice else label
+        for path, label in zip(paths, labels, strict=True)
     ]
-
-
-def with_suffix(path: Path) -> str:
-    """The label of a recording of whose label there is another one."""
-    return printable(path.name).replace(".", "_")
 
 
 def grounds_by_name(names: Sequence[str], given: Sequence[str] | None) -> dict[str, str]:

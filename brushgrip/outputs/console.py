@@ -4,6 +4,7 @@ import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from operator import gt
 from typing import Any
 
 from rich.cells import cell_len
@@ -68,12 +69,9 @@ def print_table(
 def _column_widths(columns: Sequence[Sequence[str]], room: int) -> list[int]:
     """Widths that fit the room, taken from the widest columns, as far as no word of a heading breaks."""
     widths = [max(map(cell_len, cells)) for cells in columns]
-    whole = [max(map(cell_len, heading.split()), default=0) for heading, *_ in columns]
-    while sum(widths) > room:
-        wide = [i for i, width in enumerate(widths) if width > max(1, whole[i])]
-        if not wide:
-            break
-        widths[max(wide, key=widths.__getitem__)] -= 1
+    whole = [max(map(cell_len, heading.split()), default=1) for heading, *_ in columns]
+    while sum(widths) > room and any(map(gt, widths, whole)):
+        widths[max(range(len(widths)), key=lambda i: widths[i] * (widths[i] > whole[i]))] -= 1
     return widths
 
 

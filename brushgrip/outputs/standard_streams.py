@@ -6,6 +6,7 @@ import logging
 import os
 import sys
 import unicodedata
+from contextvars import ContextVar
 
 _SPELT = {
     "μ": "mu",
@@ -27,39 +28,21 @@ _SPELT = {
 """Signs that we write, where the terminal's encoding lacks them."""
 
 
-_OF_FILES = ("identification.reading.readers", "identification.reading.recordings")
-"""Loggers whose remarks are a file's name and a text."""
+REMARKS: ContextVar[set[object] | None] = ContextVar("REMARKS", default=None)
+"""Remarks on files that a command has made; None where no command runs."""
 
 
-class _FirstFile(logging.Filter):
-    """Lets a remark on files pass for the first of those that it is true of."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.texts: set[object] = set()
-
-    def filter(self, record: logging.LogRecord) -> bool:
-        """Whether the text, all but the file's name, is new."""
-        text = (record.msg, tuple(record.args or ())[1:])
-        known = text in self.texts
-        self.texts.add(text)
-        return not known
+def is_new(record: logging.LogRecord) -> bool:
+    """Whether a remark on a file, all but the file's name, is the command's first such."""
+    made, text = REMARKS.get(), (record.msg, *tuple(record.args or ())[1:])
+    if made is None or text in made:
+        return made is None
+    made.add(text)
+    return True
 
 
-_FIRST_FILE = _FirstFile()
-
-
-def remark_once() -> None:
-    """Have each remark on files said once in this process."""
-    for name in _OF_FILES:
-        logging.getLogger(name).addFilter(_FIRST_FILE)
-
-
-def forget_remarks() -> None:
-    """Have remarks on files said each time again."""
-    _FIRST_FILE.texts.clear()
-    for name in _OF_FILES:
-        logging.getLogger(name).removeFilter(_FIRST_FILE)
+for _name in ("readers", "recordings"):
+    logging.getLogger(f"identification.reading.{_name}").addFilter(is_new)
 
 
 def spell_what_is_lacking() -> None:

@@ -25,7 +25,7 @@ from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.tunings import ChosenTuning
 from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
 from brushgrip.outputs.console import Progress, progress
-from brushgrip.outputs.standard_streams import remark_once
+from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
 from brushgrip.wording.declared_values import rests_on
@@ -176,7 +176,7 @@ def estimate_all(
 
 def estimate_one(task: EstimateTask) -> EstimateOutcome:
     """Estimates friction over one recording, and writes its table and its picture."""
-    remark_once()
+    REMARKS.set(REMARKS.get() or set())
     try:
         return _estimated(task)
     except BrushgripError as error:
@@ -200,10 +200,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
     noise = inconsistency_remedy(factory(recording, found), recording, estimates)
     of_car = recording.standstills is not None
-    rates, at, budget = differing_rates(recording), last_usable(estimates), {}
+    rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
     cause = "" if at is not None else suspected_cause(factory, recording, found, estimates)
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
-    note = ""
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)

@@ -211,7 +211,8 @@ def not_usable(
     if flag is Status.SUSPECT and cause:
         return counts[flag], cause
     unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
-    if noise and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
+    mends = noise and not (flag is Status.SUSPECT and noise.startswith(LACKING))
+    if mends and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
         return counts[flag], f"{meaning(flag)}: {noise}"
     wide = estimates.wide if estimates.wide.any() else -1
     share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
@@ -239,11 +240,9 @@ def _last_friction(estimates: Estimates) -> str:
         changes = estimates.t[estimates.status & Status.RESET != 0]
         since = ""
         if changes.size and estimates.usable.any():
-            since = f" since a new ground was noticed at {changes[-1]:.4g} s"
-            if _misfits(estimates):
-                since = (
-                    f" since {changes[-1]:.4g} s: either the ground changed, or the model does not fit"
-                )
+            since, at_change = " since a new ground was noticed at", f" {changes[-1]:.4g} s"
+            either = f" since{at_change}: either the ground changed, or the model does not fit"
+            since = either if _misfits(estimates) else since + at_change
         elif estimates.usable.any():
             last = estimates.t[np.flatnonzero(estimates.usable)[-1]]
             since = f": what was usable up to {last:.4g} s does not explain the torque that follows"
@@ -260,8 +259,7 @@ def _last_friction(estimates: Estimates) -> str:
 
 def _misfits(estimates: Estimates) -> bool:
     """Whether the model fails to explain so many samples that a change of the ground is in doubt."""
-    inconsistent = estimates.status & Status.INCONSISTENT != 0
-    return bool(inconsistent.mean() > MIN_REPORTED_SHARE)
+    return bool(np.mean(estimates.status & Status.INCONSISTENT != 0) > MIN_REPORTED_SHARE)
 
 
 def _plural(count: int, noun: str) -> str:

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from brushgrip.wording.formatting import is_figure
 from brushgrip.wording.friction import last_usable, with_95_band
@@ -14,13 +15,7 @@ BETWEEN = " | "
 
 
 def remark(estimates: Estimates, why: str, note: str) -> str:
-    """What is told of a recording beside its friction, for its row in a table.
-
-    Args:
-        estimates: over the recording.
-        why: samples are not usable, with the remedy; empty for none to tell of.
-        note: what friction rests on, empty for nothing.
-    """
+    """What is told of a recording beside its friction: few or (why) no usable samples, then the note."""
     if last_usable(estimates) is None:
         return f"not known: {why}"
     few = f"usable in under {100 * FEW:.0f} %" * (estimates.usable_share < FEW)
@@ -33,23 +28,20 @@ def remark_heads(text: str) -> list[str]:
     return [one if one.startswith("not known") else one.partition(": ")[0] for one in heads]
 
 
-def remark_counts(rows: Sequence[Mapping[str, object]]) -> str:
+def remark_counts(rows: Sequence[Mapping[str, Any]]) -> str:
     """Of how many recordings with a known friction there is which remark, in one line."""
-    heads = Counter(
-        head for row in rows if is_figure(row["mu_eff"]) for head in remark_heads(str(row["remark"]))
-    )
+    known = [row["remark"] for row in rows if is_figure(row["mu_eff"])]
+    heads = Counter(head for text in known for head in remark_heads(text))
     return "; ".join(f"{count} of {len(rows)}: {head}" for head, count in heads.most_common())
 
 
-def printed_rows(
-    rows: Sequence[Mapping[str, str | int | float]],
-) -> tuple[Sequence[str], list[tuple[str, ...]]]:
+def printed_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str], list[tuple[str, ...]]]:
     """Headings and rows of the table on the screen."""
     cells: list[tuple[str, ...]] = []
     for row in rows:
         mu, std = row["mu_eff"], row["mu_eff_std"]
         usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
-        beside = str(row["fault"]) or "; ".join(remark_heads(str(row["remark"])))
-        friction = with_95_band(float(mu), float(std)) if is_figure(mu) else "–"
-        cells.append((str(row["recording"]), str(row["ground"]) or "–", friction, usable, beside))
+        beside = row["fault"] or "; ".join(remark_heads(row["remark"]))
+        friction = with_95_band(mu, std) if is_figure(mu) else "–"
+        cells.append((row["recording"], row["ground"] or "–", friction, usable, beside))
     return ("recording", "ground", "mu_eff", "usable", "remark"), cells

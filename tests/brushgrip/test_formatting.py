@@ -23,6 +23,7 @@ from brushgrip.wording.formatting import (
     torque_value,
 )
 from brushgrip.wording.friction import (
+    LACKING,
     band_parts,
     dry_friction_note,
     estimates_summary,
@@ -354,6 +355,9 @@ def test_a_suspicion_goes_before_an_acquisition_that_lasts_as_long() -> None:
 
     assert not_usable(doubted) == (3, Status.SUSPECT.remedy)
     assert not_usable(doubted, cause="in degrees") == (3, "in degrees")
+    both = estimates(*[Status.SUSPECT] * 3, Status.INCONSISTENT, last=-1)
+    assert not_usable(both, LACKING) == (3, Status.SUSPECT.remedy)
+    assert not_usable(both, "declare it") == (3, "an input looks wrong: declare it")
     assert not_usable(estimates(*[Status.ACQUIRING] * 4, last=-1)) == (4, Status.ACQUIRING.remedy)
 
 
