@@ -40,8 +40,8 @@ def main() -> None:
         now = loop(Sample(psi=psi, psi_dot=math.nan, F_N=F_N, dt=dt, M_z=M_z))
         if number % 100 == 0:
             word = "" if now.usable else f"  (not usable: {now.remedy})"
-            print(f"{number * dt:5.1f} s  mu_eff = {now.mu_eff:.3f} ± {now.mu_eff_std:.3f}{word}")
-    print(f"friction at the end: mu_eff = {now.mu_eff:.3f} ± {now.mu_eff_std:.3f}")
+            print(f"{number * dt:5.1f} s  mu_eff = {now.mu_eff:.3f} ± {2 * now.mu_eff_std:.3f}{word}")
+    print(f"friction at the end: mu_eff = {now.mu_eff:.3f} ± {2 * now.mu_eff_std:.3f}")
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from typer.core import TyperCommand
 
 from brushgrip import commands
 from brushgrip.cli.own_packages import foreign_packages
-from brushgrip.outputs.standard_streams import fault_of_output, spell_what_is_lacking
+from brushgrip.outputs.standard_streams import REMARKS, fault_of_output, spell_what_is_lacking
 from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Speech, flags_first, reserve_stdout
 
 BAD_INPUT, FAILED = 2, 1
@@ -139,6 +139,7 @@ def _run(arguments: Sequence[str]) -> int:
     # A command line without anything asks what there is.
     given = flags_first(repeat_lists(arguments)) or ["--help"]
     said_by, speech = COMMAND_LINE.set(tuple(arguments)), SPEECH.set(SPEECH.get())
+    remarks = REMARKS.set(set())
     try:
         status = app(args=given, prog_name="brushgrip", standalone_mode=False)
     except (typer.Abort, BrokenPipeError):
@@ -153,6 +154,7 @@ def _run(arguments: Sequence[str]) -> int:
     except Exception as error:
         return _said(error)
     finally:
+        REMARKS.reset(remarks)
         SPEECH.reset(speech)
         COMMAND_LINE.reset(said_by)
     return status or 0

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from brushgrip.running.batch import EstimateOutcome
     from identification import FoundModel
 
+MAX_PRINTED = 20
+"""Most recordings of which --summary prints the table too."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateRequest(GroundRequest):
@@ -53,8 +56,9 @@ class EstimateRequest(GroundRequest):
     friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground.
     usable, informed and the flags are shares, 0 to 1, of the samples with a torque, whose number is
     measured; implausible is that of all samples, and wide that of samples without a flag whose deviation
-    of mu is too large to be informed. What is wrong with a recording stands in its row; the others are
-    estimated all the same, and the exit status is 2. A text in --summary that a spreadsheet would take
+    of mu is too large to be informed. What is wrong with a recording stands in its row as fault; the
+    others are estimated all the same, and the exit status is 2. remark is what a single recording is
+    told beside its friction. A text in --summary that a spreadsheet would take
     for a formula begins with an apostrophe.
     """
 
@@ -147,9 +151,10 @@ class EstimateRequest(GroundRequest):
         """Print what was estimated; recordings that could not be are a fault."""
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.report.printed import say_grounds
-        from brushgrip.running.batch import friction_of_grounds, printed_rows
+        from brushgrip.running.batch import friction_of_grounds
         from brushgrip.wording.diagnosis_in_words import taken_from_model
         from brushgrip.wording.formatting import friction_range
+        from brushgrip.wording.remarks import printed_rows, remark_counts
         from symbolic import InvalidInputError
 
         rows = [outcome.row for outcome in outcomes]
@@ -162,14 +167,16 @@ class EstimateRequest(GroundRequest):
             for line in outcomes[0].lines:
                 say(line)
         else:
-            if not self.summary:
+            if not self.summary or len(rows) <= MAX_PRINTED:
                 title = (
                     "Friction ± 95 % band, last usable, and share usable of the samples with a torque"
                 )
-                print_table(title, *printed_rows(outcomes), overflow="fold")
+                print_table(title, *printed_rows(rows), overflow="fold")
             for line in friction_of_grounds(rows):
                 say(line)
             say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {friction_range(rows)}")
+            if counts := remark_counts(rows):
+                say(counts)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
         show(rows)

@@ -37,9 +37,9 @@ class PlanRequest:
     observer's standard deviation of mu is within the target and usable, for the worst of the frictions
     of --mu or their mean. The deviation is that of the observer itself, with the tolerances of the rig
     file; for M_z with k as a state, which a little steering tells badly from mu. OUT.csv has a row a
-    sample: t,psi,psi_dot,travel, for a car handwheel, and for each friction the deviation over mu, empty
-    until it is usable. OUT.png shows both. What cannot be reached is told with its cause, and makes the
-    exit status 1.
+    sample: t,psi,psi_dot,travel, F_N or, for a car, handwheel, and for each friction the deviation over
+    mu, empty until it is usable. OUT.png shows both. What cannot be reached is told with its cause, and
+    makes the exit status 1.
     """
 
     rig: RigAlone = None
@@ -128,7 +128,7 @@ class PlanRequest:
                 observer, target, limits, F_N, mus=mus, objective=self.least.value, over=self.over.value
             )
             if stages:
-                write_utf8(stages[0], plan_csv(planned, self.vehicle))
+                write_utf8(stages[0], plan_csv(planned, self.vehicle, F_N))
                 draw_plan_and_forecast(stages[1], planned)
         self._say(planned, finals, inputs.signals.of("psi"))
 

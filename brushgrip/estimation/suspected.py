@@ -14,7 +14,7 @@ from brushgrip.estimation.estimates import (
 )
 from brushgrip.estimation.map_correction import TIME, causes_with_map
 from brushgrip.estimation.scale_by_direction import single_friction
-from brushgrip.wording.friction import MIN_REPORTED_SHARE
+from brushgrip.wording.friction import LACKING, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
@@ -61,23 +61,27 @@ def suspected_cause(
 
 
 BEYOND = 1.5
-"""Noise seen over noise stated from which on it is told [1]."""
+"""Noise seen over noise stated from which on it is told, and residual over its white noise [1]."""
 OTHER_RATE, REGULAR = 1.5, 0.9
 """Ratio of two rates that differ [1]; share of the periods that are alike in a rate [1]."""
 FULL_SLIDE = 3 / 8
 """Torque of full slide at mu = 1 over F_N a [1]."""
 
 
-def excess_noise(observer: Observer, recording: Recording) -> str:
-    """Advice to declare the noise where the aligning torque has more than stated; empty elsewhere.
+def inconsistency_remedy(observer: Observer, recording: Recording, estimates: Estimates) -> str:
+    """What mends an aligning torque that model and stated error do not explain; empty if not known.
 
-    The noise seen is that from sample to sample while the wheel turns slower than half of the time, of
-    as many samples as 10 ms have.
+    Noise is advised where the residual is white, else a diagnosis. It is that from sample to sample
+    while the wheel turns slower than half of the time, of as many samples as 10 ms have.
     """
-    if recording.standstills is not None or not isinstance(observer, Ekf | Mhe):
+    of_rig = recording.standstills is None and has_aligning_torque(recording)
+    if not (of_rig and isinstance(observer, Ekf | Mhe)):
         return ""
-    if not has_aligning_torque(recording):
-        return ""
+    innovation, inconsistent = recording.M_z - estimates.M_z_predicted, Status.INCONSISTENT
+    residual = np.where(estimates.status & inconsistent, innovation, np.nan)
+    known = np.isfinite(residual)
+    if known.any() and np.median(np.abs(residual[known])) / 0.6745 > BEYOND * white_noise(residual) > 0:
+        return f"{LACKING}; more noise would not explain it"
     known = np.isfinite(recording.M_z)
     rate = np.abs(recording.psi_dot[known])
     seen = white_noise(np.where(rate <= np.median(rate), recording.M_z[known], np.nan))
@@ -90,7 +94,7 @@ def excess_noise(observer: Observer, recording: Recording) -> str:
     against = "none declared" if rig.noise is None else f"{stated:.2g} declared"
     return (
         f"torque noise seen {seen:.2g} N m, {against}: declare [sensor] noise = {seen:.2g}"
-        " in the rig file"
+        f" in the rig file; where that does not help, {LACKING}"
     )
 
 

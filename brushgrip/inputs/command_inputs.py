@@ -171,7 +171,7 @@ class Inputs:
 
 
 def locate_inputs(
-    names: Sequence[str] = (),
+    recordings: Sequence[str] = (),
     *,
     rig: Path | None = None,
     channel_map: Sequence[str] | None = None,
@@ -193,16 +193,19 @@ def locate_inputs(
         raise InvalidInputError("--steering-ratio: that of a car is steering_ratio in its vehicle file")
     warn_of_another_rig(rig, model)
     own = user_effects(effects)
-    located = [locate(name, of_car=vehicle is not None) for name in names]
-    for one, other in combinations(located, 2):
-        if one.samefile(other):
-            raise _twice(one, other)
+    located = [locate(name, of_car=vehicle is not None) for name in recordings]
+    if twice := next((two for two in combinations(located, 2) if two[0].samefile(two[1])), None):
+        raise _twice(*twice)
     signals = SignalMap() if (described := rig or vehicle) is None else read_signals(described)
     if channel_map is not None:
         signals = signals.updated(parse_maps(channel_map))
     if steering_ratio is not None:
         signals = with_steering_ratio(signals, steering_ratio)
-    paths = dict(zip(unique_labels(located), located, strict=True))
+    labels = unique_labels(located)
+    grounds = grounds_by_name(labels, ground)
+    # Results tell values of grounds and of recordings by name.
+    apart = {n: f"{n}_recording" for n in grounds.values() if f"{n}_recording" not in labels}
+    paths = {apart.get(n, n): path for n, path in zip(labels, located, strict=True)}
     files = [*located, *effect_files(effects, own), *files_beside(located, signals)]
     return Inputs(
         paths=paths,
@@ -212,7 +215,7 @@ def locate_inputs(
         signals=signals,
         vehicle=vehicle,
         effects=own,
-        grounds=grounds_by_name(list(paths), ground),
+        grounds={apart.get(n, n): named for n, named in grounds.items()},
         span=span,
         steering_ratio=steering_ratio,
     )

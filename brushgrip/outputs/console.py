@@ -4,8 +4,10 @@ import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from operator import gt
 from typing import Any
 
+from rich.cells import cell_len
 from rich.console import Console, JustifyMethod, OverflowMethod
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as ProgressBar
@@ -48,14 +50,24 @@ def print_table(
     overflow: OverflowMethod = "ellipsis",
 ) -> None:
     """A table on standard output; `right` puts all columns but the first to the right."""
-    table = Table(title=title, title_justify="left")
-    for place, heading in enumerate(headings):
+    table, screen = Table(title=title, title_justify="left"), _screen()
+    columns = [list(column) for column in zip(headings, *rows, strict=True)]
+    widths = _column_widths(columns, screen.width - 3 * len(columns) - 1)
+    for place, ((heading, *_), width) in enumerate(zip(columns, widths, strict=True)):
         justify: JustifyMethod = "right" if place and right else "left"
-        whole = max(map(len, heading.split()), default=0)
-        table.add_column(heading, justify=justify, overflow=overflow, min_width=whole)
-    for row in rows:
+        table.add_column(heading, justify=justify, overflow=overflow, width=width)
+    for row in zip(*(cells for _, *cells in columns), strict=True):
         table.add_row(*row)
-    _screen().print(table)
+    screen.print(table)
+
+
+def _column_widths(columns: Sequence[Sequence[str]], room: int) -> list[int]:
+    """Widths that fit the room, taken from the widest columns, as far as no word of a heading breaks."""
+    widths = [max(map(cell_len, cells)) for cells in columns]
+    whole = [max(map(cell_len, heading.split()), default=1) for heading, *_ in columns]
+    while sum(widths) > room and any(map(gt, widths, whole)):
+        widths[max(range(len(widths)), key=lambda i: widths[i] * (widths[i] > whole[i]))] -= 1
+    return widths
 
 
 def _screen() -> Console:

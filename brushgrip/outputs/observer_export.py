@@ -121,7 +121,10 @@ def build_car_observer(
 def prior_in_words(tuning: Tuning, rig: Path | None) -> str:
     """The prior in words, and that the rig file's friction is not it."""
     declared = None if rig is None else read_rig_file(rig)[1].mu
-    text = f"prior mu {tuning.mu:g} with standard deviation {tuning.mu_std:g}"
+    text = (
+        f"prior mu {tuning.mu:g} with standard deviation {tuning.mu_std:g}, a tenth of it spread evenly"
+        " from ice on: until friction is acquired, mu and mu_std are of both"
+    )
     if declared is None or declared == tuning.mu:
         return text
     return f"{text}; the rig file's mu = {declared:g} is not used, --tune mu={declared:g} would be"

@@ -12,11 +12,13 @@ from symbolic.array_alias import Array
 from symbolic.vehicle.steering import mean_angle
 
 
-def plan_csv(plan: Plan, vehicle: Path | None) -> str:
-    """The CSV of a path: angle and travel over time, and the usable deviations for each friction."""
+def plan_csv(plan: Plan, vehicle: Path | None, F_N: float) -> str:
+    """The CSV of a path: angle, travel and load over time, and usable deviations for each friction."""
     path = plan.path
     columns = {"t": path.t, "psi": path.psi, "psi_dot": path.psi_dot, "travel": path.travel}
-    if vehicle is not None:
+    if vehicle is None:
+        columns["F_N"] = np.full(path.t.size, F_N)
+    else:
         columns["handwheel"] = handwheel(path.psi, vehicle)
     for mu, forecast in zip(plan.mus, plan.forecasts, strict=True):
         columns[f"deviation_{mu:g}"] = np.where(forecast.usable, forecast.deviation, np.nan)

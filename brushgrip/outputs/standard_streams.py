@@ -2,9 +2,11 @@
 
 import codecs
 import errno
+import logging
 import os
 import sys
 import unicodedata
+from contextvars import ContextVar
 
 _SPELT = {
     "μ": "mu",
@@ -24,6 +26,23 @@ _SPELT = {
     "⁻": "^-",
 }
 """Signs that we write, where the terminal's encoding lacks them."""
+
+
+REMARKS: ContextVar[set[object] | None] = ContextVar("REMARKS", default=None)
+"""Remarks on files that a command has made; None where no command runs."""
+
+
+def is_new(record: logging.LogRecord) -> bool:
+    """Whether a remark on a file, all but the file's name, is the command's first such."""
+    made, text = REMARKS.get(), (record.msg, *tuple(record.args or ())[1:])
+    if made is None or text in made:
+        return made is None
+    made.add(text)
+    return True
+
+
+for _name in ("readers", "recordings"):
+    logging.getLogger(f"identification.reading.{_name}").addFilter(is_new)
 
 
 def spell_what_is_lacking() -> None:

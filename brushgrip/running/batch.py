@@ -20,7 +20,7 @@ from brushgrip.estimation.estimates import (
 )
 from brushgrip.estimation.suspected import (
     differing_rates,
-    excess_noise,
+    inconsistency_remedy,
     require_plausible,
     suspected_cause,
 )
@@ -29,9 +29,10 @@ from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.settings import ChosenTuning
 from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
 from brushgrip.outputs.console import Progress, progress
+from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
-from brushgrip.wording.formatting import csv_text, is_figure
+from brushgrip.wording.formatting import csv_text
 from brushgrip.wording.friction import (
     band_parts,
     dry_friction_note,
@@ -40,8 +41,8 @@ from brushgrip.wording.friction import (
     last_usable,
     not_usable,
     rests_on,
-    with_95_band,
 )
+from brushgrip.wording.remarks import remark
 from identification import Recording, read_rig
 from identification.selection.trial_runner import Submit, as_completed, workers
 from observers import ESTIMATE, Estimates, Status, ground_friction
@@ -66,11 +67,12 @@ COLUMNS = (
     *FRICTION,
     *("first_usable", "last_usable", "usable", "informed"),
     *FLAGS,
-    *("wide", "changes", "fault"),
+    *("wide", "changes", "fault", "remark"),
 )
 """Columns of the summary; measured are the samples with a torque, of which usable, informed and the
 flags are shares [1], implausible that of all samples, wide that without a flag whose deviation of mu is
-too large; duration, first_usable, last_usable [s], changes of the ground, and what is wrong."""
+too large; duration, first_usable, last_usable [s], changes of the ground, what is wrong, and what is
+told beside friction."""
 DIGITS = 5
 """Significant digits of a number in the summary."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -110,13 +112,11 @@ class EstimateOutcome:
     Attributes:
         row: of the summary.
         lines: in words, empty where there is a fault.
-        unknown: why friction is not known, and what to do first; empty where it is, or with a fault.
         fault: why the recording could not be estimated.
     """
 
     row: Row
     lines: tuple[str, ...] = ()
-    unknown: str = ""
     fault: BrushgripError | None = None
 
 
@@ -172,6 +172,7 @@ def estimate_all(
 
 def estimate_one(task: EstimateTask) -> EstimateOutcome:
     """Estimates friction over one recording, and writes its table and its picture."""
+    REMARKS.set(REMARKS.get() or set())
     try:
         return _estimated(task)
     except BrushgripError as error:
@@ -193,11 +194,11 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         if task.picture:
             label = ("declared model" if found is None else "model found") + ", smoothed" * task.smooth
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
-    noise = excess_noise(factory(recording, found), recording)
+    noise = inconsistency_remedy(factory(recording, found), recording, estimates)
     of_car = recording.standstills is not None
-    rates, at, budget = differing_rates(recording), last_usable(estimates), {}
+    rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
     cause = "" if at is not None else suspected_cause(factory, recording, found, estimates)
-    why = not_usable(estimates, noise, rates, cause, of_car=of_car)[1]
+    number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
@@ -205,12 +206,13 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
-        told.append(dry_friction_note(float(estimates.mu_eff[at]), recording.rig))
+        note = dry_friction_note(float(estimates.mu_eff[at]), recording.rig)
+        told.append(note)
     elif not budget:
         told.append(rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])]))
     lines = (f"{recording.name}: {line}" for line in told if line)
-    unknown = (cause.partition("; ")[0] or why) if at is None else ""
-    return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines), unknown=unknown)
+    beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)
+    return EstimateOutcome(row=row_of(recording, estimates, beside), lines=tuple(lines))
 
 
 def _read(inputs: Inputs) -> Recording:
@@ -221,7 +223,7 @@ def _read(inputs: Inputs) -> Recording:
     return recording
 
 
-def row_of(recording: Recording, estimates: Estimates) -> Row:
+def row_of(recording: Recording, estimates: Estimates, beside: str = "") -> Row:
     """The row of a recording that has been estimated."""
     at, measured = last_usable(estimates), estimates.measured
     count = max(1, int(measured.sum()))
@@ -248,6 +250,7 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
         "wide": float((estimates.wide & measured).sum()) / count,
         "changes": int(np.count_nonzero(estimates.status & Status.RESET)),
         "fault": "",
+        "remark": beside,
     }
 
 
@@ -262,20 +265,6 @@ def friction_of_grounds(rows: Sequence[Row]) -> list[str]:
         if known.size and len(own) > 1:
             lines.append(further_recording(str(ground), ground_friction(*known.T), len(own)))
     return lines
-
-
-def printed_rows(outcomes: Sequence[EstimateOutcome]) -> tuple[Sequence[str], list[tuple[str, ...]]]:
-    """Headings and rows of the table on the screen."""
-    cells: list[tuple[str, ...]] = []
-    for outcome in outcomes:
-        row = outcome.row
-        mu, std = row["mu_eff"], row["mu_eff_std"]
-        known = is_figure(mu)
-        usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
-        remark = str(row["fault"]) or (f"not known: {outcome.unknown}" if outcome.unknown else "")
-        friction = with_95_band(float(mu), float(std)) if known else "–"
-        cells.append((str(row["recording"]), str(row["ground"]) or "–", friction, usable, remark))
-    return ("recording", "ground", "mu_eff", "usable", "remark"), cells
 
 
 def summary_csv(rows: Sequence[Row]) -> str:

@@ -140,8 +140,8 @@ def dry_friction_note(mu: float, rig: Rig) -> str:
     if mu >= SLIPPERY or rig.dry_friction is not None:
         return ""
     return (
-        "dry friction of the sensor is not declared, and counts as the ground's, which matters on ground"
-        " as slippery as this: measure it with the wheel lifted, [sensor] dry_friction = ... N m"
+        f"below {SLIPPERY:g}, dry friction of the sensor not declared: it counts as the ground's, which"
+        " matters there; measure it with the wheel lifted, [sensor] dry_friction = ... N m"
     )
 
 
@@ -168,7 +168,7 @@ def estimates_summary(
 
     Args:
         estimates: of a recording.
-        noise: what to declare where the torque is noisier than stated; it goes before other remedies.
+        noise: what mends a torque that the model does not explain, before other remedies.
         rates: of torque and angle where they differ; a sample without a torque is then no fault.
         cause: of what looks wrong with an input, in place of all that may.
         of_car: remedies name what a vehicle file declares.
@@ -177,7 +177,8 @@ def estimates_summary(
     if rejected := int(np.count_nonzero(estimates.status & Status.REJECTED)):
         parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
     if changes := int(np.count_nonzero(estimates.status & Status.RESET)):
-        parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
+        misfit = " or misfits of the model" * _misfits(estimates)
+        parts.append(f"{changes} {_plural(changes, 'change')} of the ground{misfit}")
     line = ", ".join(parts)
     if np.isnan(estimates.mu_std).all():
         return f"{line}; {UNCHECKED}"
@@ -212,8 +213,9 @@ def not_usable(
     if flag is Status.SUSPECT and cause:
         return counts[flag], cause
     unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
-    if noise and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
-        return counts[flag], f"{meaning(flag)}; {noise}; where that does not help, {LACKING}"
+    mends = noise and not (flag is Status.SUSPECT and noise.startswith(LACKING))
+    if mends and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
+        return counts[flag], f"{meaning(flag)}: {noise}"
     wide = estimates.wide if estimates.wide.any() else -1
     share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
     return counts[flag], _on_command_line(flag.remedy or uninformed_remedy(share), of_car=of_car)
@@ -240,7 +242,9 @@ def _last_friction(estimates: Estimates) -> str:
         changes = estimates.t[estimates.status & Status.RESET != 0]
         since = ""
         if changes.size and estimates.usable.any():
-            since = f" since a new ground was noticed at {changes[-1]:.4g} s"
+            since, at_change = " since a new ground was noticed at", f" {changes[-1]:.4g} s"
+            either = f" since{at_change}: either the ground changed, or the model does not fit"
+            since = either if _misfits(estimates) else since + at_change
         elif estimates.usable.any():
             last = estimates.t[np.flatnonzero(estimates.usable)[-1]]
             since = f": what was usable up to {last:.4g} s does not explain the torque that follows"
@@ -253,6 +257,11 @@ def _last_friction(estimates: Estimates) -> str:
     if abs(mu - estimates.mu[at]) > 5e-4:
         line += f" (mu = {estimates.mu[at]:.2f} in the model's own law, which compares with no other)"
     return line
+
+
+def _misfits(estimates: Estimates) -> bool:
+    """Whether the model fails to explain so many samples that a change of the ground is in doubt."""
+    return bool(np.mean(estimates.status & Status.INCONSISTENT != 0) > MIN_REPORTED_SHARE)
 
 
 def _plural(count: int, noun: str) -> str:

@@ -66,10 +66,12 @@ def with_steering_ratio(signals: SignalMap, ratio: float) -> SignalMap:
     bare = [one for one in signals.each if abs(one.of("psi").factor) == 1]
     if bare and len({one.of("psi") for one in signals.each}) > 1:
         listed = " or ".join(_divided(one, ratio) for one in bare)
+        angles = (one.of("psi") for one in signals.each if one not in bare)
+        known = "".join(f"; {angle.channel} has a factor already" for angle in angles)
         raise InvalidInputError(
             f"--steering-ratio {ratio:g}: the maps take psi from different channels, and which of them"
-            " is the steering wheel's is not known; leave --steering-ratio out, and in its map write"
-            f" {listed}"
+            f" is the steering wheel's is not known{known}; leave --steering-ratio out, and write its"
+            f" factor into the map of that channel alone: {listed}"
         )
     for column, source in ((c, one.of(c)) for one in signals.each for c in ANGLES):
         if abs(source.factor) != 1:

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
+from typing import get_args
 
 from symbolic import effects as package
-from symbolic.effects.base import Effect
+from symbolic.effects.base import Effect, Family
 from symbolic.effects.by_ground import FrictionByGround, StiffnessByGround
 from symbolic.errors import InvalidInputError
 
@@ -76,8 +77,8 @@ def effects_in(module: ModuleType) -> tuple[Effect, ...]:
 
     Raises:
         InvalidInputError: the module declares none, something else is among them, two have the same
-            name, a name is no identifier or that of another effect of the library, or one cannot be
-            hashed, as with a list of parameters.
+            name, a name is no identifier or that of another effect of the library, a family is unknown,
+            or one cannot be hashed, as with a list of parameters.
     """
     name = module.__name__
     declared = getattr(module, "EFFECTS", None)
@@ -103,6 +104,11 @@ def checked_effects(effects: Iterable[object]) -> tuple[Effect, ...]:
             raise InvalidInputError(f"an effect must be an object of Effect, got {effect!r}")
         if not effect.name.isidentifier():
             raise InvalidInputError(f"an effect's name must be an identifier, got {effect.name!r}")
+        if effect.family not in get_args(Family):
+            raise InvalidInputError(
+                f"effect {effect.name!r} has the unknown family {effect.family!r}; known are"
+                f" {', '.join(get_args(Family))}"
+            )
         try:
             hash(effect)
         except TypeError as error:

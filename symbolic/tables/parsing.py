@@ -14,6 +14,7 @@ MAX_TABLES_SIZE = 16_384
 """Of a file with values of a rig [bytes]."""
 MAX_MODEL_SIZE = 10_000_000
 """Of a model file [bytes]."""
+_PERCENT = re.compile(r"(\d+(?:\.\d*)?) ?%")
 _MAX_EXCERPT = 40
 _DEEP = re.compile(r"""(?<![\w"'-])(?:[\w"'-]+[ \t]*\.[ \t]*){20}|[{[]{20}""")
 """Keys so deep take the parser seconds and all its stack."""
@@ -112,6 +113,14 @@ def require_number(label: str, value: object) -> None:
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InvalidInputError(f"{label} must be a number, got {shown(value)}")
+
+
+def absolute_tolerance(tolerance: object, value: object) -> object:
+    """A tolerance such as "20%" in the unit of the value that it is a share of; else as it is."""
+    share = _PERCENT.fullmatch(tolerance) if isinstance(tolerance, str) else None
+    if share and isinstance(value, int | float) and 0 < abs(value) < 1e300:
+        return abs(value) * float(share[1]) / 100
+    return tolerance
 
 
 def floats(place: str, table: Mapping[str, Any], label: str = "{place}.{name}") -> dict[str, float]:

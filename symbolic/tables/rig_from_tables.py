@@ -11,18 +11,20 @@ from typing import Any
 
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import TOLERATED, Rig, Tolerances, Tyre
-from symbolic.tables.parsing import excerpt, floats, require_number
+from symbolic.tables.parsing import absolute_tolerance, excerpt, floats, require_number
 
 RIG_KEYS = {
-    "rig": ("a", "e", "J_A", "b_t", "slide_rate"),
-    "sensor": ("noise", "dry_friction"),
-    "tyre": ("k", "mu"),
+    "rig": {"a": "half-length", "e": "caster", "J_A": "inertia", "b_t": "damping", "slide_rate": ""},
+    "sensor": {"noise": "", "dry_friction": ""},
+    "tyre": {"k": "stiffness per length", "mu": "friction"},
 }
-"""Sections of a rig file and their keys."""
+"""Sections of a rig file and their keys, with words where a key is a symbol."""
 REQUIRED_KEYS = {"rig": ("a", "e"), "sensor": (), "tyre": ("k",)}
 """Keys that a rig file must have."""
 NEUTRAL = {"load": 1.0, "zero": 0.0}
 """Quantities with a tolerance alone: a factor on the recorded load [1], the zero of the torque [N m]."""
+ALLOWED = RIG_KEYS | {"rig": RIG_KEYS["rig"] | dict.fromkeys(NEUTRAL, "tolerance")}
+"""Sections of a rig file and what may stand in them, tolerances alone included."""
 SIGNALS = "signals"
 """Section of a rig file that says how channels are called; it is for those who read recordings."""
 _MAX_LENGTH = 1.0
@@ -33,8 +35,8 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
     """Rig and tyre from ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu``; J_A, b_t and mu are optional.
 
     a, e and k may be tables ``{value = 0.045, tolerance = 0.0025}``, and so may ``load`` and ``zero``
-    of the rig, whose value, if given, is 1 and 0: see `Tolerances`. ``[sensor] noise, dry_friction``
-    are optional too, see `Rig`.
+    of the rig, whose value, if given, is 1 and 0: see `Tolerances`. A tolerance ``"20%"`` is that share
+    of the value. ``[sensor] noise, dry_friction`` are optional too, see `Rig`.
 
     Raises:
         InvalidInputError: a section or key is missing or unknown, a value is not a number within its
@@ -86,9 +88,11 @@ def _with_tolerance(part: str, name: str, entry: object) -> tuple[Any, Any]:
             raise InvalidInputError(
                 f"[{part}] {name} lacks its {key}; write {{ {' = ..., '.join(allowed)} = ... }}"
             )
-    for key, number in entry.items():
+    value = entry.get("value", NEUTRAL.get(name))
+    tolerance = absolute_tolerance(entry["tolerance"], value)
+    for key, number in (entry | {"tolerance": tolerance}).items():
         require_number(f"[{part}] {name}: its {key}", number)
-    return entry.get("value", NEUTRAL.get(name)), entry["tolerance"]
+    return value, tolerance
 
 
 def rig_from_values(
@@ -123,12 +127,13 @@ def rig_from_values(
 
 
 def _section(name: str, section: object) -> dict[str, float]:
-    allowed = ", ".join(RIG_KEYS[name])
+    allowed = ", ".join(f"{key} ({words})" if words else key for key, words in ALLOWED[name].items())
     if not isinstance(section, dict):
         raise InvalidInputError(f"section [{name}] is missing; it holds {allowed}")
     for key in section:
         if key not in RIG_KEYS[name]:
-            raise InvalidInputError(f"[{name}] unknown key {excerpt(key)}; allowed: {allowed}")
+            hint = "".join(f", which belongs to [{one}]" for one, keys in ALLOWED.items() if key in keys)
+            raise InvalidInputError(f"[{name}] unknown key {excerpt(key)}{hint}; allowed: {allowed}")
     numbers = floats(f"[{name}]", section, "{place} {name}")
     for key in REQUIRED_KEYS[name]:
         if key not in section:

@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 from symbolic.errors import InvalidInputError
-from symbolic.tables.parsing import excerpt, require_number, shown
+from symbolic.tables.parsing import absolute_tolerance, excerpt, require_number, shown
 from symbolic.tables.rig_from_tables import SIGNALS
 from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
 
@@ -111,7 +111,7 @@ def tyre_of(size: object) -> dict[str, float]:
 def _tolerance(name: str, entry: object, keys: tuple[str, ...]) -> object:
     if not isinstance(entry, dict) or set(entry) != set(keys):
         raise InvalidInputError(f"[{VEHICLE}] {name}: write {{ {' = ..., '.join(keys)} = ... }}")
-    return entry["tolerance"]
+    return absolute_tolerance(entry["tolerance"], entry.get("value", 1.0))
 
 
 def _number(name: str, value: object) -> float:

@@ -29,7 +29,9 @@ def rows_of(path: Path) -> dict[str, dict[str, str]]:
         return {row["recording"]: row for row in csv.DictReader(content)}
 
 
-def test_each_is_estimated_as_if_alone(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
+def test_each_is_estimated_as_if_alone(
+    estimate: Run, write_csv: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     paths = [write_csv("a.csv"), write_csv("b.csv", {"F_N": np.full(60, 500.0)}, "# ground = ice\n")]
     paths.append(write_csv("c.csv", {"F_N": np.full(60, 300.0)}, "# ground = ice\n"))
     table, out, alone = (tmp_path / name for name in ("table.csv", "mu.csv", "alone.csv"))
@@ -39,10 +41,12 @@ def test_each_is_estimated_as_if_alone(estimate: Run, write_csv: Write, tmp_path
     columns = np.genfromtxt(alone, delimiter=",", names=True)
 
     assert outcome.status == 0
-    assert outcome.out == f"estimated 3 of 3 recordings; friction is known of 0\nwrote {table}\n"
-    printed = estimate(*paths).out
-    assert "estimated 3 of 3 recordings" in printed
-    assert all(f"│ {name} " in printed for name in "abc")
+    closing = f"estimated 3 of 3 recordings; friction is known of 0\nwrote {table}\n"
+    assert outcome.out.endswith(closing)
+    assert all(f"│ {name} " in outcome.out for name in "abc")
+    monkeypatch.setattr("brushgrip.commands.estimate.MAX_PRINTED", 2)
+    assert estimate(*paths, "--summary", table).out == closing
+    assert "│ a " in estimate(*paths).out
     assert (tmp_path / "mu_b.csv").read_text() == alone.read_text()
     assert [row["ground"] for row in rows.values()] == ["steel", "ice", "steel"]
     # The root solve states no deviation.
@@ -74,6 +78,19 @@ def test_a_bad_recording_does_not_keep_the_others(
     assert (rows["good"]["fault"], float(rows["good"]["informed"]) > 0) == ("", True)
 
 
+def test_a_remark_on_files_is_made_of_the_first(
+    estimate: Run, write_csv: Write, caplog: pytest.LogCaptureFixture
+) -> None:
+    paths = [
+        write_csv(f"{n}.csv", {"F_N_kN": np.full(60, load)}) for n, load in (("a", 0.4), ("b", 0.5))
+    ]
+    for _ in range(2):
+        caplog.clear()
+        estimate(*paths, "--map", "F_N=F_N_kN")
+        (message,) = caplog.messages
+        assert "a.csv: F_N_kN in kN: units by the names" in message
+
+
 def test_a_name_is_no_formula_to_a_spreadsheet(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
     path = write_csv("=cmd|calc!A1.csv")
     estimate(path, "--summary", tmp_path / "table.csv", "--ground", "@ice")
@@ -94,13 +111,21 @@ def test_the_table_says_what_a_single_recording_says(
     paths = [
         write_csv(f"{n}.csv", angle | {"M_z": s * torque}) for n, s in (("ice", 1), ("doubted", 0.3))
     ]
-    printed = run("estimate", "--rig", rig, *paths, "--jobs", 1).out
+    table = tmp_path / "table.csv"
+    printed = run("estimate", "--rig", rig, *paths, "--jobs", 1, "--summary", table).out
+    for path in paths:
+        texts = rows_of(table)[path.stem]["remark"].removeprefix("not known: ").split(" | ")
+        single = run("estimate", "--rig", rig, path).out
+        assert all(text and text in single for text in texts)
     alone = run("estimate", "--rig", rig, paths[1]).out
 
     (row,) = (line for line in printed.splitlines() if line.startswith("│ doubted "))
     remark = row.split("│")[-2].strip()
     assert remark.startswith("not known: the torque grows with the angle 0.31 times as k, a and F_N say")
     assert f"samples not usable: {remark.removeprefix('not known: ')}; " in alone
+    note = "below 0.15, dry friction of the sensor not declared"
+    assert f" {note} " in next(line for line in printed.splitlines() if line.startswith("│ ice "))
+    assert f"\n1 of 2: {note}\n" in printed
     # The torque has the right sign.
     assert "sign" not in alone
 

@@ -163,6 +163,7 @@ def test_says_what_a_step_costs(codegen: Run, out: Path) -> None:
     said = codegen(*alone).out.splitlines()
     assert "more than 100,000 instructions of a Cortex-M4F a step: an MHE of two samples" in said[0]
     assert "the rig file's mu = 1.2 is not used, --tune mu=1.2" in said[1]
+    assert "a tenth of it spread evenly from ice on: until friction is acquired" in said[1]
 
 
 def test_whoever_reads_the_first_line_alone_has_the_files(rig: Path, out: Path) -> None:

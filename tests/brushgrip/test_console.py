@@ -68,6 +68,8 @@ def test_words_of_headings_are_whole_at_80_columns(
     assert "validation," in shown
     assert "…" not in shown
     assert max(map(len, shown.splitlines())) <= 80
+    # The table fits, borders and all.
+    assert {line[-1] for line in shown.splitlines()[1:]} == set("┓┃┩│┘")
 
 
 OURS = "μ = 1.20 ± 0.05 → 3·10⁻² N/m², “höhe” – ϑ … 重"

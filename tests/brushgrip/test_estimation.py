@@ -1,7 +1,8 @@
 """Observers on recordings: which signals they are given, on which model, and the track of friction."""
 
 from dataclasses import dataclass, field, replace
-from typing import ClassVar
+from types import SimpleNamespace
+from typing import ClassVar, cast
 
 import numpy as np
 import pytest
@@ -15,11 +16,12 @@ from brushgrip.estimation.estimates import (
     observe,
     run_observer,
 )
-from brushgrip.estimation.suspected import differing_rates, excess_noise
+from brushgrip.estimation.suspected import differing_rates, inconsistency_remedy
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import Ekf, Estimate, Estimates, Sample, Status
 from symbolic import InvalidInputError, Model, Rig, Tyre
+from symbolic.array_alias import Array
 from tests.brushgrip.helpers import Write
 
 NOMINAL = Rig(a=0.045, e=0.009), Tyre(k=2.4e6, mu=1.2)
@@ -66,12 +68,21 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
     slower = replace(noisy, M_z=np.where(np.arange(t.size) % 2, np.nan, noisy.M_z))
     declared = replace(noisy, rig=replace(noisy.rig, noise=0.3))
 
+    def remedy(one: Recording, residual: Array) -> str:
+        seen = SimpleNamespace(
+            status=np.full(t.size, int(Status.INCONSISTENT)), M_z_predicted=one.M_z - residual
+        )
+        return inconsistency_remedy(model_observer(Ekf, one), one, cast(Estimates, seen))
+
     # Of 10 ms: ten samples of 0.9 N m, or five.
     for one, std in ((noisy, 0.28), (slower, 0.4)):
-        told = excess_noise(model_observer(Ekf, one), one)
+        told = remedy(one, 0.9 * drawn)
         seen = f"torque noise seen {std:g} N m, none declared: declare [sensor] noise = {std:g} "
         assert told.startswith(seen)
-    assert excess_noise(model_observer(Ekf, declared), declared) == ""
+    assert remedy(declared, 0.9 * drawn) == ""
+    # What lasts is no noise, whatever noise is beside it or declared.
+    for one in (noisy, declared):
+        assert remedy(one, 0.9 * drawn + 3 * np.sin(t)).startswith("find what the model lacks")
     assert differing_rates(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"
     assert differing_rates(noisy) == ""
 

@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from brushgrip.running.batch import EstimateOutcome, printed_rows, row_of
+from brushgrip.running.batch import row_of
 from brushgrip.wording.diagnosis_in_words import headline, taken_from_model
 from brushgrip.wording.formatting import (
     candidate_outcome,
@@ -23,6 +23,7 @@ from brushgrip.wording.formatting import (
     torque_value,
 )
 from brushgrip.wording.friction import (
+    LACKING,
     band_parts,
     dry_friction_note,
     estimates_summary,
@@ -30,6 +31,7 @@ from brushgrip.wording.friction import (
     not_usable,
     with_95_band,
 )
+from brushgrip.wording.remarks import remark, remark_counts, remark_heads
 from identification import Candidate, FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
@@ -217,7 +219,30 @@ def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
     off = replace(slower, status=np.where(slower.t < 1, int(Status.IMPLAUSIBLE | Status.MISSING), 0))
     row = row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), off)
     assert (row["implausible"], row["wide"]) == (0.25, 1 / 3)
-    assert printed_rows([EstimateOutcome(row=row, unknown="turn on")])[1][0][-1] == "not known: turn on"
+
+
+def test_remarks_in_a_table() -> None:
+    few = estimates(*[Status.USED] * 100, last=55)
+    beside = remark(few, "it lies: weigh it; later", "ice: measure")
+    rows = [{"mu_eff": 0.1, "remark": beside}, {"mu_eff": math.nan, "remark": "not known: no"}] * 2
+
+    assert beside == "usable in under 10 % | it lies: weigh it; later | ice: measure"
+    assert remark_heads(beside) == ["usable in under 10 %", "it lies", "ice"]
+    assert remark_counts(rows) == "2 of 4: usable in under 10 %; 2 of 4: it lies; 2 of 4: ice"
+    assert remark(estimates(*[Status.USED] * 4), "", "") == ""
+    unknown = remark(estimates(*[Status.USED] * 4, last=0), "it lies: weigh it; later", "")
+    assert remark_heads(unknown) == ["not known: it lies: weigh it"]
+
+
+def test_a_new_ground_that_a_misfit_may_have_feigned() -> None:
+    status = [Status.USED] * 2 + [Status.RESET] + [Status.INCONSISTENT] * 3
+    doubted, sure = estimates(*status, last=2), estimates(*status[:3], *[Status.USED] * 3, last=1)
+    doubted = replace(doubted, usable=doubted.t < 0.02)
+
+    line = estimates_summary(doubted)
+    assert "not known since 0.02 s: either the ground changed, or the model does not fit" in line
+    assert "1 change of the ground or misfits of the model; " in line
+    assert "1 change of the ground; " in estimates_summary(sure)
 
 
 def test_ice_asks_for_the_dry_friction_of_the_sensor() -> None:
@@ -236,7 +261,7 @@ def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     alien = estimates(*[Status.INCONSISTENT] * 2, *[Status.USED] * 2)
     slower = estimates(*[Status.USED, Status.MISSING] * 2, last=2)
 
-    assert "does not explain the torque; declare it; where" in estimates_summary(alien, "declare it")
+    assert "does not explain the torque: declare it" in estimates_summary(alien, "declare it")
     assert "raise error of the tuning to 0.1 (--tune error=0.1): with more" in estimates_summary(alien)
     assert "; 2 samples not usable: no measurement" in estimates_summary(slower)
     assert estimates_summary(slower, rates="100 and 200 Hz").endswith(
@@ -329,6 +354,9 @@ def test_a_suspicion_goes_before_an_acquisition_that_lasts_as_long() -> None:
 
     assert not_usable(doubted) == (3, Status.SUSPECT.remedy)
     assert not_usable(doubted, cause="in degrees") == (3, "in degrees")
+    both = estimates(*[Status.SUSPECT] * 3, Status.INCONSISTENT, last=-1)
+    assert not_usable(both, LACKING) == (3, Status.SUSPECT.remedy)
+    assert not_usable(both, "declare it") == (3, "an input looks wrong: declare it")
     assert not_usable(estimates(*[Status.ACQUIRING] * 4, last=-1)) == (4, Status.ACQUIRING.remedy)
 
 

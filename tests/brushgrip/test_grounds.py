@@ -30,6 +30,14 @@ def test_grounds_by_name() -> None:
     assert grounds_by_name(THREE, ["steel"]) == dict.fromkeys(THREE, "steel")
 
 
+def test_a_ground_may_have_the_name_of_a_recording(write_csv: Write) -> None:
+    files = [str(write_csv(f"{name}.csv")) for name in ("ice", "a")]
+    inputs = locate_inputs(files, ground=["ice=ice,a"])
+
+    assert [*inputs.paths] == ["ice_recording", "a"]
+    assert inputs.grounds == {"ice_recording": "ice", "a": "ice"}
+
+
 @pytest.mark.parametrize(
     ("given", "word"),
     [

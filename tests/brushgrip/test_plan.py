@@ -31,7 +31,9 @@ def test_writes_the_path_and_what_it_tells(planning: PlanRun, tmp_path: Path) ->
     table = table_of(tmp_path / "p.csv")
 
     assert outcome.status == 0
-    assert [*table] == ["t", "psi", "psi_dot", "travel", "deviation_01", "deviation_08"]
+    assert [*table] == ["t", "psi", "psi_dot", "travel", "F_N", "deviation_01", "deviation_08"]
+    # So that `simulate` takes it.
+    assert (table["F_N"] == 400).all()
     assert np.abs(table["psi"]).max() <= 0.3
     assert table["travel"] == pytest.approx(
         np.cumsum(np.abs(np.diff(table["psi"], prepend=0))), abs=1e-5

@@ -21,6 +21,13 @@ class Stop(Effect):
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class Familiar(Stop):
+    """An effect whose family is an annotated field, which does no harm."""
+
+    family: str = "friction over speed"  # type: ignore[misc]
+
+
 def module(**content: Any) -> ModuleType:
     made = ModuleType("mine")
     vars(made).update(content)
@@ -41,6 +48,7 @@ def test_a_module_declares_its_effects() -> None:
     stop = Stop()
 
     assert effects_in(module(EFFECTS=[stop])) == (stop,)
+    assert effects_in(module(EFFECTS=[Familiar()])) == (Familiar(),)
     assert effects_in(module(EFFECTS=(effect for effect in (stop, EFFECTS["pretwist"])))) == (
         stop,
         EFFECTS["pretwist"],
@@ -60,6 +68,10 @@ def test_a_module_declares_its_effects() -> None:
         (
             {"EFFECTS": [replace(EFFECTS["stribeck"], summary="mine")]},
             "module mine: effect 'stribeck' has the name of another one in the library",
+        ),
+        (
+            {"EFFECTS": [Familiar(family="speed")]},
+            "module mine: effect 'stop' has the unknown family 'speed'; known are friction over speed,",
         ),
         (
             {"EFFECTS": [Stop(name="a.b")]},

@@ -204,14 +204,14 @@ def test_a_steering_ratio_of_which_of_several_maps_is_asked(tmp_path: Path) -> N
     message = refused(with_steering_ratio, parse_maps(texts), 15.0)
     entries = "psi=-1/15*Lenkrad_deg:deg,psi_dot=1/15*Rate_deg/s:deg/s"
     assert "which of them is the steering wheel's is not known" in message
-    assert message.endswith(f"in its map write {entries} or psi=1/15*Rad")
+    assert message.endswith(f"into the map of that channel alone: {entries} or psi=1/15*Rad")
 
     path = write(tmp_path / "run.csv", t=T, Lenkrad_deg=-15 * np.degrees(PSI), M_z=TORQUE, F_N=LOAD)
     given = entries.partition(",")[0]
     read = read_recording(path, RIG, signals=parse_maps([f"{given},M_z=M_z", wheel]))
     np.testing.assert_allclose(read.psi, PSI, atol=1e-12)
 
-    with pytest.raises(InvalidInputError, match=r"in its map write psi=1/15\*Rad$"):
+    with pytest.raises(InvalidInputError, match=r"; Lenkrad has a factor already; .*: psi=1/15\*Rad$"):
         with_steering_ratio(parse_maps(["psi=1/14*Lenkrad", "psi=Rad"]), 15.0)
     with pytest.raises(InvalidInputError, match="has a factor for psi_dot already, psi_dot=1/15"):
         with_steering_ratio(parse_maps(["psi_dot=1/15*Rate"]), 15.0)

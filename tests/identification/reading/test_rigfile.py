@@ -34,6 +34,8 @@ def test_tolerances(tmp_path: Path) -> None:
     assert read_rig(write(tmp_path, text))[0] == Rig(
         a=0.04, e=0.009, J_A=0.15, b_t=1.0, tolerances=within
     )
+    shares = text.replace("= 0.01 }", '= "1%" }').replace("= 0.0025 }", '= "6.25 %" }')
+    assert read_rig(write(tmp_path, shares))[0].tolerances == within
 
 
 TOLERANCES = [
@@ -41,6 +43,8 @@ TOLERANCES = [
     ("a", "{ tolerance = 0.01 }", "[rig] a lacks its value; write {"),
     ("a", "{ value = 0.04, tol = 1 }", "[rig] a holds an unknown 'tol'; allowed: value"),
     ("a", '{ value = 0.04, tolerance = "1" }', "[rig] a: its tolerance must be a number"),
+    ("a", '{ value = 0.04, tolerance = "-1%" }', "[rig] a: its tolerance must be a number"),
+    ("zero", '{ tolerance = "5%" }', "[rig] zero: its tolerance must be a number"),
     ("a", "{ value = 0.04, tolerance = -1 }", "a: its tolerance must be a finite number of"),
     ("a", "{ value = 0.04, tolerance = 0.035 }", "a must stay greater than e and 0 within"),
     ("e", "{ value = 0, tolerance = inf }", "e: its tolerance must be a finite number"),
@@ -76,12 +80,19 @@ def test_faults_of_a_value(tmp_path: Path, name: str, value: str, fault: str) ->
         (
             COMPLETE,
             "rig = 3\n[tyre]\nk = 1\n",
-            "section [rig] is missing; it holds a, e, J_A, b_t, sl",
+            "section [rig] is missing; it holds a (half-length), e (caster), J_A",
         ),
-        (COMPLETE, "[rig]\na = 0.04\ne = 0\n", "section [tyre] is missing; it holds k, mu"),
+        (COMPLETE, "[rig]\na = 0.04\ne = 0\n", "section [tyre] is missing; it holds k (stiffness"),
         ("e = 0.009\n", "", "[rig] e is missing; required: a, e"),
         ("k = 2438000\n", "", "[tyre] k is missing; required: k"),
-        ("J_A", "J", "[rig] unknown key 'J'; allowed: a, e, J_A, b_t, slide_rate"),
+        (
+            "J_A",
+            "J",
+            "[rig] unknown key 'J'; allowed: a (half-length), e (caster), J_A (inertia), b_t (damping),"
+            " slide_rate, load (tolerance), zero (tolerance)",
+        ),
+        ("k = ", "zero = 0\nk = ", "[tyre] unknown key 'zero', which belongs to [rig]; allowed: k"),
+        ("J_A", "noise", "[rig] unknown key 'noise', which belongs to [sensor]; allowed: a"),
     ],
 )
 def test_faults_of_a_file(tmp_path: Path, old: str, new: str, fault: str) -> None:

@@ -1,0 +1,47 @@
+"""What is told of recordings beside their friction, in a table and counted."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from brushgrip.wording.formatting import is_figure
+from brushgrip.wording.friction import last_usable, with_95_band
+from observers import Estimates
+
+FEW = 0.1
+"""Share of usable samples below which friction is remarked upon [1]."""
+BETWEEN = " | "
+"""Between two remarks of a row."""
+
+
+def remark(estimates: Estimates, why: str, note: str) -> str:
+    """What is told of a recording beside its friction: few or (why) no usable samples, then the note."""
+    if last_usable(estimates) is None:
+        return f"not known: {why}"
+    few = f"usable in under {100 * FEW:.0f} %" * (estimates.usable_share < FEW)
+    return BETWEEN.join(filter(None, (few, why, note)))
+
+
+def remark_heads(text: str) -> list[str]:
+    """Each remark of a row in short; why friction is not known, with what to do first."""
+    heads = [one.partition("; ")[0] for one in text.split(BETWEEN) if one]
+    return [one if one.startswith("not known") else one.partition(": ")[0] for one in heads]
+
+
+def remark_counts(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Of how many recordings with a known friction there is which remark, in one line."""
+    known = [row["remark"] for row in rows if is_figure(row["mu_eff"])]
+    heads = Counter(head for text in known for head in remark_heads(text))
+    return "; ".join(f"{count} of {len(rows)}: {head}" for head, count in heads.most_common())
+
+
+def printed_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str], list[tuple[str, ...]]]:
+    """Headings and rows of the table on the screen."""
+    cells: list[tuple[str, ...]] = []
+    for row in rows:
+        mu, std = row["mu_eff"], row["mu_eff_std"]
+        usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
+        beside = row["fault"] or "; ".join(remark_heads(row["remark"]))
+        friction = with_95_band(mu, std) if is_figure(mu) else "–"
+        cells.append((row["recording"], row["ground"] or "–", friction, usable, beside))
+    return ("recording", "ground", "mu_eff", "usable", "remark"), cells
