@@ -32,7 +32,8 @@ def taken_from_model(found: FoundModel) -> str:
     else:
         parts.append("k of the ground")
     if found.error is not None:
-        parts.append(f"the model's error, {percent(found.error.share)} of the torque")
+        whole = "the torque of full slide" if found.error.relative is None else "half the torque range"
+        parts.append(f"the model's error, {percent(found.error.share)} of {whole}")
     line = listed(parts)
     if own:
         line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"
@@ -51,5 +52,5 @@ def _standing(found: FoundModel) -> str:
     else:
         judged = "nothing judged it"
     weak = sum(grade in ("weak", "stands_in") for grade in basis.grades.values())
-    doubt = f"; {weak} of {len(basis.grades)} effects may be chance or stand in for another" * bool(weak)
+    doubt = f"; {weak} of {len(basis.grades)} effects are weak or stand-ins" * bool(weak)
     return f"It stands on {count}, {judged}{doubt}"
