@@ -75,7 +75,7 @@ def print_diagnosis(
         [(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
         right=True,
     )
-    print_text(f"Before any effect: {diagnosis.signatures_before.reading}")
+    print_text(f"Refitted: {diagnosis.signatures_before.reading}")
     if diagnosis.effects:
         print_table(
             "Effects found",
