@@ -105,7 +105,7 @@ def test_writes_everything(diagnose: Diagnose, asked: list[Any], tmp_path: Path)
     for words in (
         *(
             "lacks compliance and contact shape (carcass",
-            "declared",
+            "assumed",
             "391.2 ± 4.2 N m/rad",
             "patch width",
         ),
