@@ -22,10 +22,10 @@ Two rules of the search were corrected after a look at case_1: one law of a fami
 do as well; no exchange makes a second law of a family. Nothing else was adjusted.
 
 "Error" is that of the fit to all recordings, "left out" that of each by the shared parameters of the
-others: root mean squares of the torque over its range, averaged over recordings. A placeholder is no
+others: root mean squares of the torque over its range, averaged over recordings. A stand-in is no
 finding: it explains less than what is left, or a parameter of it is at the end of its range."""
 HEADER = (
-    "| case | the declared model misses | indistinguishable from | error before | after"
+    "| case | the assumed model lacks | indistinguishable from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"
 )
 

@@ -52,9 +52,9 @@ def errors_table(diagnosis: Diagnosis) -> str:
     heads = error_columns(diagnosis).values()
     lines = [f"| model | {' | '.join(heads)} |", "|---|" + "---:|" * len(heads)]
     for name, errors in (
-        ("declared", diagnosis.declared),
-        ("before: k and μ fitted", diagnosis.before),
-        ("after: with the effects found", diagnosis.after),
+        ("assumed", diagnosis.declared),
+        ("refitted: k and μ fitted", diagnosis.before),
+        ("found: with the effects", diagnosis.after),
     ):
         lines.append(f"| {name} | {' | '.join(error_figures(diagnosis, errors))} |")
     return "\n".join(lines)

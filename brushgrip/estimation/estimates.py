@@ -45,7 +45,7 @@ class FrictionTrack:
 
     Attributes:
         name: the recording.
-        label: observer and model, such as "EKF, declared model"; tracks of one name share a panel.
+        label: observer and model, such as "EKF, assumed model"; tracks of one name share a panel.
         t: time [s].
         mu: estimated effective friction [1], so that tracks of different models compare.
         mu_std: its standard deviation [1]; NaN where the observer has none.

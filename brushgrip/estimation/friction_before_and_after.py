@@ -24,7 +24,7 @@ from symbolic.deformation import full_slide_arm
 _Observed = tuple[FrictionTrack, FrictionQuality]
 Stage = Mapping[str, FrictionQuality]
 """The quality of the estimates on each recording, by name."""
-MODELS = ("declared model", "model found")
+MODELS = ("assumed model", "model found")
 EKF_DECLARED, EKF_FOUND, MHE_FOUND = (f"EKF, {MODELS[0]}", f"EKF, {MODELS[1]}", f"MHE, {MODELS[1]}")
 """Labels of tracks."""
 MAX_COMPARED = 6
@@ -35,10 +35,10 @@ FIGURES = ("settling", "drift", "relative_band", "coverage", "reference_coverage
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrictionOutcome:
-    """Friction by the EKF on the declared model and on the model found.
+    """Friction by the EKF on the assumed model and on the model found.
 
     Attributes:
-        before: by the declared model, k as given, by recording.
+        before: by the assumed model, k as given, by recording.
         after: by the model found, by recording.
         grounds: names of the recordings of each ground, those without one under an empty name.
         holdout: names of the recordings to which no shared parameter was fitted; their errors still

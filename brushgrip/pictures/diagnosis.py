@@ -67,8 +67,8 @@ def draw_loops(path: Path, diagnosis: Diagnosis) -> None:
 def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) -> list[Artist]:
     curves = (
         (series.measured, QUIET, "recorded", 3.0),
-        (series.before, BEFORE, "before: declared structure, refitted", 0.9),
-        (series.after, AFTER, "after: with the effects found", 0.9),
+        (series.before, BEFORE, "refitted", 0.9),
+        (series.after, AFTER, "found", 0.9),
     )
     artists: list[Artist] = []
     for torque, colour, label, share in curves:
@@ -104,8 +104,8 @@ def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
 def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]:
     artists: list[Artist] = []
     for torque, colour, label in (
-        (series.before, BEFORE, "before: declared structure, refitted"),
-        (series.after, AFTER, "after: with the effects found"),
+        (series.before, BEFORE, "refitted"),
+        (series.after, AFTER, "found"),
     ):
         residual = torque - series.measured
         artists += over_time.plot(series.t, residual, color=colour, lw=0.9, label=label)
@@ -118,9 +118,9 @@ def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]
 
 def draw_signatures(path: Path, before: Signatures, after: Signatures | None = None) -> None:
     """Draw the autocorrelation and the correlation with each signal, with 99 % bands."""
-    stages: list[Stage] = [(before, BEFORE, "before: declared structure, refitted")]
+    stages: list[Stage] = [(before, BEFORE, "refitted")]
     if after is not None:
-        stages.append((after, AFTER, "after: with the effects found"))
+        stages.append((after, AFTER, "found"))
     with picture(path, 1.2 + 0.34 * len(before.signatures)) as figure:
         autocorrelation, correlations = figure.subplots(1, 2, width_ratios=[2, 3])
         _autocorrelation(autocorrelation, stages)
@@ -212,14 +212,16 @@ def _remarks(axes: Axes, diagnosis: Diagnosis) -> None:
     added = [effect.name for effect in diagnosis.effects]
     first = next((row for row, c in enumerate(diagnosis.candidates) if c.name in added[:1]), 0)
     for row, candidate in enumerate(diagnosis.candidates):
-        text, name, colour = "", candidate.name, "black"
+        text, name = "", candidate.name
         if name in added[1:] and candidate.delta_bic >= 0:
             before = listed([plain(one) for one in added[: added.index(name)]])
-            text, colour = f"helps once {before} is in the model", "white"
+            text = f"helps once {before} is in the model"
         elif row < first and not candidate_outcome(diagnosis, name):
             text = candidate_reason(diagnosis, candidate)
-        place = axes.get_yaxis_transform()
-        axes.text(0.01, row, text, transform=place, va="center", fontsize=8, color=colour)
+        place, paper = axes.get_yaxis_transform(), {"facecolor": "white", "lw": 0, "pad": 1}
+        axes.text(
+            0.01, row, text, transform=place, va="center", fontsize=8, bbox=paper if text else None
+        )
 
 
 def _key(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artist]:
@@ -260,10 +262,7 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
         difference.plot(manoeuvre.t, proposal.torque - proposal.rival_torque, color=MEASURED)
         difference.set_ylabel("difference\n[N m]")
         difference.set_xlabel("time t [s]")
-        difference.set_title(
-            f"difference {percent(proposal.separation)} of range; in the given recordings it"
-            f" is {percent(proposal.now)}"
-        )
+        difference.set_title(f"difference {percent(proposal.separation)} of range")
         figure.align_ylabels(rows)
         legend_above(figure, artists)
 

@@ -1,6 +1,7 @@
 """Friction over time with its band."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,10 +18,10 @@ from observers.estimates import BAND_STDS
 
 CHANGE = (0, (1, 1.5))
 """Stroke of a change of the ground."""
-DOUBTED = "////"
-"""Hatch of a band that is too narrow."""
+STRIP = 0.025
+"""Height of a strip below a picture where the model does not explain the torque, over the picture's."""
 RECORDINGS = ("#0063a8", "#e07b00", "#008f6b", "#a0559c", "#6b4a2b", "#c0392b", "#4d5966", "#8aa01f")
-"""Colours of recordings on one ground; where there are more, they begin again and have no names."""
+"""Colours of recordings; where there are more, they begin again."""
 MAX_GROUNDS = 4
 """Grounds in the overview; all stand in the table beside it."""
 OVERVIEW_WIDTH = 4.2
@@ -30,7 +31,7 @@ OVERVIEW_WIDTH = 4.2
 class LineStyle(NamedTuple):
     """How a track is drawn.
 
-    Where two observers agree, a thin dark line of dots lies on a broad light one, and a band that is an
+    Where two observers agree, a thin red line of dashes lies on a broad light one, and a band that is an
     outline on one that is filled: both are visible.
     """
 
@@ -43,7 +44,7 @@ class LineStyle(NamedTuple):
 STYLES = (
     LineStyle(TRACKS[0]),
     LineStyle("#5fa8dc", width=4.0),
-    LineStyle("#7a0c43", (0, (2.0, 1.6)), 1.5, filled=False),
+    LineStyle("#c2185b", (0, (2.0, 1.6)), 1.5, filled=False),
     LineStyle(TRACKS[3], (0, (4, 3)), 1.2, filled=False),
 )
 """Styles in the order of labels; a single track has the second's colour."""
@@ -60,8 +61,8 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
         panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
             own = [track for track in tracks if track.name == name]
-            for track in own:
-                _track(axes, track, line_styles[track.label])
+            for row, track in enumerate(own):
+                _track(axes, track, line_styles[track.label], row)
             axes.set_title(matplotlib_text(name))
             axes.set_ylabel("effective friction μ_eff [1]")
             axes.set_ylim(*limits)
@@ -70,7 +71,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
         legend_above(figure, _key(tracks, line_styles))
 
 
-def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
+def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle, row: int) -> None:
     colour, stroke, width, filled = line_style
     low, high = track.mu - BAND_STDS * track.mu_std, track.mu + BAND_STDS * track.mu_std
     if filled:
@@ -84,24 +85,25 @@ def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
     axes.plot(track.t, np.where(track.usable, track.mu, np.nan), color=colour, lw=width, ls=stroke)
     if track.inconsistent is not None and track.inconsistent.any():
         axes.fill_between(
-            track.t, low, high, where=track.inconsistent.tolist(), facecolor="none", edgecolor=colour,
-            alpha=0.5, lw=0, hatch=DOUBTED,
+            track.t, row * STRIP, (row + 0.8) * STRIP, where=track.inconsistent.tolist(), color=colour,
+            lw=0, transform=axes.get_xaxis_transform(),
         )  # fmt: skip
     for instant in track.changes:
         axes.axvline(instant, color=colour, lw=0.9, ls=CHANGE, alpha=0.7)
     if track.reference is not None:
-        axes.axhline(track.reference, color=MEASURED, lw=1.0, ls="--")
+        axes.axhline(track.reference, color=MEASURED, lw=1.0, zorder=1.5)
 
 
 def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTrack]]) -> None:
     """Draw one panel per ground with a line for each recording, bold where the estimate is usable."""
     grounds = list(tracks_by_ground.items())[:MAX_GROUNDS]
+    colours = cycle(RECORDINGS)
     with picture(path, 0.7 + 2.2 * len(grounds), OVERVIEW_WIDTH) as figure:
         panels = figure.subplots(len(grounds), 1, squeeze=False, sharex=True)[:, 0]
         for axes, (ground, tracks) in zip(panels, grounds, strict=True):
             named = len(tracks) <= len(RECORDINGS)
-            for number, track in enumerate(tracks):
-                _overview_line(axes, track, RECORDINGS[number % len(RECORDINGS)])
+            for track in tracks:
+                _overview_line(axes, track, next(colours))
             if ground or not named:
                 count = "" if named else f", {len(tracks)} recordings"
                 axes.set_title(matplotlib_text(ground or "all grounds") + count)
@@ -121,7 +123,7 @@ def _overview_line(axes: Axes, track: FrictionTrack, colour: str) -> None:
     axes.fill_between(t, low, high, where=track.usable.tolist(), color=colour, alpha=0.13, lw=0)
     # Before the first usable sample a line tells nothing.
     shown = np.where(np.logical_or.accumulate(track.usable), track.mu, np.nan)
-    axes.plot(t, shown if track.usable.any() else track.mu, color=colour, lw=0.7, alpha=0.4)
+    axes.plot(t, shown if track.usable.any() else track.mu, color=colour, lw=1.3, alpha=0.45)
     usable = np.where(track.usable, track.mu, np.nan)
     axes.plot(t, usable, color=colour, lw=2.0, label=matplotlib_text(track.name))
 
@@ -155,12 +157,14 @@ def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> 
         key.append(Patch(color="#777777", alpha=0.25, lw=0, label=label))
     key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: not usable"))
     if any(track.inconsistent is not None and track.inconsistent.any() for track in tracks):
-        label = "hatched: model and stated error do not explain it"
-        key.append(Patch(facecolor="none", edgecolor="#777777", lw=0, hatch=DOUBTED, label=label))
+        label = (
+            "strip at the bottom: the model does not explain the torque, by the observer of its colour"
+        )
+        key.append(Patch(color="#777777", lw=0, label=label))
     if any(track.changes.size for track in tracks):
         key.append(Line2D([], [], color="#777777", lw=0.9, ls=CHANGE, label="change of the ground"))
     references = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
     if references:
         label = ", ".join(references)
-        key.append(Line2D([], [], color=MEASURED, ls="--", lw=1.0, label=label))
+        key.append(Line2D([], [], color=MEASURED, lw=0.8, label=label))
     return key

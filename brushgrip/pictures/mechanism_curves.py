@@ -32,7 +32,7 @@ def draw_mechanisms(path: Path, diagnosis: Diagnosis) -> None:
 
 def _curve(axes: Axes, family: FoundFamily, curve: Curve) -> list[Artist]:
     artists: list[Artist] = []
-    artists += axes.plot(curve.x, curve.declared, color=BEFORE, label="declared law, same parameters")
+    artists += axes.plot(curve.x, curve.declared, color=BEFORE, label="assumed law, same parameters")
     artists += axes.plot(curve.x, curve.y, color=AFTER, label="found, with two standard deviations")
     known = np.isfinite(curve.std)
     if curve.x.min() > 0 and curve.x.max() > _DECADE * curve.x.min():

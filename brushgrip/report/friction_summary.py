@@ -17,7 +17,7 @@ IN_PLAIN_WORDS = {
     REST: "noise of the torque, and what the model gets wrong",
     OF_LENGTHS: "how well the lengths of contact and caster are known",
     OF_LOAD: "how well the load is known",
-    OF_TUNING: "a minimum uncertainty that is always kept (--tune mu_floor)",
+    OF_TUNING: "a minimum that is always kept",
 }
 """Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
@@ -53,29 +53,30 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     parts = [f"{IN_PLAIN_WORDS.get(cause, cause)}, {100 * share:.0f} %" for cause, share in told.items()]
     line = f"The ± of a recording comes from (shares of the variance): {'; '.join(parts)}."
     if any(one.further is not None for one in outcome.further().values()):
-        line += " That of a ground also covers how recordings differ, and is wider."
+        line = f"The ± of a ground also covers how its recordings differ. {line}"
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
-        line += (
-            " All recordings share the errors of lengths and load, so that their agreement does not"
-            " prove the value."
-        )
+        line += " All recordings share the errors of lengths and load."
     return line
 
 
 def usable_until(track: FrictionTrack) -> str:
-    """How much of a track is usable, until when, and what is wrong at its end."""
+    """From when to when a track is usable, and what is wrong at its end."""
     at, end = track.last_usable, track.t.size - 1
+    if at is not None:
+        first = int(np.argmax(track.usable))
+        gaps = " with gaps" * (not track.usable[first : at + 1].all())
+        since = f"from {track.t[first]:.1f} s"
     if at == end:
-        return f"{_share(track)} of the samples, the last one too"
+        return f"{since} to the end{gaps}"
     why = meaning(track.last_status)
     if at is None and track.usable.any() and not track.changes.size:
-        return f"{_share(track)}, but contradicted by what follows: {meaning(Status.INCONSISTENT)}"
+        return f"{_share(track)}, but contradicted later: {meaning(Status.INCONSISTENT)}"
     if at is None and track.usable.any():
         since = f"{track.changes[-1]:.1f} s"
         return f"{_share(track)}, but not since a new ground was noticed at {since}: {why}"
     if at is None:
         return f"never: {why}"
-    return f"{_share(track)} of the samples, until {track.t[at]:.1f} of {track.t[end]:.1f} s: {why}"
+    return f"{since} to {track.t[at]:.1f} of {track.t[end]:.1f} s{gaps}; then {why}"
 
 
 def goes_pale(outcome: FrictionOutcome) -> bool:
@@ -100,8 +101,7 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
     "settling": (
         "time to settle",
         _seconds,
-        "From then on the estimate stays within 10 % of where it ends. Settled is not yet usable: one"
-        " that has learned nothing stays where it began.",
+        "From then on the estimate stays within 10 % of where it ends.",
     ),
     "drift": (
         "movement after half-time",
@@ -118,13 +118,12 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
         "bands around the last value",
         lambda share: _percent(share, 0),
         "Share of the informed samples whose 95 % band holds the last estimate. Far below 95 % the bands"
-        " are too narrow; near 100 % proves no accuracy, as the filter is compared with itself.",
+        " are too narrow; near 100 % proves nothing, as the EKF is compared with itself.",
     ),
     "reference_coverage": (
         "bands around the fitted value",
         lambda share: _percent(share, 0),
-        "The same for the friction that was afterwards fitted to the whole recording: independent of the"
-        " filter, not of the recording.",
+        "The same for the friction that was afterwards fitted to the whole recording.",
     ),
 }
 """Label, text and meaning of each of `FIGURES`."""

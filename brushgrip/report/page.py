@@ -101,6 +101,8 @@ def _contents(
 ) -> list[tuple[str, str]]:
     """Anchors and titles of the sections that the page has, in order."""
     sections = [
+        ("send", "To send", outcome is not None),
+        ("recordings", "Friction by recording", outcome is not None),
         ("causes", "What was found", True),
         ("friction", "Settling and coverage", outcome is not None),
         ("tracks", "Friction over time", bool(friction)),

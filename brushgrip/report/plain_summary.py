@@ -1,8 +1,10 @@
 """The results for somebody who knows no tyre model: friction by ground, and a paragraph for a mail."""
 
+from collections.abc import Iterable
 from math import sqrt
 from statistics import fmean
 
+from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_summary import band_shares, last_usable_friction
 from brushgrip.report.scope import missing_effects, reservation, several_mechanisms, validity
@@ -44,7 +46,10 @@ def friction_statements(outcome: FrictionOutcome | None) -> list[tuple[str, str]
     further = outcome.further()
     never = [ground for ground in filter(None, outcome.grounds) if ground not in further]
     return [
-        (f"{ground}: friction {prediction_band(one)}", _next_recording(one))
+        (
+            f"{ground}: friction {prediction_band(one)}{at_speed(outcome)}",
+            _next_recording(outcome, ground, one),
+        )
         for ground, one in further.items()
         if one.further is not None
     ] + [
@@ -53,13 +58,29 @@ def friction_statements(outcome: FrictionOutcome | None) -> list[tuple[str, str]
     ]
 
 
-def _next_recording(friction: GroundFriction) -> str:
-    """Ends of the band, and what lies between them."""
+def at_speed(outcome: FrictionOutcome) -> str:
+    """The sliding speed that friction is stated at, behind a blank; empty where unknown."""
+    return f" at {1e3 * outcome.slide_speed:.2g} mm/s sliding" if outcome.slide_speed else ""
+
+
+def _next_recording(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:
+    """Ends of the band, what lies between them, and how far the recordings differ."""
     half = friction.further or 0.0
     # Of the rounded figures, so that they agree with the ± beside them.
     middle, half = round(friction.mu_eff, 2), round(half, 2)
     low, high = max(0.0, middle - half), middle + half
-    return f"between {low:.2f} and {high:.2f} {IN_FURTHER}; from {friction.recordings} recordings"
+    tracks = [outcome.tracks_of(EKF_FOUND)[name] for name in outcome.grounds[ground]]
+    known = [float(t.mu[t.last_usable]) for t in tracks if t.last_usable is not None]
+    early = "".join(f", {t.name} up to {t.t[t.last_usable]:.1f} s" for t in _ending_early(tracks))
+    return (
+        f"between {low:.2f} and {high:.2f} {IN_FURTHER}; its {friction.recordings} recordings gave"
+        f" {min(known):.2f} to {max(known):.2f}{early}"
+    )
+
+
+def _ending_early(tracks: Iterable[FrictionTrack]) -> list[FrictionTrack]:
+    """Tracks whose last usable sample is not their last."""
+    return [track for track in tracks if track.last_usable not in (None, track.t.size - 1)]
 
 
 def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> str:
@@ -67,7 +88,8 @@ def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: s
     count, further = len(outcome.before), outcome.further()
     on_grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     friction = (
-        f"Friction between tyre and ground is {on_grounds}, from {count} recording{'s' * (count != 1)}"
+        f"Friction between tyre and ground{at_speed(outcome)} is {on_grounds}; from {count}"
+        f" recording{'s' * (count != 1)}"
     )
     known = any(track.last_usable is not None for track in outcome.tracks_of(EKF_FOUND).values())
     if known:
@@ -81,7 +103,7 @@ def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: s
         warning,
         f"{friction}.",
         reservation(diagnosis) * known,
-        validity(diagnosis, outcome),
+        validity(diagnosis),
         missing_effects(diagnosis),
         _open_and_next(diagnosis, outcome),
     ]
@@ -107,14 +129,15 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
             f" {listed(like_load)}."
         )
     if diagnosis.unexplained.present:
+        proposed = any(e.experiment and e.experiment.feasible for e in diagnosis.effects)
         return (
-            "Next: recordings at other speeds, angles and loads, as something unknown remains; until"
-            " then keep to the bands and rely on no cause."
+            "Next: recordings at other speeds, angles and loads"
+            f"{', such as the report proposes,' * proposed} as something unknown remains."
         )
     if (error := unrefitted_error(diagnosis)) is not None:
         return (
             "Next: check that the validation recordings are of the same wheel, load and ground, as with"
-            f" nothing refitted to them the error is {percent(error)} of range."
+            f" nothing adjusted to them the error is {percent(error)} of range."
         )
     tests = [e for e in diagnosis.effects if e.experiment and e.experiment.feasible]
     if tests:
@@ -148,6 +171,14 @@ def not_separable(effect: FoundEffect) -> str:
     return f"more recordings on this rig would not tell {plain(effect.name)} from {others}"
 
 
+def told_apart(diagnosis: Diagnosis) -> str:
+    """Which effects the proposed recordings would tell from which, and from which not."""
+    proposals = [(e, e.experiment) for e in diagnosis.effects if e.experiment and e.experiment.feasible]
+    pairs = [f"{plain(e.name)} from {plain(proposal.rival)}" for e, proposal in proposals]
+    more = any(set(e.indistinguishable_from) - {proposal.rival} for e, proposal in proposals)
+    return listed(pairs) + "; other explanations stay open" * more
+
+
 def _at_best(outcome: FrictionOutcome, cause: str) -> str:
     """What the band of the only ground is without what a remedy addresses; empty for several grounds."""
     further = [one.further for one in outcome.further().values()]
@@ -165,8 +196,9 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
     where, further = f" on {ground}" * bool(ground), outcome.further().get(ground)
     if further and further.further is not None:
-        of = f" (from {further.recordings} recordings)" * (further.recordings < len(outcome.before))
-        return f"{prediction_band(further)}{where}{of}"
+        by, count = further.recordings, len(outcome.grounds[ground])
+        some = f" (by {by} of {count} recordings)" * (by < count)
+        return f"{prediction_band(further)}{where}{some}"
     tracks = outcome.tracks_of(EKF_FOUND)
     own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
     known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])
@@ -182,8 +214,8 @@ def _open_and_next(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     tracks = outcome.tracks_of(EKF_FOUND).values()
     if never := [track.name for track in tracks if track.last_usable is None]:
         parts.append(f"friction in {listed(never)}")
-    if early := [t.name for t in tracks if t.last_usable not in (None, t.t.size - 1)]:
-        parts.append(f"friction at the end of {listed(early)}, whose last value to rely on is earlier")
+    if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in _ending_early(tracks)]:
+        parts.append(f"friction in {listed(early)}")
     for e in diagnosis.effects:
         rivals = listed([plain(name) for name in (e.name, *e.indistinguishable_from)], "or")
         if e.grade == "ambiguous" and several_mechanisms(e):
@@ -195,10 +227,7 @@ def _open_and_next(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
         parts.append(f"whether the weak signs of {listed(weak)} are chance")
     if odd := [plain(e.name) for e in diagnosis.effects if e.grade == "stands_in"]:
         parts.append(f"what {listed(odd)} stand{'s' * (len(odd) == 1)} in for")
-    if diagnosis.unexplained.present:
-        parts.append(
-            f"what makes the {percent(diagnosis.unexplained.structured)} of range that no known effect"
-            " explains"
-        )
+    if diagnosis.unexplained.present and not missing_effects(diagnosis):
+        parts.append(f"what makes {percent(diagnosis.unexplained.structured)} of range")
     then = next_step(diagnosis, outcome)
     return f"Not known: {'; '.join(parts)}; n{then[1:]}" if parts else then

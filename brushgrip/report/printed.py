@@ -57,18 +57,18 @@ def print_diagnosis(
     for line in notes:
         print_text(line)
     if outcome:
-        friction = friction_by_ground(outcome)
+        friction = friction_by_ground(outcome, diagnosis)
         print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
         if causes := widest_causes(outcome):
             print_text(causes)
-    stages = {"declared": diagnosis.declared, "before": diagnosis.before, "after": diagnosis.after}
+    stages = {"assumed": diagnosis.declared, "refitted": diagnosis.before, "found": diagnosis.after}
     print_table(
-        "Torque error, root mean square: declared as given; before: k and μ refitted; after: found",
+        "Torque error, root mean square, in N m and in % of range",
         ("model", *error_columns(diagnosis).values()),
         [(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
         right=True,
     )
-    print_text(f"Before any effect: {diagnosis.signatures_before.reading}")
+    print_text(f"Refitted: {diagnosis.signatures_before.reading}")
     if diagnosis.effects:
         print_table(
             "Effects found",
@@ -85,7 +85,7 @@ def print_diagnosis(
     if outcome:
         figures = [(label, *values) for label, values, _ in friction_quality_rows(outcome)]
         headings = ("figure", *friction_group_labels(outcome))
-        title = "Friction by the declared model → by the model found, mean over recordings"
+        title = "Friction by the assumed model → by the model found, mean over recordings"
         print_table(title, headings, figures, right=True)
         if spreads := ground_spreads(outcome):
             print_text(spreads)

@@ -1,6 +1,7 @@
 """What a report's friction is valid for, and what the model found changes, in plain words."""
 
 from collections.abc import Mapping, Sequence
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -9,10 +10,9 @@ from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
-from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed
+from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, rest_is_larger
 from brushgrip.wording.formatting import (
     judged_error_percentages,
-    judged_percentage,
     listed,
     percent,
     plain,
@@ -33,7 +33,6 @@ MECHANISMS = {
     "sensor and steering": "sensor and steering add to the torque",
 }
 """What a model without a mechanism leaves out, for somebody who knows no tyre model."""
-COUNTS = {2: "two", 3: "three"}
 STRAIGHT = 0.15
 """Distance of a curve from a line over its change, up to which it is told by its slope [1]."""
 
@@ -56,7 +55,7 @@ def simulated_warning(made: Mapping[str, Any] | None) -> str:
     )
 
 
-def validity(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> str:
+def validity(diagnosis: Diagnosis) -> str:
     """What the friction holds for, in one line."""
     loads = [series.F_N[np.isfinite(series.F_N)] for series in diagnosis.series]
     known = np.concatenate(loads) if loads else np.empty(0)
@@ -64,11 +63,9 @@ def validity(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> st
     if known.size and not diagnosis.of_car:
         low, high = f"{known.min():.0f}", f"{known.max():.0f}"
         at = f", at a load of {low} N" if low == high else f", at loads of {low} to {high} N"
-    speed = outcome and outcome.slide_speed
-    stated = f"; friction is stated at a sliding speed of about {1e3 * speed:.2g} mm/s" if speed else ""
     return (
-        f"Valid for a wheel that stands still and is turned as in these recordings{at}{stated}. Not for"
-        " driving speed, rain or other ground."
+        f"Valid for a wheel that stands still and is turned as in these recordings{at}. Not for driving"
+        " speed, rain or other ground."
     )
 
 
@@ -85,7 +82,7 @@ def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
 
 
 def missing_effects(diagnosis: Diagnosis) -> str:
-    """What the declared model leaves out, in one sentence; empty where nothing is certain."""
+    """What the assumed model leaves out, in one sentence; empty where nothing is certain."""
     clear, weak = (
         [effect for effect in diagnosis.effects if effect.grade in grades]
         for grades in (CLEAR, ("weak",))
@@ -96,10 +93,12 @@ def missing_effects(diagnosis: Diagnosis) -> str:
     for effect in (*clear, *weak):
         cause = _cause(diagnosis, effect)
         causes.setdefault(cause, _sureness(effect, cause))
-    if len(causes) == 1:
-        return "The assumed tyre model lacks one thing: {} ({}).".format(*next(iter(causes.items())))
-    told = "; ".join(f"({i}) {cause} ({sure})" for i, (cause, sure) in enumerate(causes.items(), 1))
-    return f"The assumed tyre model lacks {COUNTS.get(len(causes), len(causes))} things: {told}."
+    told = [f"{cause} ({sure})" for cause, sure in causes.items()]
+    if diagnosis.unexplained.present:
+        unknown = f"something unknown ({percent(diagnosis.unexplained.structured)} of range)"
+        told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
+    numbers = [f"({i}) " * (len(told) > 1) for i in range(1, len(told) + 1)]
+    return f"The assumed tyre model leaves out: {'; '.join(map(add, numbers, told))}."
 
 
 def _sureness(effect: FoundEffect, cause: str) -> str:
@@ -118,8 +117,16 @@ def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     names = (effect.name, *effect.indistinguishable_from)
     families = [effect.family, *(_family_of(name) for name in names[1:])]
     known = MECHANISMS | {OVER_SPEED: friction_over_speed(diagnosis)}
+    if len(names) == 1 and effect.family in MECHANISMS:
+        return summary_of(diagnosis, effect)
+    known |= {effect.name: f"your effect “{plain(effect.name)}”"}  # Of no other family.
     pairs = zip(families, names, strict=True)
     return listed(list(dict.fromkeys(known.get(f, plain(name)) for f, name in pairs)), "or")
+
+
+def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
+    """What an effect does: friction over speed by its curve, others by the library."""
+    return friction_over_speed(diagnosis) if effect.family == OVER_SPEED else effect.summary
 
 
 def friction_over_speed(diagnosis: Diagnosis) -> str:
@@ -134,9 +141,9 @@ def friction_over_speed(diagnosis: Diagnosis) -> str:
     line = curve.y[0] + change * decades / decades[-1]
     if np.abs(curve.y - line).max() > STRAIGHT * abs(change):
         return f"friction {verb} with the speed of sliding"
-    share = 100 * abs((curve.y[-1] / curve.y[0]) ** (1 / decades[-1]) - 1)
-    size = f"about {share:.0f} %" if share >= 1 else "less than 1 %"
-    return f"friction {verb} by {size} each time sliding is ten times as fast"
+    slope = abs(change) / decades[-1]
+    size = f"{slope:.2f}" if slope >= 0.005 else "less than 0.01"
+    return f"friction {verb} by {size} for each tenfold sliding speed"
 
 
 def several_mechanisms(effect: FoundEffect) -> bool:
@@ -154,52 +161,40 @@ def benefit(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
         return ""
     return (
-        f"With the assumed model friction is usable {_usable(declared)}; with the model found"
-        f" {_usable(found)}."
+        f"Recordings with a friction to rely on: by the assumed model {_known(declared)}, by"
+        f" the model found {_known(found)}."
     )
 
 
-def _usable(tracks: Sequence[FrictionTrack]) -> str:
-    """How often friction is usable, and how closely it is known then."""
-    shares = [100 * track.usable_share for track in tracks if track.usable_share]
-    if not shares:
-        return "never"
-    never = len(tracks) - len(shares)
-    but = f" (in {never} of {len(tracks)} recordings never)" * bool(never)
-    return f"{_range(shares, 0)} % of the time{but}{_band(tracks)}"
-
-
-def _band(tracks: Sequence[FrictionTrack]) -> str:
-    """Half-widths of the last usable bands."""
+def _known(tracks: Sequence[FrictionTrack]) -> str:
+    """Of how many recordings friction is known, and how closely."""
     halves = [
         BAND_STDS * float(track.mu_std[track.last_usable])
         for track in tracks
         if track.last_usable is not None
     ]
-    return f", then to ± {_range(halves, 2)}" if halves and np.isfinite(halves).all() else ""
-
-
-def _range(values: Sequence[float], digits: int) -> str:
-    low, high = f"{min(values):.{digits}f}", f"{max(values):.{digits}f}"
-    return low if low == high else f"{low} to {high}"
+    count = f"{len(halves)} of {len(tracks)}"
+    if not halves or not np.isfinite(halves).all():
+        return count
+    low, high = f"{min(halves):.2f}", f"{max(halves):.2f}"
+    return f"{count} (± {low if low == high else f'{low} to {high}'})"
 
 
 def error_to_quote(diagnosis: Diagnosis) -> str:
-    """The one torque error to quote, what judged it, and the errors that it compares with."""
-    kind, before, after = judged_error_percentages(diagnosis)
+    """The one torque error to quote, what judged it, and the error that it compares with."""
+    kind, *adjusted = judged_error_percentages(diagnosis)
     count = len(diagnosis.holdout)
     judged = {
-        "validation": f"on {count} recording{'s' * (count != 1)} kept out of the fit (though used to"
-        " pick the effects)",
-        "left-out": "on each recording with the parameters that the others gave",
-        "training": "on the recordings that it was fitted to, as none was left to judge it",
+        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit (though used to pick"
+        " the effects)",
+        "left-out": "each recording with the parameters that the others gave",
+        "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
-    line = f"Torque error to quote: {after} of range, each recording's own friction adjusted, {judged}"
-    if diagnosis.after.unrefitted:
-        nothing = percent(diagnosis.after.summary()["holdout_torque_nrmse_unrefitted"])
-        line += f"; {nothing} with nothing adjusted"
-    if not diagnosis.effects:
-        return f"{line}."
-    declared = judged_percentage(diagnosis, diagnosis.declared)
-    as_given = f", {declared} as given" * (declared != "–")
-    return f"{line}. By the assumed model: {before} with its parameters adjusted{as_given}."
+    stages = (diagnosis.before, diagnosis.after)
+    nothing = [percent(stage.summary()["holdout_torque_nrmse_unrefitted"]) for stage in stages]
+    changes = [" → ".join(pair if diagnosis.effects else pair[1:]) for pair in (adjusted, nothing)]
+    stage = ", refitted → found," * bool(diagnosis.effects)
+    line = (
+        f"Torque error{stage} on {judged}: {changes[0]} of range with each one's own friction adjusted"
+    )
+    return f"{line}{f', {changes[1]} with nothing adjusted' * bool(diagnosis.after.unrefitted)}."

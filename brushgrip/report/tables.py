@@ -4,16 +4,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_summary import (
     friction_group_labels,
     friction_quality_rows,
     last_usable_friction,
     usable_until,
 )
+from brushgrip.report.scope import summary_of
 from brushgrip.wording.diagnosis_in_words import GRADES, plain_parameter
 from brushgrip.wording.formatting import (
     all_worse,
@@ -50,34 +52,43 @@ class ReportTable:
     narrow: bool = False
 
 
-def friction_by_ground(friction: FrictionOutcome) -> ReportTable:
+def friction_by_ground(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
     tracks, named = friction.tracks_of(EKF_FOUND), any(friction.grounds)
+    loads = {s.name: s.F_N[np.isfinite(s.F_N)] for s in diagnosis.series}
     rows = [
-        (name, *[ground or "–"][:named], last_usable_friction(tracks[name]), usable_until(tracks[name]))
+        (
+            *(
+                name,
+                *[ground or "–"][:named],
+                f"{np.median(loads[name]):.0f}" if loads[name].size else "–",
+                last_usable_friction(tracks[name]),
+            ),
+            usable_until(tracks[name]),
+        )
         for ground, names in friction.grounds.items()
         for name in names
         if name in tracks
     ]
     return ReportTable(
-        caption="Friction μ_eff ± 95 % band, by the filter on the model found, at the last sample that a"
-        " controller may use, and the share of such samples"
-        + "; --ground NAME says it for a further recording too"
-        * (not named),
-        headings=("recording", *["ground"][:named], "μ_eff", "usable"),
+        caption="Friction μ_eff ± 95 % band by the EKF on the model found: latest value to rely on, and"
+        " when there is one" + "; --ground NAME says it for a further recording too" * (not named),
+        headings=("recording", *["ground"][:named], "load [N]", "μ_eff", "usable"),
         rows=rows,
-        words=(1, 3) if named else (2,),
+        words=(1, 4) if named else (3,),
     )
 
 
 def friction_meaning(friction: FrictionOutcome) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
     groups = friction_group_labels(friction)
+    rows = [(label, *figures, words) for label, figures, words in friction_quality_rows(friction)]
+    some = any(" of " in figure for _, *figures, _ in rows for figure in figures)
     return ReportTable(
-        caption="Mean over recordings: by the declared model → by the model found. In brackets: how many"
-        " recordings have the figure, where not all do",
+        caption="Mean over recordings: by the assumed model → by the model found"
+        + ". In brackets: how many recordings have the figure" * some,
         headings=("figure", *groups, "in plain words"),
-        rows=[(label, *figures, words) for label, figures, words in friction_quality_rows(friction)],
+        rows=rows,
         words=(len(groups) + 1,),
     )
 
@@ -89,22 +100,17 @@ def settling_by_recording(friction: FrictionOutcome) -> ReportTable:
         values = [getattr(stage[name], figure) for stage in friction.stages.values()]
         return " → ".join("–" if v is None else f"{v:.1f}" for v in values)
 
-    declared = friction.tracks_of(EKF_DECLARED)
     rows = [
-        (
-            name,
-            "validation" if name in friction.holdout else "training",
-            last_usable_friction(declared[name]) if name in declared else "–",
-            pair(name, "settling"),
-        )
+        (name, "validation" if name in friction.holdout else "training", pair(name, "settling"))
         for names in friction.grounds.values()
         for name in names
     ]
     return ReportTable(
-        caption="Each recording; with an arrow: by the declared model → by the model found",
-        headings=("recording", "used for", "μ_eff by the declared model", "time to settle [s]"),
+        caption="Each recording: by the assumed model → by the model found",
+        headings=("recording", "used for", "time to settle [s]"),
         rows=rows,
         words=(1,),
+        narrow=True,
     )
 
 
@@ -132,12 +138,12 @@ def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
 def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
     """Mean errors of the three stages of the model."""
     stages = {
-        "declared, parameters as given": diagnosis.declared,
-        "before: declared structure, k and μ refitted": diagnosis.before,
-        "after, with the effects found": diagnosis.after,
+        "assumed": diagnosis.declared,
+        "refitted": diagnosis.before,
+        "found": diagnosis.after,
     }
     return ReportTable(
-        caption="Torque error (root of the mean square), averaged over recordings",
+        caption="Torque error, root mean square, in N m and in % of range; mean of recordings",
         headings=("model", *error_columns(diagnosis).values()),
         rows=[(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
     )
@@ -145,13 +151,13 @@ def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
 
 def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
     """Errors of each recording; those that got worse are marked."""
-    stages = {"declared": diagnosis.declared, "before": diagnosis.before, "after": diagnosis.after}
-    both = {name: stages[name] for name in ("before", "after")}
+    stages = {"assumed": diagnosis.declared, "refitted": diagnosis.before, "found": diagnosis.after}
+    both = {name: stages[name] for name in ("refitted", "found")}
     worse = all_worse(diagnosis)
     headings = ["recording", "used for"]
     headings += [f"{stage} [{unit}]" for unit in ("N m", "%") for stage in stages]
     headings += [f"left out, {stage} [%]" for stage in both if diagnosis.after.left_out]
-    headings += [f"nothing refitted, {stage} [%]" for stage in both if diagnosis.after.unrefitted]
+    headings += [f"nothing adjusted, {stage} [%]" for stage in both if diagnosis.after.unrefitted]
     rows = []
     for name in (*diagnosis.recordings, *diagnosis.holdout):
         row = [name, "validation" if name in diagnosis.holdout else "training"]
@@ -176,13 +182,13 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
 
 
 def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
-    """Signals that the residual follows, before and after, in descending strength before."""
+    """Signals that the residual of the refitted and of the found model follows, the strongest first."""
     after = {s.signal: s for s in diagnosis.signatures_after.signatures}
     before = sorted(diagnosis.signatures_before.signatures, key=lambda s: -abs(s.correlation))
     return ReportTable(
-        caption="Correlation of the residual with each signal alone (in the text, of what the first"
-        " leaves); in brackets the limit that chance exceeds in 1 of 100 cases, * beyond it",
-        headings=("signal", "before", "after", "usual cause"),
+        caption="Correlation of the residual with each signal alone; in brackets the limit that chance"
+        " exceeds in 1 of 100 cases, * beyond it",
+        headings=("signal", "refitted", "found", "usual cause"),
         rows=[
             (s.signal, _correlation(s), _correlation(after[s.signal]), s.reading if s.stands_out else "")
             for s in before
@@ -192,6 +198,8 @@ def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
 
 
 def _correlation(signature: Signature) -> str:
+    if signature.band > 0.995:  # Nothing of the signal is left.
+        return "fitted, not testable"
     mark = "*" if signature.leaves_band else ""
     value = f"{signature.correlation:+.2f}".replace("-", "−")
     return f"{value if value.strip('+−0.') else '0.00'}{mark} ({signature.band:.2f})"
@@ -200,9 +208,8 @@ def _correlation(signature: Signature) -> str:
 def candidates(diagnosis: Diagnosis) -> ReportTable:
     """Every candidate's first step."""
     return ReportTable(
-        caption="Candidates, each alone beside the declared model, as ranked: fitted coarsely, to"
-        " thinned recordings, so that figures under “Effects found” differ a little; error in % of"
-        " range. A parameter without a unit is a pure number",
+        caption="Candidates, each alone in the refitted model, as ranked: fitted coarsely, to thinned"
+        " recordings, so that figures under “Effects found” differ a little; error in % of range",
         headings=(
             "effect",
             "description",
@@ -213,7 +220,8 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
         ),
         rows=[
             (
-                *(plain(c.name), c.summary, parameters(c.parameters) or "by recording"),
+                *(plain(c.name), c.summary.partition(";")[0]),
+                parameters(c.parameters, fitted=True) or "by recording",
                 *(percent(c.holdout_nrmse), signed(c.delta_bic), candidate_reason(diagnosis, c)),
             )
             for c in diagnosis.candidates
@@ -233,7 +241,8 @@ def effects(diagnosis: Diagnosis) -> ReportTable:
         ),
         rows=[
             (
-                *(plain(e.name), GRADES[e.grade], e.summary, e.scope, parameters(e.parameters)),
+                *(plain(e.name), GRADES[e.grade], summary_of(diagnosis, e), e.scope),
+                parameters(e.parameters),
                 *(percent(e.holdout_nrmse_after), signed(e.delta_bic)),
                 listed([plain(name) for name in e.indistinguishable_from], "or") or "–",
             )
@@ -244,23 +253,24 @@ def effects(diagnosis: Diagnosis) -> ReportTable:
 
 
 def all_parameters(diagnosis: Diagnosis) -> ReportTable:
-    """Every parameter of the final model; those of validation recordings hold the shared ones fixed."""
+    """Every parameter of the model found, those of several recordings that agree in one row."""
     held_out = tuple(f" [{name}]" for name in diagnosis.holdout)
+    owners: dict[tuple[str, str], list[str]] = {}
+    for name, estimate in diagnosis.parameters.items():
+        label, owner = plain_parameter(name)
+        known = quantity(estimate) + " *" * name.endswith(held_out)
+        text = known if estimate.std is not None else f"{known}, not determined by these recordings"
+        owners.setdefault((label, text), []).append(owner)
+    labels = [label for label, _ in owners]
     return ReportTable(
-        caption="All parameters of the final model ± standard deviation of the fit, with the recording"
-        " that a value belongs to; one without a unit is a pure number."
-        " The bands of friction include the tolerances of lengths and load."
-        " *: shared parameters were kept fixed, so the deviation is too small",
-        headings=("parameter", "value"),
-        rows=[
-            (
-                plain_parameter(name),
-                f"{quantity(estimate)}, not determined by these recordings"
-                if estimate.std is None
-                else quantity(estimate) + " *" * name.endswith(held_out),
-            )
-            for name, estimate in diagnosis.parameters.items()
-        ],
+        caption="All parameters of the model found ± standard deviation of the fit."
+        " *: of a validation recording; shared parameters were kept fixed, so the ± is too small",
+        headings=("parameter", "of", "value"),
+        rows=sorted(
+            ((label, listed(names) or "all", text) for (label, text), names in owners.items()),
+            key=lambda row: labels.index(row[0]),
+        ),
+        words=(1,),
         narrow=True,
     )
 

@@ -192,7 +192,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
             columns = {name: getattr(estimates, name) for name in ("t", *ESTIMATE)}
             write_utf8(stages[0], csv_text(columns))
         if task.picture:
-            label = ("declared model" if found is None else "model found") + ", smoothed" * task.smooth
+            label = ("assumed model" if found is None else "model found") + ", smoothed" * task.smooth
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
     noise = inconsistency_remedy(factory(recording, found), recording, estimates)
     of_car = recording.standstills is not None

@@ -19,14 +19,14 @@ GRADES: Mapping[str, str] = {
     "strong": "identified",
     "weak": "weak",
     "ambiguous": "ambiguous",
-    "stands_in": "placeholder",
+    "stands_in": "stand-in",
 }
-"""Words for the grades; a placeholder stands in for something unknown."""
+"""Words for the grades; a stand-in takes the place of something unknown."""
 CLEAR = ("strong", "ambiguous")
 """Grades of effects that are said to be missing."""
 COMMON_NAMES = {
-    "mu": "μ of the model's own law",
-    "k": "bristle stiffness k",
+    "mu": "internal coefficient μ, not to be quoted",
+    "k": "tread stiffness k",
     "a": "half-length a",
     "e": "caster e",
     "load": "load over the recorded one",
@@ -38,9 +38,9 @@ def headline(diagnosis: Diagnosis) -> str:
     kind, before, after = judged_error_percentages(diagnosis)
     if not diagnosis.effects:
         verdict = (
-            "No known effect explains what the declared model misses"
+            "No known effect explains what the assumed model lacks"
             if diagnosis.unexplained.present
-            else "The declared model misses nothing that these recordings could show"
+            else "The assumed model lacks nothing that these recordings could show"
         )
         return f"{verdict}: {kind} error {after} of range{_unrefitted(diagnosis)}."
     found = _found(diagnosis)
@@ -54,11 +54,11 @@ def headline(diagnosis: Diagnosis) -> str:
 
 
 def _unrefitted(diagnosis: Diagnosis) -> str:
-    """That the error is small by what is refitted to each validation recording alone."""
+    """That the error is small by what is adjusted to each validation recording alone."""
     error = unrefitted_error(diagnosis)
     if error is None:
         return ""
-    return f", but {percent(error)} with nothing refitted: there friction, lengths or load are others"
+    return f", but {percent(error)} with nothing adjusted: there friction, lengths or load are others"
 
 
 def rest_is_larger(diagnosis: Diagnosis) -> bool:
@@ -80,15 +80,12 @@ def _found(diagnosis: Diagnosis) -> str:
     if clear:
         families = dict.fromkeys(effect.family for effect in clear)
         missed = [_family(name, [e for e in clear if e.family == name]) for name in families]
-        parts.append(f"The declared model misses {listed(missed)}")
+        parts.append(f"The assumed model lacks {listed(missed)}")
     if weak:
         parts.append(f"{'there are ' if clear else 'There are only '}weak signs of {_plain_list(weak)}")
     if odd:
-        verb = "stands" if len(odd) == 1 else "stand"
-        names = _plain_list(odd)
-        parts.append(
-            f"{names if parts else names[:1].upper() + names[1:]} {verb} in for something unknown"
-        )
+        names = f"{_plain_list(odd)} {'is a stand-in' if len(odd) == 1 else 'are stand-ins'}"
+        parts.append(names if parts else names[:1].upper() + names[1:])
     return "; ".join(parts)
 
 
@@ -119,13 +116,12 @@ def mechanism(effect: FoundEffect) -> str:
 def explained_grade(effect: FoundEffect) -> str:
     """Why an effect has its grade, in one sentence."""
     errors, rivals = effect.standard_errors, [plain(name) for name in effect.indistinguishable_from]
-    fall = "The gain is clear" if errors is None else f"The error falls by {errors:.1f} standard errors"
+    fall = "The gain is practically not chance" + f" ({errors or 0:.1f} standard errors)" * bool(errors)
     match effect.grade:
         case "stands_in":
-            return (
-                "A parameter ends where its range does, or it explains less than what is left: it may"
-                " stand in for an unknown effect."
-            )
+            if effect.at_bound:
+                return "Its best value is at the allowed limit."
+            return "It removes less error than remains unexplained."
         case "weak":
             return _why_weak(effect)
         case "ambiguous":
@@ -144,30 +140,29 @@ def is_unconfirmed(effect: FoundEffect) -> bool:
 
 
 def _why_weak(effect: FoundEffect) -> str:
-    """Which of what is asked of a finding it lacks."""
+    """What is asked of a finding, and what there is."""
     errors, off = effect.standard_errors, effect.deviations
-    few = errors is not None and errors < CLEAR_ERRORS
-    near = off is not None and off < CLEAR_ERRORS
-    parts = []
-    if errors is not None:
-        parts.append(f"The error falls by {errors:.1f} standard errors{' of the 3 asked for' * few}")
-    if off is not None:
-        parts.append(f"its parameter is {off:.1f} σ from no effect at all{', of 3' * near}")
-    why = "; ".join(parts) or "The gain is small"
+    gain = [] if errors is None else [f"a gain of {errors:.1f} standard errors"]
+    size = [] if off is None else [f"a parameter {off:.1f} σ from no effect"]
     if is_unconfirmed(effect):
         return (
-            f"{why}: the recordings that were fitted demand it, those that judge do not confirm it. Fit"
-            " one of each ground; with --holdout, leave that out."
+            f"The fitted recordings demand it ({size[0]}), those that judge do not confirm it"
+            f" ({gain[0]}; {CLEAR_ERRORS:g} are asked for): fit a recording of each ground, or judge"
+            " without --holdout."
         )
-    return f"{why[:1].upper()}{why[1:]}: it may be chance."
+    figures = f" ({listed([*gain, *size])}; {CLEAR_ERRORS:g} of each are asked for)"
+    return f"It may be chance{figures * bool(gain or size)}."
 
 
-def plain_parameter(name: str) -> str:
-    """A parameter in words: `carcass_torsion.k_t [a]` as `carcass torsion: k_t, a`."""
-    path, bracket, owner = name.partition(" [")
+def plain_parameter(name: str) -> tuple[str, str]:
+    """A parameter in words, and its owner: `carcass_torsion.k_t [a]` as `carcass torsion: k_t` and `a`.
+
+    The owner is empty for what the whole model has.
+    """
+    path, _, owner = name.partition(" [")
     effect, dot, own = path.rpartition(".")
     text = f"{plain(effect)}: {own}" if dot else COMMON_NAMES.get(path, path)
-    return f"{text}, {owner.removesuffix(']')}" if bracket else text
+    return text, owner.removesuffix("]")
 
 
 def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
@@ -198,7 +193,8 @@ def taken_from_model(found: FoundModel) -> str:
         parts.append("k of the ground")
     kept = basis is not None and basis.explains_nothing
     if found.error is not None and not kept:
-        parts.append(f"the model's error, {percent(found.error.share)} of the torque")
+        whole = "the torque of full slide" if found.error.relative is None else "half the torque range"
+        parts.append(f"the model's error, {percent(found.error.share)} of {whole}")
     line = listed(parts)
     if own:
         line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"
@@ -219,6 +215,6 @@ def _standing(found: FoundModel) -> str:
     else:
         judged = "nothing judged it"
     weak = sum(grade in ("weak", "stands_in") for grade in basis.grades.values())
-    doubt = f"; {weak} of {len(basis.grades)} effects may be chance or stand in for another" * bool(weak)
+    doubt = f"; {weak} of {len(basis.grades)} effects are weak or stand-ins" * bool(weak)
     doubt += "; something stays unexplained" * basis.unexplained
     return f"It stands on {count}, {judged}{doubt}"

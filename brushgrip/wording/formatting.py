@@ -86,20 +86,18 @@ def quantity(estimate: ParameterEstimate) -> str:
     return f"({text})·10{str(factor).translate(_SUPERSCRIPTS)}{unit}" if factor else f"{text}{unit}"
 
 
-def parameters(estimates: Mapping[str, ParameterEstimate]) -> str:
-    """Several parameters in one line: name = value ± std unit."""
-    return "; ".join(f"{name} = {quantity(estimate)}" for name, estimate in estimates.items())
+def parameters(estimates: Mapping[str, ParameterEstimate], *, fitted: bool = False) -> str:
+    """Several parameters in one line: name = value ± std unit; what was `fitted` has a std."""
+    return "; ".join(
+        f"{name} {'not determined' if fitted and e.std is None else f'= {quantity(e)}'}"
+        for name, e in estimates.items()
+    )
 
 
 def judged_error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
     """The error that judges the model: its name, and its size before and after."""
     before, after = judged_errors(diagnosis)
     return _judged_by(diagnosis)[0], percent(before), percent(after)
-
-
-def judged_percentage(diagnosis: Diagnosis, errors: Errors) -> str:
-    """That error of a stage of the model; a dash where the stage has none."""
-    return percent(errors.summary()[_judged_by(diagnosis)[1]])
 
 
 def judged_errors(diagnosis: Diagnosis) -> tuple[float, float]:
@@ -122,14 +120,14 @@ def unrefitted_error(diagnosis: Diagnosis) -> float | None:
 
 def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
     """Headings of the errors in a diagnosis, by their key in a summary."""
-    columns = {"torque_rmse": "training [N m]", "torque_nrmse": "training, of range"}
+    columns = {"torque_rmse": "training [N m]", "torque_nrmse": "training [%]"}
     if diagnosis.holdout:
         columns["holdout_torque_rmse"] = "validation [N m]"
-        columns["holdout_torque_nrmse"] = "validation, of range"
+        columns["holdout_torque_nrmse"] = "validation [%]"
     if diagnosis.after.unrefitted:
-        columns["holdout_torque_nrmse_unrefitted"] = "nothing refitted, of range"
+        columns["holdout_torque_nrmse_unrefitted"] = "nothing adjusted [%]"
     if diagnosis.after.left_out:
-        columns["left_out_torque_nrmse"] = "left out in turn, of range"
+        columns["left_out_torque_nrmse"] = "left out in turn [%]"
     return columns
 
 
@@ -171,8 +169,8 @@ def candidate_reason(diagnosis: Diagnosis, candidate: Candidate) -> str:
     outcome = candidate_outcome(diagnosis, candidate.name)
     added = {effect.name: effect for effect in diagnosis.effects}
     if candidate.name in added and diagnosis.effects[0].name != candidate.name:
-        beside = added[candidate.name].delta_bic
-        return f"{outcome}; beside those added before it its ΔBIC is {signed(beside)}"
+        alone = "useless alone, " * (candidate.delta_bic > 0)
+        return f"{outcome}; {alone}ΔBIC {signed(added[candidate.name].delta_bic)} beside those before it"
     if outcome:
         return outcome
     known = EFFECTS.get(candidate.name)

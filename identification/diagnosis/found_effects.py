@@ -50,7 +50,8 @@ def found_effects(
     final = steps[-1].before.fitted
     added = [step for step in steps if _adds(step, final)]
     of_car = recordings[0].standstills is not None
-    standing_in = _stand_ins(added, final, left, of_car=of_car)
+    at_bounds = {effect for effect, _ in effects_at_bounds(final)}
+    standing_in = _stand_ins(added, at_bounds, left, of_car=of_car)
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
     effects = []
     for step in added:
@@ -81,6 +82,7 @@ def found_effects(
                 ),
                 standard_errors=errors,
                 deviations=distance,
+                at_bound=effect.name in at_bounds,
                 parameters=own,
                 holdout_nrmse_after=step.after.nrmse,
                 delta_bic=bic,
@@ -102,13 +104,15 @@ def _adds(step: SearchStep, final: Fit) -> bool:
     return effect in final.model.effects and effect not in step.before.effects
 
 
-def _stand_ins(added: Sequence[SearchStep], final: Fit, left: Unexplained, *, of_car: bool) -> set[str]:
-    """Effects that may stand in for something unknown, see `grade_of`.
+def _stand_ins(
+    added: Sequence[SearchStep], at_bounds: set[str], left: Unexplained, *, of_car: bool
+) -> set[str]:
+    """Effects that may stand in for something unknown, those `at_bounds` among them, see `grade_of`.
 
     In a car what others of them explain is unknown too: its return torque, its gear and its joints all
     act beside the tyre, and the first that is found takes on what the others lack.
     """
-    found = {effect for effect, _ in effects_at_bounds(final)}
+    found = set(at_bounds)
     if not left.present:
         return found
     gains = {}
@@ -214,8 +218,7 @@ def notes_on(
         if new[name] > old[name]
     ]
     notes += [
-        f"{effect}: {what}; the effect may stand in for one that is not in the library"
-        for effect, what in effects_at_bounds(fitted)
+        f"{effect}: {what}, so that it is a stand-in" for effect, what in effects_at_bounds(fitted)
     ]
     notes += [note for one in (fitted, *own) for note in _at_their_tolerances(one)]
     for effect in effects:
@@ -235,7 +238,7 @@ def assumed_tolerances(recordings: Sequence[Recording]) -> str:
 
     It is a sentence without a full stop that begins with `ASSUMED`, empty if there are none.
     """
-    names = {"a": "half-length a", "e": "caster e", "k": "stiffness k"}
+    names = {"a": "half-length a", "e": "caster e (kingpin to contact)", "k": "tread stiffness k"}
     missing = [
         names.get(name, name)
         + (f" ± {100 * usual:g} %" if name in ("load", "k") else f" ± {1000 * usual:g} mm")

@@ -80,6 +80,7 @@ class FoundEffect:
         grade: how sure it is, see `grade_of`.
         standard_errors: by how many the judged error fell when it was added; None where that is unknown.
         deviations: between its clearest parameter and no effect at all; None where there is none.
+        at_bound: whether one of its parameters ends where its range does.
         experiment: the manoeuvre that would distinguish it from the nearest of those; None without any.
     """
 
@@ -94,6 +95,7 @@ class FoundEffect:
     grade: Grade = "strong"
     standard_errors: float | None = None
     deviations: float | None = None
+    at_bound: bool = False
     family: str = "other"
 
     def to_dict(self) -> dict[str, Any]:
@@ -105,6 +107,7 @@ class FoundEffect:
             "grade": self.grade,
             "standard_errors": self.standard_errors,
             "deviations": self.deviations,
+            "at_bound": self.at_bound,
             "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},
             "holdout_nrmse_after": self.holdout_nrmse_after,
             "delta_bic": self.delta_bic,

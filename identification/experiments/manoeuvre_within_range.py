@@ -154,7 +154,7 @@ def manoeuvre_of(
     if load_step is not None:
         F_N = _softened(np.where((t // load_step) % 2 == 0, light, heavy))
     return Manoeuvre(
-        instruction=f"{instruction}{constant}, {t[-1]:.0f} s",
+        instruction=f"{instruction}{constant}, {t[-1]:.0f} s".replace("-", "−"),
         t=t,
         psi=psi,
         psi_dot=np.gradient(psi, SAMPLE_PERIOD),

@@ -57,18 +57,16 @@ class Proposal:
     def sentence(self) -> str:
         """How to turn the wheel and the expected difference, or that no standard manoeuvre would do."""
         one, other = _words(self.found), _words(self.rival)
-        differ = f"differ by {self.separation:.2%} of range (now {self.now:.2%})"
-        noise = f"with a residual of {self.noise:.2%}"
+        differ = f"differ by {self.separation:.2%} of range"
         if self.times is None:
             return (
                 f"{one} and {other} cannot be distinguished by standard steering on this rig: in the"
-                f" manoeuvre that separates them most ({self.manoeuvre.instruction}) they {differ},"
-                f" {noise}"
+                f" manoeuvre that separates them most ({self.manoeuvre.instruction}) they {differ}"
             )
         often = f", {self.times} times" if self.times > 1 else ""
         return (
-            f"{self.manoeuvre.instruction}{often}: {one} and {other} then {differ}, {noise};"
-            f" expect {self.standard_errors:.1f} standard errors"
+            f"{self.manoeuvre.instruction}{often}: {one} and {other} then {differ}, with all recordings"
+            f" {self.standard_errors:.1f} standard errors"
         )
 
     def to_dict(self) -> dict[str, Any]:

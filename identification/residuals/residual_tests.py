@@ -105,8 +105,11 @@ def unexplained(
         lasting = "predictable from the samples before"
     if round(correlated) > 1:
         lasting = f"correlated over {correlated:.0f} samples"
+    white = f"white noise of the torque channel about {floor:.2%}"
+    if floor < 5e-5:  # Rounds to zero.
+        white = "no white noise (the torque is smooth, as a filter leaves it)"
     opening = (
-        f"residual {rms:.2%} of range, white noise of the torque channel about {floor:.2%},"
+        f"residual {rms:.2%} of range, mean of all recordings; {white};"
         f" structured part {structured:.2%}, {lasting}"
     )
     if not present:

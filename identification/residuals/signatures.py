@@ -97,7 +97,8 @@ class Signature:
     @property
     def figures(self) -> str:
         """The signal with correlation and band."""
-        return f"{self.signal} ({self.correlation:+.2f}, by chance within ±{self.band:.2f})"
+        value = f"{self.correlation:+.2f}".replace("-", "−")
+        return f"{self.signal} ({value}, by chance within ±{self.band:.2f})"
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
@@ -127,13 +128,14 @@ class Signatures:
         """All in one paragraph, the strongest first."""
         if not self.followed:
             return self._without_signal()
-        first, *others = [f"{s.figures}: {s.reading}" for s in self.followed]
+        first, *others = self.followed
         followed = {s.signal for s in self.followed}
         significant = [s for s in self.signatures if s.stands_out and s.signal not in followed]
         names = [s.signal for s in sorted(significant, key=lambda s: -abs(s.correlation))]
-        rest = f" The remaining residual follows {'; then '.join(others)}." if others else ""
+        then = [f"{s.signal}: {s.reading}" for s in others]
+        rest = f" The remaining residual follows {'; then '.join(then)}." if then else ""
         collinear = f" Also significant, but collinear with these: {', '.join(names)}." if names else ""
-        return f"The residual follows {first}.{rest}{collinear}"
+        return f"The residual follows {first.figures}: {first.reading}.{rest}{collinear}"
 
     def _without_signal(self) -> str:
         known = self.autocorrelation

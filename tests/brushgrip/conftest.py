@@ -133,5 +133,5 @@ def tracks() -> list[FrictionTrack]:
             reference=1.3 if name == "held_c" else None,
         )
         for name in ("held_c", "held_d")
-        for label in ("EKF, declared model", "EKF, model found", "MHE, model found")
+        for label in ("EKF, assumed model", "EKF, model found", "MHE, model found")
     ]

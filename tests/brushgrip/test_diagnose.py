@@ -104,8 +104,8 @@ def test_writes_everything(diagnose: Diagnose, asked: list[Any], tmp_path: Path)
     )
     for words in (
         *(
-            "misses compliance and contact shape (carcass",
-            "declared",
+            "lacks compliance and contact shape (carcass",
+            "assumed",
             "391.2 ± 4.2 N m/rad",
             "patch width",
         ),
@@ -308,7 +308,7 @@ class TestDemo:
         assert outcome is not None
         tracks = outcome.tracks
 
-        labels = ["EKF, declared model", "EKF, model found", "MHE, model found"]
+        labels = ["EKF, assumed model", "EKF, model found", "MHE, model found"]
         assert [track.label for track in tracks] == labels
         assert outcome.compared == tracks
         assert {track.reference for track in tracks} == {1.3}

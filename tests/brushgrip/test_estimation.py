@@ -163,10 +163,10 @@ def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recordi
         nis=np.ones(n),
         status=status,
     )
-    track = friction_track(ObserverName.EKF, recording, estimates, "declared model")
+    track = friction_track(ObserverName.EKF, recording, estimates, "assumed model")
 
     np.testing.assert_array_equal(track.changes, recording.t[[12, 40]])
-    assert (track.name, track.label, track.reference) == ("run", "EKF, declared model", 1.2)
+    assert (track.name, track.label, track.reference) == ("run", "EKF, assumed model", 1.2)
     assert track.reference_label == "declared μ"
     # What an observer does not state is its mu.
     assert (track.mu[0], track.mu[1], track.mu_std[1]) == (1.0, 0.9, 0.3)

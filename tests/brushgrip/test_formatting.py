@@ -85,7 +85,7 @@ def test_listed() -> None:
 
 
 FOUND = (
-    "The declared model misses compliance and contact shape (carcass torsion) and sensor and steering"
+    "The assumed model lacks compliance and contact shape (carcass torsion) and sensor and steering"
     " (torque offset); 1.20 % of range stay unexplained: validation error 4.30 % → 2.37 %"
 )
 
@@ -96,10 +96,10 @@ FOUND = (
         ({}, FOUND),
         ({"holdout": ()}, "left-out error 4.05 %"),
         ({"training": ("train_a",), "holdout": ()}, "training error 4.00 %"),
-        ({"found": False, "unexplained": False}, "misses nothing"),
+        ({"found": False, "unexplained": False}, "lacks nothing"),
         (
             {"found": False},
-            "No known effect explains what the declared model misses: validation error 4.30 %",
+            "No known effect explains what the assumed model lacks: validation error 4.30 %",
         ),
     ],
 )
@@ -125,7 +125,7 @@ def test_outcomes_of_candidates() -> None:
     ("name", "bic", "reason"),
     [
         ("carcass_torsion", -400.0, "added, no. 1"),
-        ("torque_offset", 0.3, "added, no. 2; beside those added before it its ΔBIC is −55.1"),
+        ("torque_offset", 0.3, "added, no. 2; useless alone, ΔBIC −55.1 beside those before it"),
         ("iwan", -300.0, "no clear gain beside what was added"),
         ("pressure_shape", -300.0, "the same mechanism as carcass torsion; no clear gain beside it"),
         ("stribeck", 4.0, "alone not worth its parameters"),
@@ -290,9 +290,15 @@ def found_model(training: int, holdout: int, **grades: str) -> FoundModel:
     [
         (
             found_model(1, 0, carcass_torsion="weak", torque_offset="strong"),
-            "carcass torsion (weak), k = 2.4·10⁶ N/m² and the model's error, 3.00 % of the torque; not"
-            " torque offset, which belongs to a recording. It stands on 1 recording, nothing judged it;"
-            " 1 of 2 effects may be chance or stand in for another",
+            "carcass torsion (weak), k = 2.4·10⁶ N/m² and the model's error, 3.00 % of the torque of"
+            " full slide; not torque offset, which belongs to a recording. It stands on 1 recording,"
+            " nothing judged it; 1 of 2 effects are weak or stand-ins",
+        ),
+        (
+            replace(
+                found_model(1, 0), error=ModelError(spread=0.03, correlation_time=1.0, relative=0.04)
+            ),
+            "the model's error, 4.00 % of half the torque range",
         ),
         (found_model(2, 0), "It stands on 2 recordings, each left out in turn judged it"),
         (found_model(4, 3), "It stands on 4 recordings, 3 validation recordings judged it"),

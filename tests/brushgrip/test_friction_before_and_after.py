@@ -21,6 +21,7 @@ from brushgrip.report.friction_summary import (
     widest_causes,
 )
 from brushgrip.report.plain_summary import (
+    at_speed,
     friction_and_notes,
     friction_statements,
     next_step,
@@ -33,7 +34,6 @@ from brushgrip.report.scope import (
     notes_beside,
     reservation,
     simulated_warning,
-    validity,
 )
 from brushgrip.report.tables import friction_by_ground
 from identification import Curve, FoundFamily, FoundModel
@@ -74,15 +74,17 @@ def test_the_spread_of_a_ground_is_that_of_all_its_recordings() -> None:
 
 def test_friction_is_that_of_the_last_usable_sample() -> None:
     judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
-    rows = {name: cells for name, *cells in friction_by_ground(judged).rows}
+    diagnosis = make_diagnosis(("a", "b", "d"), ("c",))
+    rows = {name: cells for name, *cells in friction_by_ground(judged, diagnosis).rows}
+    load = f"{np.median(diagnosis.series[0].F_N):.0f}"
 
-    assert rows["a"] == ["ice", "1.20 ± 0.10", "55 % of the samples, the last one too"]
+    assert rows["a"] == ["ice", load, "1.20 ± 0.10", "from 5.0 s to the end"]
     assert rows["b"] == [
-        "ice", "1.10 ± 0.10",
-        "27 % of the samples, until 7.0 of 10.0 s: the model does not explain the torque",
+        "ice", load, "1.10 ± 0.10",
+        "from 5.0 s to 7.0 of 10.0 s; then the model does not explain the torque",
     ]  # fmt: skip
-    assert rows["c"] == ["ice", "–", "never: it has not slid enough to tell"]
-    assert rows["d"][2] == "never: the deviation of mu is too large to act on"
+    assert rows["c"] == ["ice", load, "–", "never: it has not slid enough to tell"]
+    assert rows["d"][3] == "never: the deviation of mu is too large to act on"
     moved = replace(TRACKS[1], changes=np.array([7.5]))
     assert (moved.last_usable, last_usable_friction(moved)) == (None, "–")
     assert usable_until(moved).startswith("27 %, but not since a new ground was noticed at 7.5 s: ")
@@ -96,16 +98,16 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
     assert widest_causes(judged).startswith(
         "The ± of a recording comes from (shares of the variance): how well the load is known, 64 %; how"
-        " well the lengths of contact and caster are known, 36 %. All recordings share the errors of"
+        " well the lengths of contact and caster are known, 36 %. All recordings share the errors"
     )
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
-    assert "is 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice, from 4 recordings" in text
+    assert "is 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice; from 4 recordings" in text
     assert "the ± holds the true value in 95 of 100 cases. " in text
     assert "9.00" not in text
     assert "Not for driving speed" in text
-    assert "Not known: friction in c and d; friction at the end of b, whose last value" in text
-    assert "what makes the 1.20 % of range that no known effect explains; next: record c" in text
+    assert "Not known: friction in c and d; friction in b after 7.0 s; next: record c" in text
+    assert "something unknown (1.20 % of range). Not known" in text
     assert len(re.findall(r"[^.]\. [A-Z]", text)) == 5
     assert text.endswith(
         "next: record c and d again, turning to and fro until the wheel slides both ways."
@@ -115,7 +117,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert friction_statements(judged) == []
     unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
     text = paragraph_to_send(make_diagnosis(("d",), ("c",)), unknown)
-    assert "between tyre and ground is not known on ice, from 4 recordings. " in text
+    assert "between tyre and ground is not known on ice; from 4 recordings. " in text
     assert "so is the ±" not in text
     assert "95 of 100" not in text
     assert [value for value, _ in friction_statements(unknown)] == ["ice: friction not known"]
@@ -135,10 +137,12 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert value == f"ice: friction 1.20 ± {half:.2f}"
     within = "in 95 of 100 further recordings of this kind on this ground"
     low, high = 1.2 - round(half, 2), 1.2 + round(half, 2)
-    assert ends == f"between {low:.2f} and {high:.2f} {within}; from 3 recordings"
+    assert ends == (
+        f"between {low:.2f} and {high:.2f} {within}; its 3 recordings gave 1.10 to 1.30, b up to 7.0 s"
+    )
     assert others == []
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
-    assert f"is 1.20 ± {half:.2f} on ice (from 3 recordings); not known, from 4" in text
+    assert f"is 1.20 ± {half:.2f} on ice; not known; from 4" in text
     assert (
         f"the ± holds {within}, and the true value where a recording is named in 95 of 100 cases. "
         in text
@@ -159,8 +163,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     text = paragraph_to_send(graded, replace(make_outcome("c"), tracks=TRACKS))
 
     assert (
-        "lacks two things: (1) the tyre's body yields, or its pressure is spread otherwise (one of"
-        " these, not known which); (2) sensor and steering add to the torque (may be chance). " in text
+        "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise (one of"
+        " these, not known which); (2) the torque channel has a zero error (may be chance); (3)" in text
     )
     assert "which of carcass torsion" not in text
     drift = replace(torsion, grade="ambiguous", indistinguishable_from=("friction_drift",))
@@ -168,8 +172,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
         replace(graded, effects=(drift,)), replace(make_outcome("c"), tracks=TRACKS)
     )
     assert (
-        "lacks one thing: the tyre's body yields, or its pressure is spread otherwise or friction"
-        " changes with time or with the angle turned (one of these, not known which). " in other
+        "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise or friction"
+        " changes with time or with the angle turned (one of these, not known which); (2) some" in other
     )
     assert "which of carcass torsion or friction drift it is" in other
     assert "whether the weak signs of torque offset are chance" in text
@@ -207,21 +211,21 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
     assert "next: fit a recording of each ground (with --holdout, leave that out), which settles" in text
     assert "whether torque offset is there, as only the fitted recordings demand it" in text
     assert "chance" not in text
-    assert "add to the torque (not confirmed). " in text
+    assert "has a zero error (not confirmed). " in text
 
 
 def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
-    old = tuple(replace(track, label=EKF_DECLARED, usable_share=0.1) for track in TRACKS[:2])
+    old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
     assert benefit(make_diagnosis(), outcome) == (
-        "With the assumed model friction is usable 10 % of the time, then to ± 0.10; with the model"
-        " found 27 to 55 % of the time, then to ± 0.10."
+        "Recordings with a friction to rely on: by the assumed model 2 of 2 (± 0.10), by the model found"
+        " 2 of 2 (± 0.10)."
     )
-    never = replace(old[1], usable_share=0.0, usable=np.zeros(11, dtype=bool))
-    once = replace(outcome, tracks=(old[0], never, *TRACKS[:2]))
-    assert "is usable 10 % of the time (in 1 of 2 recordings never), then to ±" in benefit(
-        make_diagnosis(), once
-    )
+    never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
+    once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
+    assert "assumed model 1 of 2 (± 0.10), by" in benefit(make_diagnosis(), once)
+    none = replace(outcome, tracks=(*never, *TRACKS[:2]))
+    assert "assumed model 0 of 2, by" in benefit(make_diagnosis(), none)
     assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
     assert benefit(make_diagnosis(found=False), outcome) == ""
 
@@ -231,8 +235,9 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     diagnosis = replace(make_diagnosis(), notes=(note, "c got worse"))
 
     assert reservation(diagnosis) == (
-        "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e ± 2 mm, load ± 2 %,"
-        " stiffness k ± 20 %. If that or the model is wrong, so is the ±."
+        "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e (kingpin to"
+        " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 %. If that or the model is wrong,"
+        " so is the ±."
     )
     text = paragraph_to_send(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
     assert reservation(diagnosis) in text
@@ -243,17 +248,18 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
 
 def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:
     outcome = replace(make_outcome("c"), slide_speed=0.00182)
-    assert "friction is stated at a sliding speed of about 1.8 mm/s" in validity(
-        make_diagnosis(), outcome
-    )
-    assert "sliding speed" not in validity(make_diagnosis())
+    text = paragraph_to_send(make_diagnosis(), outcome)
+    assert text.startswith("Friction between tyre and ground at 1.8 mm/s sliding is ")
+    assert at_speed(outcome) == " at 1.8 mm/s sliding"
+    assert at_speed(make_outcome("c")) == ""
 
 
 @pytest.mark.parametrize(
     ("friction", "told"),
     [
-        ([1.0, 1.1, 1.2], "friction rises by about 10 % each time sliding is ten times as fast"),
-        ([1.2, 1.1, 1.0], "friction falls by about 9 % each time sliding is ten times as fast"),
+        ([1.0, 1.1, 1.2], "friction rises by 0.10 for each tenfold sliding speed"),
+        ([1.2, 1.1, 1.0], "friction falls by 0.10 for each tenfold sliding speed"),
+        ([1.0, 1.001, 1.002], "friction rises by less than 0.01 for each tenfold sliding speed"),
         ([1.0, 1.0, 1.2], "friction rises with the speed of sliding"),
         ([1.0, 1.3, 1.2], "friction changes with the speed of sliding"),
         ([1.0, 1.0, 1.0], "friction changes with the speed of sliding"),
@@ -274,11 +280,12 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
 
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(found,))) == (
-        f"The assumed tyre model lacks one thing: {told} (clear)."
+        f"The assumed tyre model leaves out: (1) {told} (clear); (2) something unknown (1.20 % of"
+        " range)."
     )
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")
-    assert missing_effects(replace(diagnosis, effects=(open_one,))).endswith("(how much of it is open).")
+    assert "(how much of it is open); (2)" in missing_effects(replace(diagnosis, effects=(open_one,)))
 
 
 def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
@@ -293,7 +300,7 @@ def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
         f"± {np.hypot(between, own):.2f} to ± {np.hypot(between, np.sqrt(0.11) * own):.2f} at best; no"
     )
     assert f"which brings {text}" in next_step(nothing, outcome)
-    assert "That of a ground also covers how recordings differ" in widest_causes(outcome)
+    assert "The ± of a ground also covers how its recordings differ." in widest_causes(outcome)
     two = replace(outcome, grounds={"ice": ("a", "b", "c"), "snow": ()})
     assert "at best" not in next_step(nothing, two)
 

@@ -68,26 +68,26 @@ def test_what_refitting_hides_is_said(error: float | None, said: bool) -> None:
         after = replace(diagnosis.after, nrmse={"a": 0.02, "b": 0.02, "c": 0.0231})
         after = replace(after, unrefitted={} if error is None else {"c": error})
         line = headline(replace(diagnosis, after=after))
-        assert ("2.31 % of range, but" in line and "with nothing refitted: there" in line) is said
+        assert ("2.31 % of range, but" in line and "with nothing adjusted: there" in line) is said
         exact = replace(after, nrmse={"a": 0.0, "b": 0.0, "c": 1e-5}, unrefitted={"c": 1e-3})
-        assert "nothing refitted" not in headline(replace(diagnosis, after=exact)), "below what counts"
+        assert "nothing adjusted" not in headline(replace(diagnosis, after=exact)), "below what counts"
 
 
 def test_only_clear_effects_are_said_to_be_missing() -> None:
     diagnosis, explained = make_diagnosis(), make_diagnosis(unexplained=False)
     assert headline(graded(explained, "strong", "weak")).startswith(
-        "The declared model misses compliance and contact shape (carcass torsion); there are weak signs"
+        "The assumed model lacks compliance and contact shape (carcass torsion); there are weak signs"
         " of torque offset: validation"
     )
     weak = headline(graded(explained, "weak", "weak"))
     assert weak.startswith("There are only weak signs of carcass torsion and torque offset: ")
-    assert "misses" not in weak
+    assert "lacks" not in weak
     assert headline(graded(diagnosis, "ambiguous", "strong")).startswith(
-        "The declared model misses compliance and contact shape (carcass torsion, or patch width) and"
+        "The assumed model lacks compliance and contact shape (carcass torsion, or patch width) and"
         " sensor and steering (torque offset); 1.20 % of range stay unexplained: "
     )
     assert headline(graded(explained, "stands_in", "stands_in")).startswith(
-        "Carcass torsion and torque offset stand in for something unknown: "
+        "Carcass torsion and torque offset are stand-ins: "
     )
 
 
@@ -127,33 +127,36 @@ def test_what_is_unexplained_goes_first_where_it_is_the_larger(
 @pytest.mark.parametrize(
     ("grade", "words"),
     [
-        ("strong", "falls by 1.4 standard errors, and no other effect"),
-        ("weak", "falls by 1.4 standard errors of the 3 asked for"),
+        ("strong", "not chance (1.4 standard errors), and no other effect"),
+        ("weak", "may be chance (a gain of 1.4 standard errors; 3 of each are asked for)"),
         ("ambiguous", "but patch width would explain as much"),
-        ("stands_in", "ends where its range does"),
+        ("stands_in", "removes less error than remains unexplained"),
     ],
 )
 def test_every_grade_is_explained(grade: Grade, words: str) -> None:
     effect = graded(make_diagnosis(), grade, "weak", errors=1.4).effects[0]
     assert words in explained_grade(effect)
+    if grade == "stands_in":
+        assert "at the allowed limit" in explained_grade(replace(effect, at_bound=True))
 
 
 def test_a_weak_effect_says_what_it_lacks() -> None:
     effect = graded(make_diagnosis(), "weak", "weak", errors=2.07).effects[0]
     clear, near = (explained_grade(replace(effect, deviations=off)) for off in (359.0, 1.2))
 
-    assert clear.startswith(
-        "The error falls by 2.1 standard errors of the 3 asked for; its parameter is"
+    assert clear.startswith("The fitted recordings demand it (a parameter 359.0 σ from no effect)")
+    assert "do not confirm it (a gain of 2.1 standard errors; 3 are asked for): fit" in clear
+    assert near == (
+        "It may be chance (a gain of 2.1 standard errors and a parameter 1.2 σ from no effect; 3 of each"
+        " are asked for)."
     )
-    assert "359.0 σ from no effect at all: the recordings that were fitted demand it" in clear
-    assert "1.2 σ from no effect at all, of 3: it may be chance" in near
 
 
 def test_an_effect_of_no_family_goes_by_its_name() -> None:
     diagnosis = graded(make_diagnosis(), "ambiguous", "weak")
     alone = tuple(replace(effect, family=effect.name) for effect in diagnosis.effects)
     assert headline(replace(diagnosis, effects=alone)).startswith(
-        "The declared model misses carcass torsion (or patch width); "
+        "The assumed model lacks carcass torsion (or patch width); "
     )
 
 
@@ -167,7 +170,7 @@ def test_an_effect_of_the_model_is_no_rival_of_another_one() -> None:
     shared = replace(diagnosis.effects[0], indistinguishable_from=(), experiment=None)
     diagnosis = replace(diagnosis, effects=(shared, diagnosis.effects[1]))
     assert headline(diagnosis).startswith(
-        "The declared model misses compliance and contact shape (carcass torsion) and sensor and"
+        "The assumed model lacks compliance and contact shape (carcass torsion) and sensor and"
     )
     assert explained_grade(shared).endswith(
         "another effect that the model has too would explain as much alone."
@@ -175,19 +178,16 @@ def test_an_effect_of_the_model_is_no_rival_of_another_one() -> None:
 
 
 def test_parameters_have_plain_names() -> None:
-    assert plain_parameter("carcass_torsion.k_t") == "carcass torsion: k_t"
-    assert plain_parameter("torque_offset.M_0 [fem1]") == "torque offset: M_0, fem1"
-    assert plain_parameter("mu [fem1]") == "μ of the model's own law, fem1"
-    assert plain_parameter("k") == "bristle stiffness k"
-    assert plain_parameter("a [fem1]") == "half-length a, fem1"
-    assert plain_parameter("e [fem1]") == "caster e, fem1"
+    assert plain_parameter("carcass_torsion.k_t") == ("carcass torsion: k_t", "")
+    assert plain_parameter("torque_offset.M_0 [fem1]") == ("torque offset: M_0", "fem1")
+    assert plain_parameter("mu [fem1]") == ("internal coefficient μ, not to be quoted", "fem1")
+    assert plain_parameter("k") == ("tread stiffness k", "")
+    assert plain_parameter("a [fem1]") == ("half-length a", "fem1")
+    assert plain_parameter("e [fem1]") == ("caster e", "fem1")
 
 
 @pytest.mark.parametrize(("of_car", "expected"), [(True, {"first", "last"}), (False, {"last"})])
-def test_what_a_placeholder_of_a_car_explains_is_unknown_too(
-    of_car: bool, expected: set[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(found_effects, "effects_at_bounds", lambda _: [])
+def test_what_a_stand_in_of_a_car_explains_is_unknown_too(of_car: bool, expected: set[str]) -> None:
     effects = [SimpleNamespace(name=name) for name in ("large", "first", "last")]
     # Shares of the range; what is left has 0.75 % of structure.
     errors = np.sqrt(1e-6 * np.array([1000.0, 150.0, 80.0, 50.0]))
@@ -198,4 +198,4 @@ def test_what_a_placeholder_of_a_car_explains_is_unknown_too(
     ]
     left = SimpleNamespace(present=True, structured=0.0075)
 
-    assert found_effects._stand_ins(steps, None, left, of_car=of_car) == expected  # type: ignore[arg-type]
+    assert found_effects._stand_ins(steps, set(), left, of_car=of_car) == expected  # type: ignore[arg-type]

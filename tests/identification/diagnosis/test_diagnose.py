@@ -81,7 +81,7 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     (effect,) = content["effects"]
     keys = {
         *("name", "parameters", "holdout_nrmse_after", "delta_bic", "indistinguishable_from"),
-        *("experiment", "scope", "grade", "standard_errors", "deviations", "family"),
+        *("experiment", "scope", "grade", "standard_errors", "deviations", "family", "at_bound"),
     }
     assert set(effect) == keys
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}

@@ -55,8 +55,8 @@ def test_every_recording_that_got_worse(fitted: Fit) -> None:
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
-        ("contact_length.n", 1.0, "contact_length: n is at the end of its range, 1;"),
-        ("sensor_delay.delay", 0.15, "sensor_delay: delay is at the end of its range, 0.15 s;"),
+        ("contact_length.n", 1.0, "contact_length: n is at the end of its range, 1, so"),
+        ("sensor_delay.delay", 0.15, "sensor_delay: delay is at the end of its range, 0.15 s, so"),
     ],
 )
 def test_parameter_at_its_bound(fitted: Fit, name: str, value: float, said: str) -> None:

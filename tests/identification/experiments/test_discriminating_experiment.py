@@ -131,7 +131,7 @@ def test_says_what_to_do(proposed: Proposal) -> None:
     assert proposed.now < proposed.separation
     assert proposed.sentence.startswith(proposed.manoeuvre.instruction)
     assert "stribeck and rate friction then differ by" in proposed.sentence
-    assert f"{proposed.separation:.2%} of range (now {proposed.now:.2%})" in proposed.sentence
+    assert f"{proposed.separation:.2%} of range, with all recordings" in proposed.sentence
 
 
 def test_the_rival_is_refitted_to_everything(ambiguous: Ambiguous, proposed: Proposal) -> None:

@@ -96,5 +96,5 @@ def test_they_do_what_they_say(library: tuple[Manoeuvre, ...]) -> None:
     assert size[growing.t < 3].max() < 0.1 * size.max()
     about = the(library, "oscillate by", "8 times")
     assert len(reversals(about.psi)) >= 3 * (2 * 8 - 1)
-    unsteady = the(library, "sweep between -0.30 and 0.40 rad at 0.3 rad/s, load")
+    unsteady = the(library, "sweep between −0.30 and 0.40 rad at 0.3 rad/s, load")
     np.testing.assert_array_equal(unsteady.F_N, 400.0)
