@@ -206,6 +206,75 @@ def test_hostile_frames_are_not_used(can_bus: tuple[CanSource, Bus]) -> None:
     assert rows[1]["M_z"] == 1.0
 
 
+MULTIPLEXED = """VERSION ""
+NS_ :
+BS_:
+BU_: rig
+BO_ 291 Wheel: 3 rig
+ SG_ Which M : 0|8@1+ (1,0) [0|2] "" rig
+ SG_ Angle m0 : 8|16@1- (0.0001,0) [-3|3] "rad" rig
+ SG_ Mz m1 : 8|16@1- (0.001,0) [-30|30] "Nm" rig
+ SG_ Load m2 : 8|16@1+ (1,0) [0|10000] "N" rig
+"""
+
+
+def test_multiplexed_signals_of_a_message_make_a_sample(tmp_path: Path) -> None:
+    pytest.importorskip("cantools", reason="needs brushgrip[live]")
+    (tmp_path / "rig.dbc").write_text(MULTIPLEXED)
+    bus = Bus("multiplexed")
+    source = CanSource(
+        "virtual", "multiplexed", tmp_path / "rig.dbc", columns("psi=Angle,M_z=Mz,F_N=Load")
+    )
+    for at in range(3):
+        for which, value in ((2, 400 + at), (0, 1000 * at), (1, -500 * at)):
+            data = bytes([which]) + (value % 65536).to_bytes(2, "little")
+            bus.send(291, data, 1 + 0.01 * at + 0.001 * which)
+    rows = read_all(source, 3)
+    source.close()
+    bus.bus.shutdown()
+
+    assert [(row["F_N"], row["M_z"]) for row in rows] == [(400.0, 0.0), (401.0, -0.5), (402.0, -1.0)]
+    np.testing.assert_allclose([row["psi"] for row in rows], [0.0, 0.1, 0.2], rtol=1e-15)
+
+
+APART = DBC.replace(
+    "BO_ 292", 'BO_ 293 Motion2: 2 rig\n SG_ Angle2 : 0|16@1- (0.01,0) [0|0] "deg" rig\nBO_ 292'
+)
+
+
+def test_a_load_that_comes_no_more_takes_the_torque_with_it(tmp_path: Path) -> None:
+    pytest.importorskip("cantools", reason="needs brushgrip[live]")
+    (tmp_path / "rig.dbc").write_text(APART)
+    bus = Bus("silent")
+    source = CanSource(
+        "virtual", "silent", tmp_path / "rig.dbc", columns("psi=Angle2,M_z=Torque.Mz,F_N=Load")
+    )
+
+    def sample(t: float) -> None:
+        bus.send(293, b"\1\0", t)
+        bus.torque(-1.0, t + 0.001)
+
+    for at in range(30):
+        if at % 3 == 0:
+            bus.motion(0.0, 500, 1 + 0.1 * at)
+        sample(1 + 0.1 * at)
+    rows = read_all(source, 30)
+    assert {(row["M_z"], row["F_N"]) for row in rows} == {(-1.0, 500.0)}
+    for t in (5.6, 5.8):
+        sample(t)
+    kept, silent = read_all(source, 2)
+    assert (kept["M_z"], kept["F_N"]) == (-1.0, 500.0)
+    assert (source.refused, source.fault) == (1, "F_N came no more")
+    assert math.isnan(silent["M_z"])
+    assert math.isnan(silent["F_N"])
+    bus.motion(0.0, 501, 6.0)
+    sample(6.0)
+    (again,) = read_all(source, 1)
+    source.close()
+    bus.bus.shutdown()
+    assert (again["M_z"], again["F_N"]) == (-1.0, 501.0)
+
+
 def test_a_bus_that_is_not_there_and_a_database_that_lacks_a_signal(tmp_path: Path) -> None:
     pytest.importorskip("can", reason="needs brushgrip[live]")
     (tmp_path / "rig.dbc").write_text(DBC)
