@@ -7,8 +7,7 @@ mu, even in its logarithm, the worst or the mean counts.
 
 The paths are a family that does not depend on the limits. A path counts up to where it exceeds one of
 them, so that a wider limit only adds to what may be chosen: it never makes the plan worse. The best of
-the family is found by trying all that may still be better: what is sought is the first sample at which
-no flag stands, and a gradient says nothing of that.
+the family is found by trying all that may still be better, as a flag has no gradient.
 """
 
 from collections.abc import Sequence
@@ -226,20 +225,20 @@ class _Search:
         return path.travel if self.objective == "travel" else path.t
 
     def best(self) -> Plan:
-        """The plan of the best path, cut where the last ground is known."""
+        """The plan of the best path, cut where the last ground is known, or the torque is too great."""
         path = self.path(self.found)
         whole = [self.forecaster.whole(path, case, self.F_N) for case in self.cases]
         reached = [one.reached(self.target, self.limits.torque) for one in whole]
-        known = [at for at in reached if at is not None]
-        end = max(known) + 1 if len(known) == len(whole) else path.psi.size
+        end = max((at + 1 for at in reached if at is not None), default=1)
+        if None in reached:
+            end = max(end, min(one.allowed(self.limits.torque) for one in whole))
         reasons = [
-            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one)}"
+            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one.upto(end))}"
             for mu, one, at in zip(self.mus, whole, reached, strict=True)
             if at is None
         ]
-        path = path.upto(end)
         return Plan(
-            path=path, target=self.target, mus=self.mus, reached=tuple(reached),
+            path=path.upto(end), target=self.target, mus=self.mus, reached=tuple(reached),
             forecasts=tuple(one.upto(end) for one in whole), reasons=tuple(reasons),
         )  # fmt: skip
 
@@ -249,6 +248,8 @@ class _Search:
         known = "never usable on the best path"
         if at is not None:
             known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
+        if (allowed := forecast.allowed(self.limits.torque)) < forecast.torque.size:
+            known = f"{known}, beyond the limit of the torque from {path.t[allowed]:.3g} s on"
         if self.reached_with(mu):
             return f"{known}; another path reaches it: plan for this friction alone"
         wider = [
