@@ -19,7 +19,7 @@ from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator
 from brushgrip.live.session_state import State, friction_of
 from brushgrip.live.sources import WAIT, Source
-from brushgrip.live.timestamps import TimestampFilter
+from brushgrip.live.timestamps import TimestampFilter, arrival
 from brushgrip.wording.friction import with_95_band
 from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
@@ -123,7 +123,7 @@ class Session:
 
     def state(self) -> State:
         """How the session stands now."""
-        estimate, age = self._newest, time.monotonic() - self._came
+        estimate, age = self._newest, arrival() - self._came
         recorder = self._recorder
         counts = {**self._counts, "late": self._clock.late, "wrong time": self._clock.wrong}
         return State(
@@ -185,7 +185,7 @@ class Session:
                     return
             room = MAX_QUEUED_SAMPLES - len(self._waiting)
             self._counts["lost"] += max(len(rows) - room, 0)
-            self._waiting.extend(zip(repeat(time.monotonic()), rows[:room], strict=False))
+            self._waiting.extend(zip(repeat(arrival()), rows[:room], strict=False))
             if rows:
                 self._arrived.set()
 

@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from brushgrip.live.mapped_columns import Columns, Row
+from brushgrip.live.timestamps import arrival
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of
 from identification.reading.table import Table
 
@@ -150,7 +151,7 @@ class _TextSource:
         for line in lines:
             try:
                 if values := self._values_of(line.decode()):
-                    rows.append({"t": time.monotonic(), **self._columns(values)})
+                    rows.append({"t": arrival(), **self._columns(values)})
             except ValueError as error:  # Also of letters, and of columns that are missing.
                 self.refused, self.fault = self.refused + 1, str(error)
         return rows

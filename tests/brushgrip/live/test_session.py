@@ -12,7 +12,7 @@ from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
 from brushgrip.live.session_state import line_of, usability_of
-from brushgrip.live.timestamps import TimestampFilter
+from brushgrip.live.timestamps import TimestampFilter, arrival
 from observers import Ekf, Status
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Model, Rig
@@ -220,9 +220,9 @@ def test_an_old_estimate_is_not_usable(monkeypatch: pytest.MonkeyPatch) -> None:
         mu=1.0, mu_std=0.01, M_z_predicted=0.0, informed=True
     )
     done = session._came
-    monkeypatch.setattr("time.monotonic", lambda: done + 0.9 * OLD)
+    monkeypatch.setattr("brushgrip.live.session.arrival", lambda: done + 0.9 * OLD)
     assert session.state().usable
-    monkeypatch.setattr("time.monotonic", lambda: done + 1.1 * OLD)
+    monkeypatch.setattr("brushgrip.live.session.arrival", lambda: done + 1.1 * OLD)
     assert not session.state().usable
     assert session.state().status == "no sample for 1 s"
 
@@ -413,7 +413,7 @@ def test_between_torques_the_last_one_says_what_is_usable() -> None:
     usable = []
     for step in range(200):
         estimate = known if step % 10 == 0 and step < 100 else without
-        session._store([Point((0.01 * step,), 0.0, 1.0, estimate)], time.monotonic())
+        session._store([Point((0.01 * step,), 0.0, 1.0, estimate)], arrival())
         usable.append(session.state().usable)
 
     # Half a second after the last torque nothing is usable any more.
@@ -425,9 +425,7 @@ def test_a_flag_between_torques_is_told_at_once() -> None:
     session = session_of("udp:5005")
     known = replace(prior_estimate(OBSERVER), informed=True, status=Status.USED)
     for status in (Status.USED, Status.MISSING | Status.IMPLAUSIBLE):
-        session._store(
-            [Point((float(status),), 0.0, 1.0, replace(known, status=status))], time.monotonic()
-        )
+        session._store([Point((float(status),), 0.0, 1.0, replace(known, status=status))], arrival())
 
     assert not session.state().usable
 
@@ -442,7 +440,7 @@ def test_the_end_of_a_source_is_no_dead_sensor(tmp_path: Path) -> None:
     known = replace(
         prior_estimate(OBSERVER), informed=True, status=Status.USED, mu_eff=0.8, mu_eff_std=0.1
     )
-    session._store([Point((1.5,), 0.0, 1.0, known)], time.monotonic())
+    session._store([Point((1.5,), 0.0, 1.0, known)], arrival())
     assert (
         session.state().status == "the source has ended: friction was 0.80 ± 0.20 at 1.5 s, last usable"
     )

@@ -13,6 +13,7 @@ import pytest
 from brushgrip.live.bus import CanSource
 from brushgrip.live.mapped_columns import Columns
 from brushgrip.live.sources import MAX_LINE_LENGTH, LineParser, LineSource, Source, UdpSource
+from brushgrip.live.timestamps import arrival
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
 from tests.processes import wait_for
@@ -95,13 +96,24 @@ def test_datagrams(udp: tuple[UdpSource, socket.socket]) -> None:
     for datagram in (JSON_LINE, "\xff\xfe", "", "t,psi [deg],M_z,F_N\n0.6,90,-1,560\n0.7,x,1,2", "1,2"):
         sender.send(datagram.encode("latin-1"))
     sender.send(b'{"psi": 0.03, "M_z": -1, "F_N": 560}')
-    before = time.monotonic()
+    before = arrival()
     rows = read_all(source, 3)
 
     assert rows[0] == {"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560.0}
     assert rows[1] == {"t": 0.6, "psi": pytest.approx(math.pi / 2), "M_z": -1.0, "F_N": 560.0}
     assert rows[2]["t"] == pytest.approx(before, abs=5.0)
     assert source.refused == 3
+
+
+@pytest.mark.skipif(not hasattr(time, "CLOCK_BOOTTIME"), reason="a clock of Linux")
+def test_a_sample_without_a_time_has_that_of_a_clock_that_goes_on_in_sleep(
+    udp: tuple[UdpSource, socket.socket], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source, sender = udp
+    monkeypatch.setattr("time.clock_gettime", lambda clock: 3600.0 * (clock == time.CLOCK_BOOTTIME))
+    sender.send(b'{"psi": 0.02, "M_z": -0.7, "F_N": 560}')
+
+    assert [row["t"] for row in read_all(source, 1)] == [3600.0]
 
 
 def test_columns_by_a_map_and_what_is_missing() -> None:
