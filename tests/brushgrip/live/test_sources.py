@@ -64,6 +64,22 @@ def test_units_that_names_end_in_are_taken_and_said_once(caplog: pytest.LogCaptu
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("units", ["ms,deg,,kN", "[ms],[°],-,[kN]", "ms;deg;;kN"])
+def test_units_below_a_header_are_units(units: str) -> None:
+    delimiter = ";" if ";" in units else ","
+    parse, of = LineParser(), columns("t=Time,psi=Angle")
+    header, row = (line.replace(",", delimiter) for line in ("Time,Angle,M_z,F_N", "500,90,-1,0.56"))
+    for _ in range(2):
+        assert parse(header) is None
+        assert parse(units) is None
+        assert of(parse(row) or {}) == pytest.approx(
+            {"t": 0.5, "psi": math.pi / 2, "M_z": -1.0, "F_N": 560.0}
+        )
+    # Only there: elsewhere such a row is no number.
+    with pytest.raises(ValueError, match="a field is not a number"):
+        parse("ms,deg,,kN".replace(",", delimiter))
+
+
 def test_lines_of_json_and_csv_are_the_same_values() -> None:
     as_json, as_csv, german = LineParser(), LineParser(), LineParser()
     wanted = {"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560.0}
