@@ -5,7 +5,7 @@ from collections import deque
 from math import degrees
 from typing import Any
 
-from observers import Advice, Observer, Probe, Sample, SteeringLimits
+from observers import Advice, Observer, Probe, Sample, Status, SteeringLimits
 from observers.estimators.model_observer import ModelObserver
 from symbolic import InvalidInputError
 
@@ -54,6 +54,10 @@ class Adviser:
                 else:
                     sample, state = waiting.popleft()
                     advice = probe(sample, state)
+                    now = observer.estimate(state) if state is not None else advice.estimate
+                    if advice.finished and not now.usable and now.status != Status.MISSING:
+                        probe.reset()  # What was known is so no more, as on another ground.
+                        advice = probe(sample, state)
                     newest = waiting[-1][0] if waiting else sample
                     if own == self._generation:
                         self.text = advice_text(advice, newest.psi, self._target)

@@ -12,13 +12,16 @@ from identification.reading.formats.opening import import_library
 
 MAX_SKEW = 0.1
 """An angle and a torque of a bus that are further apart are no one sample [s]."""
+SILENCE, USUAL = 2.0, 5.0
+"""A signal that came again and again is silent after so long [s], and so many of its longest pauses."""
 
 
 class CanSource:
     """Signals of a bus. A sample is complete when its angle and its torque have both come anew.
 
-    The others have their newest values. The time is that of the frame that completes the sample; where
-    one of the two stays away for `MAX_SKEW` the sample lacks it.
+    The others have their newest values; where one of them falls silent, it is missing, and so is the
+    torque. The time is that of the frame that completes the sample; where angle or torque stays away
+    for `MAX_SKEW` the sample lacks it.
     """
 
     waits = False
@@ -41,6 +44,7 @@ class CanSource:
         )
         self._values = dict.fromkeys(found, np.nan)
         self._new: dict[str, float] = {}
+        self._came: dict[str, tuple[float, float]] = {}
         try:
             self._bus = can.Bus(interface=interface, channel=channel)
         except Exception as error:  # Every interface has errors of its own.
@@ -80,7 +84,11 @@ class CanSource:
             self.refused, self.fault = self.refused + 1, f"{message.name}: {error}"
             return
         for signal, column, factor in signals:
-            value = float(content.get(signal.name, np.nan))
+            if signal.name not in content:  # The multiplexer has another one in its place.
+                continue
+            last, pause = self._came.get(column, (now, 0.0))
+            self._came[column] = now, pause if self._is_silent(column, now) else max(pause, now - last)
+            value = float(content[signal.name])
             usable = bool(within_range(signal, np.array(value)))
             self._values[column] = value * factor if usable else np.nan
             if column in (self._angle, self._torque):
@@ -91,8 +99,15 @@ class CanSource:
     def _add(self, now: float, rows: list[Row]) -> None:
         both = (self._angle, self._torque)
         missing = {column: np.nan for column in both if column not in self._new}
+        if silent := [c for c in self._came if c not in both and self._is_silent(c, now)]:
+            missing |= dict.fromkeys((*silent, self._torque), np.nan)
+            self.refused, self.fault = self.refused + 1, f"{', '.join(silent)} came no more"
         rows.append({"t": now, **self._values, **missing})
         self._new.clear()
+
+    def _is_silent(self, column: str, now: float) -> bool:
+        last, pause = self._came.get(column, (now, 0.0))
+        return pause > 0 and now - last > max(SILENCE, USUAL * pause)
 
     def close(self) -> None:
         """Leave the bus."""

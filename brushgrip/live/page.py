@@ -37,6 +37,9 @@ STYLE = Path(__file__).with_name("page.css")
 TURNED = """:host { overflow: hidden }
 @media (prefers-color-scheme: dark) { :host { filter: invert(1) hue-rotate(180deg) } }"""
 """What is drawn for a white page, on a dark one."""
+CUT_OFF = '<span class="cut-off">not usable: this page is cut off</span>'
+"""In place of "usable" where the words are not replaced for a second, by an animation of the style: of
+what runs no more, or cannot be reached, nothing else would say so."""
 COLUMNS = (
     *("t", "mu", "low", "high", "usable_mu", "usable_low", "usable_high"),
     *("psi", "torque", "predicted"),
@@ -149,7 +152,7 @@ def friction_html(state: State, recorded_columns: tuple[str, ...]) -> str:
         f'<div class="now {usability_of(state).replace(" ", "-")}" {digits}>'
         "<p>friction μ_eff ± 95 % band</p>"
         f'<div class="mu">{value} <small>{sign}{within}</small></div>'
-        f'<div class="verdict">{usability_of(state)}</div>'
+        f'<div class="verdict"><span>{usability_of(state)}</span>{CUT_OFF}</div>'
         f'<p class="advice">{escape(state.advice)}</p>{small}</div>'
     )
 

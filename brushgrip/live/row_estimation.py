@@ -15,11 +15,16 @@ from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car import require_steering, to_mean_wheel
 from identification.reading.car_plausibility import rack_position_and_force, require_plausible_car
 from identification.reading.rack_derivatives import RackDifferentiator, RackInstant
+from identification.reading.signal_map import ANGLES, NO_MAP, SignalMap
 from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
+from identification.reading.yaw_rate import require_rate_of_angle
 from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car import HOLDING
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Vehicle
+
+MAX_RATES = 2_000
+"""Most samples of a rate that are held against the angle, which takes 20 ms."""
 
 
 class Point(NamedTuple):
@@ -109,9 +114,16 @@ class RowEstimator(ABC):
 class WheelRowEstimator(RowEstimator):
     """The wheel of a rig."""
 
-    def __init__(self, observer_of: Callable[[str], Observer], adviser: Adviser | None = None) -> None:
-        """Begin; `observer_of` gives the observer for a torque, M_z or M."""
+    def __init__(
+        self,
+        observer_of: Callable[[str], Observer],
+        adviser: Adviser | None = None,
+        where: str = "",
+        signals: SignalMap = NO_MAP,
+    ) -> None:
+        """Begin; `observer_of` gives the observer for a torque, M_z or M; messages name the source."""
         self._observer_of, self._adviser = observer_of, adviser
+        self._path, self._signals = Path(where), signals
         self._observers: dict[str, Observer] = {}
         self.reset()
 
@@ -119,6 +131,29 @@ class WheelRowEstimator(RowEstimator):
         """Begin anew, at rest at the next row with an angle and a load."""
         self.columns, self._stretch = (), None
         self._held: dict[str, float] = {}
+        self._refused = ""
+
+    def implausible(self, recorded: NDArray[np.float64], /) -> str:
+        """Why the rate is none of the angle; the observer itself suspects other units and signs.
+
+        Args:
+            recorded: samples, shape (n, columns).
+        """
+        if "psi_dot" in self.columns and not self._refused:
+            known = recorded[np.isfinite(recorded[:, [1, 4]]).all(axis=1)]
+            self._refused = self._refusal(known[:: len(known) // MAX_RATES + 1])
+        return self._refused
+
+    def _refusal(self, known: NDArray[np.float64]) -> str:
+        if len(known) < MIN_SAMPLES:
+            return ""
+        table = _table(self._path, self.columns, known)
+        table = replace(table, sources={c: self._signals.of(c) for c in ANGLES})
+        try:
+            require_rate_of_angle(table, *(table.columns[c] for c in ANGLES))
+        except InvalidInputError as error:
+            return str(error)
+        return ""
 
     def __call__(self, row: Row) -> list[Point]:
         """The points that are known with one more row; load and rate keep their last values."""
@@ -179,7 +214,8 @@ class CarStandstillEstimator(RowEstimator):
             if not any(isfinite(row.get(n, nan)) for n in OF_CAR[0]):
                 return []
             columns = ("t", *(n for n in CAR_COLUMNS if n in row))
-            require_steering(self._table(columns, np.array([[row[n] for n in columns]])), self._vehicle)
+            first = _table(self._path, columns, np.array([[row[n] for n in columns]]))
+            require_steering(first, self._vehicle)
             self.columns = columns
             if "speed" not in columns:
                 self._held["speed"] = 0.0
@@ -202,16 +238,10 @@ class CarStandstillEstimator(RowEstimator):
     def implausible(self, recorded: NDArray[np.float64], /) -> str:
         """Why the columns look like ones in other units or of other signs; empty where they do not."""
         try:
-            require_plausible_car(self._table(self.columns, recorded), self._vehicle)
+            require_plausible_car(_table(self._path, self.columns, recorded), self._vehicle)
         except InvalidInputError as error:
             return str(error)
         return ""
-
-    def _table(self, columns: Sequence[str], rows: NDArray[np.float64]) -> Table:
-        named = dict(zip(columns, rows.T, strict=True))
-        return Table(
-            path=self._path, columns=named, declared={}, faults=(), place=str, names=tuple(columns)
-        )
 
     def _wheel(self, recorded: tuple[float, ...], brakes: bool) -> tuple[float, float]:
         """Angle [rad] and torque [N m] of the mean wheel."""
@@ -239,3 +269,8 @@ class CarStandstillEstimator(RowEstimator):
         points = [Point(recorded, psi, nan, held) for recorded, psi, _ in self._waiting]
         self._waiting = []
         return points
+
+
+def _table(path: Path, columns: Sequence[str], rows: NDArray[np.float64]) -> Table:
+    named = dict(zip(columns, rows.T, strict=True))
+    return Table(path=path, columns=named, declared={}, faults=(), place=str, names=tuple(columns))

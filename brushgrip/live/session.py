@@ -6,6 +6,7 @@ from collections import Counter, deque
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
+from itertools import repeat
 from math import nan
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator
 from brushgrip.live.session_state import State, friction_of
 from brushgrip.live.sources import WAIT, Source
-from brushgrip.live.timestamps import TimestampFilter
+from brushgrip.live.timestamps import TimestampFilter, arrival
 from brushgrip.wording.friction import with_95_band
 from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
@@ -30,7 +31,7 @@ MAX_QUEUED_SAMPLES = 20_000
 AT_ONCE = 20
 """Samples between two looks at what else is to be done."""
 OLD = 0.5
-"""An estimate without a sample for so long is not usable any more [s]."""
+"""An estimate is not usable any more where its sample came so long ago [s]."""
 LOOKS = 1.0
 """Between looks at whether the columns are plausible [s]."""
 AGAIN = 1.0
@@ -70,12 +71,11 @@ class Session:
         self._recorder: Recorder | None = None
         self.recorded: list[Path] = []
         self._clock, self._counts = TimestampFilter(), Counter[str]()
-        self._waiting: deque[Row] = deque()
+        self._waiting: deque[tuple[float, Row]] = deque()
         self._arrived, self._stop = threading.Event(), threading.Event()
         self._threads: list[threading.Thread] = []
-        self._stretch, self._done = 0, -np.inf
-        self._looked, self._implausible = 0.0, ""
-        self._t, self._fault, self._ended = nan, "", False
+        self._stretch, self._done, self._came, self._looked = 0, -np.inf, -np.inf, 0.0
+        self._t, self._fault, self._implausible, self._ended = nan, "", "", False
         self._newest: Estimate | None = None
         self._measured, self._last_usable, self._estimating = -np.inf, "", False
 
@@ -119,14 +119,13 @@ class Session:
 
     def state(self) -> State:
         """How the session stands now."""
-        estimate, age = self._newest, time.monotonic() - self._done
+        estimate, age = self._newest, arrival() - self._came
         recorder = self._recorder
         counts = {**self._counts, "late": self._clock.late, "wrong time": self._clock.wrong}
-        usable = estimate is not None and estimate.usable and age < OLD and not self._implausible
         return State(
             t=self._t,
             estimate=estimate,
-            usable=usable,
+            usable=bool(estimate and estimate.usable and age < OLD and self.plausible),
             age=age,
             status=self._words(estimate, age),
             advice=self._adviser.text if self._adviser and age < OLD else "",
@@ -141,7 +140,8 @@ class Session:
             parts.append("the source has ended: " + (self._last_usable or "friction was never usable"))
         elif age >= OLD:
             none = "compiling the observer" if self._estimating else "no sample has come yet"
-            parts.append(none if estimate is None else f"no sample for {age:.0f} s")
+            old = f"{age:.1f} s behind the source" if self._waiting else f"no sample for {age:.0f} s"
+            parts.append(old if estimate else none)
         elif estimate is not None:
             parts += [estimate.remedy, *self.estimator.suspicions]
         return "; ".join(filter(None, parts))
@@ -181,7 +181,7 @@ class Session:
                     return
             room = MAX_QUEUED_SAMPLES - len(self._waiting)
             self._counts["lost"] += max(len(rows) - room, 0)
-            self._waiting.extend(rows[:room])
+            self._waiting.extend(zip(repeat(arrival()), rows[:room], strict=False))
             if rows:
                 self._arrived.set()
 
@@ -193,22 +193,21 @@ class Session:
                     self._arrived.wait(WAIT)
                     self._arrived.clear()
                 for _ in range(min(AT_ONCE, len(self._waiting))):
-                    self._take(self._waiting.popleft())
+                    self._take(*self._waiting.popleft())
                 self._follow_wish()
                 self._look_back()
-                state = self.state() if self._listeners else None
                 for listener in self._listeners:
-                    listener(state)  # type: ignore[arg-type]
+                    listener(self.state())
         except Exception as error:
             # Said on every page, and no estimate is usable any more.
-            self._fault, self._done, self._ended = f"stopped: {error}", -np.inf, True
+            self._fault, self._came, self._ended = f"stopped: {error}", -np.inf, True
             raise
         finally:
             self._end_recording()
             for listener in self._listeners:
                 listener(replace(self.state(), usable=False, ended=True))
 
-    def _take(self, row: Row) -> None:
+    def _take(self, came: float, row: Row) -> None:
         self._counts["samples"] += 1
         for timed in self._clock(row):
             if timed.begins:
@@ -216,7 +215,8 @@ class Session:
             wrong, self._estimating = out_of_range(timed.row), True
             self._counts["out of range"] += len(wrong)
             try:
-                self._store(self.estimator({**timed.row, **dict.fromkeys(wrong, nan)}))
+                if points := self.estimator({**timed.row, **dict.fromkeys(wrong, nan)}):
+                    self._store(points, came)
             except InvalidInputError as error:
                 self._counts["unreadable"] += 1
                 self._fault = str(error)
@@ -229,10 +229,8 @@ class Session:
         self._stretch, self._measured = self._stretch + 1, -np.inf
         self.estimator.reset()
 
-    def _store(self, points: list[Point]) -> None:
-        if not points:
-            return
-        begin, self._done = self.ring.end, time.monotonic()
+    def _store(self, points: list[Point], came: float) -> None:
+        begin, self._done, self._came = self.ring.end, time.monotonic(), came
         self.ring.append(points, self._stretch, self._done)
         for point in points:
             self._see(point)
@@ -255,11 +253,14 @@ class Session:
 
     def _look_back(self) -> None:
         """Now and then, see whether the columns are what they are taken for."""
-        if self._done < self._looked + LOOKS:
+        due = self._done >= self._looked + LOOKS or (self._ended and not self._waiting)
+        if not due or self._done <= self._looked:
             return
         self._looked = self._done
         points = self.ring.since(self.ring.end - MAX_QUEUED_SAMPLES, self._stretch)
         self._implausible = self.estimator.implausible(points.recorded[:, : len(self.estimator.columns)])
+        if not self.plausible:
+            self._counts["usable"], self._last_usable = 0, ""
 
     def _follow_wish(self) -> None:
         """Begin or end a recording where that is wanted."""

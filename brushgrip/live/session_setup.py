@@ -57,7 +57,7 @@ def follow(
     if found and (taken := found.ground_taken(ground)):
         say(taken)
     estimator = WheelRowEstimator(
-        lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser
+        lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser, where, inputs.signals
     )
     return open_source, estimator
 

@@ -16,7 +16,7 @@ class State:
         t: time of the newest sample [s].
         estimate: after it; None before any.
         usable: whether a controller may act on it now: usable, and not old.
-        age: since it was estimated [s].
+        age: since its sample came [s].
         status: what is wrong and what mends it; empty for nothing.
         advice: what to do next; empty for nothing.
         counts: samples by what became of them.

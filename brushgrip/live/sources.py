@@ -14,8 +14,10 @@ from typing import Protocol
 import numpy as np
 
 from brushgrip.live.mapped_columns import Columns, Row
+from brushgrip.live.timestamps import arrival
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of
 from identification.reading.table import Table
+from identification.reading.units import UNITS, is_unit, unit_of_name
 
 MAX_LINE_LENGTH = 10_000
 """Longest line that is read [letters]."""
@@ -24,11 +26,12 @@ MAX_NAMES = 200
 
 
 class LineParser:
-    """Turns lines into values by name; a header of CSV may come again at any time."""
+    """Turns lines into values by name; a header of CSV may come again, a row of units below it."""
 
     def __init__(self) -> None:
         """No header has been seen."""
         self._names: list[str] = []
+        self._after_header = False
         self._delimiter, self._number_of = ",", NumberParser(",")
 
     def __call__(self, line: str) -> dict[str, float] | None:
@@ -48,10 +51,17 @@ class LineParser:
         delimiter = self._delimiter if self._names else delimiter_of(line)
         fields = [field.strip() for field in next(csv.reader([line], delimiter=delimiter))]
         values = [self._number_of(field) for field in fields]
+        after_header, self._after_header = self._after_header, False
+        if after_header and len(fields) == len(self._names) and _are_units(fields):
+            self._names = [
+                name if unit_of_name(name) else f"{name} [{unit.strip('[]()')}]"
+                for name, unit in zip(self._names, fields, strict=True)
+            ]
+            return None
         if all(value is None for value in values):
             if len(set(fields)) != len(fields) or not 2 <= len(fields) <= MAX_NAMES:
                 raise ValueError(f"no header: it names a column twice, or {len(fields)} columns")
-            self._names = fields
+            self._names, self._after_header = fields, True
             self._delimiter, self._number_of = delimiter_of(line), NumberParser(delimiter_of(line))
             return None
         return self._named(values)
@@ -62,6 +72,12 @@ class LineParser:
         if None in values:
             raise ValueError("a field is not a number")
         return dict(zip(self._names, values, strict=True))  # type: ignore[arg-type]
+
+
+def _are_units(fields: Sequence[str]) -> bool:
+    """Whether a row below a header holds units of columns, and nothing else."""
+    units = [field for field in fields if any(is_unit(column, field) for column in UNITS)]
+    return bool(units) and {f.strip("[]()") for f in fields if f not in units} <= {"", "-"}
 
 
 def _object_of(line: str) -> dict[str, float]:
@@ -150,7 +166,7 @@ class _TextSource:
         for line in lines:
             try:
                 if values := self._values_of(line.decode()):
-                    rows.append({"t": time.monotonic(), **self._columns(values)})
+                    rows.append({"t": arrival(), **self._columns(values)})
             except ValueError as error:  # Also of letters, and of columns that are missing.
                 self.refused, self.fault = self.refused + 1, str(error)
         return rows

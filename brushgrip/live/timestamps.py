@@ -1,5 +1,6 @@
 """Times of a source in order: late samples left out, gaps and clocks set anew told from wrong times."""
 
+import time
 from math import isfinite
 from typing import NamedTuple
 
@@ -14,6 +15,12 @@ MAX_TIME = 1e12
 """Largest magnitude of a time [s]."""
 MAX_START_TIME = 1e6
 """Times that begin beyond it, as those since 1970, are counted from the first sample [s]."""
+
+
+def arrival() -> float:
+    """The time of a sample that comes now [s], by a clock that goes on while the machine sleeps."""
+    clock = getattr(time, "CLOCK_BOOTTIME", None)  # Linux alone has one
+    return time.monotonic() if clock is None else time.clock_gettime(clock)
 
 
 class Timed(NamedTuple):

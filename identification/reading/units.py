@@ -2,6 +2,8 @@
 
 import math
 import re
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +69,7 @@ _SIGNS = str.maketrans(
 
 def factor_of(column: str, unit: str) -> float | None:
     """The factor to SI of a unit such as `°` or `[Nm]`, 1 for none; None if the column has none such."""
-    bare = _bare(unit)
+    bare, *_ = _bare(unit).split(" since ")  # times of CF conventions are counted from an instant
     if bare in _NO_UNIT:
         return 1.0
     known = {name.replace(" ", ""): factor for name, factor in UNITS[column].items()}
@@ -102,6 +104,11 @@ def unit_of_name(name: str) -> str:
     """The unit that a heading such as `Angle [deg]` holds; empty for none."""
     found = _WITH_UNIT.fullmatch(name)
     return found[2].strip() if found else ""
+
+
+def stated_unit(attributes: Mapping[str, Any]) -> Any:
+    """What files say beside a channel under `unit` or `units`, however spelt; empty for nothing."""
+    return next((text for key, text in attributes.items() if key.lower() in ("unit", "units")), "")
 
 
 def bare_name(name: str) -> str:

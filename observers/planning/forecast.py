@@ -103,8 +103,12 @@ class Forecast:
 
     def deviations(self, most_torque: float) -> Array:
         """Deviations, infinite where they are not usable or the torque has been too great."""
-        allowed = np.maximum.accumulate(np.abs(self.torque)) <= most_torque
+        allowed = np.arange(self.torque.size) < self.allowed(most_torque)
         return np.where(self.usable & allowed, self.deviation, np.inf)
+
+    def allowed(self, most_torque: float) -> int:
+        """Number of samples until the torque is too great."""
+        return int(np.argmax(np.append(np.abs(self.torque) > most_torque, True)))
 
 
 class Forecaster:

@@ -7,8 +7,7 @@ mu, even in its logarithm, the worst or the mean counts.
 
 The paths are a family that does not depend on the limits. A path counts up to where it exceeds one of
 them, so that a wider limit only adds to what may be chosen: it never makes the plan worse. The best of
-the family is found by trying all that may still be better: what is sought is the first sample at which
-no flag stands, and a gradient says nothing of that.
+the family is found by trying all that may still be better, as a flag has no gradient.
 """
 
 from collections.abc import Sequence
@@ -115,10 +114,8 @@ def plan(
         InvalidInputError: a target, friction or load is out of range, or the limits leave no rate.
     """
     _check(target, mus, F_N)
-    if limits.time < MIN_SAMPLES * dt:
-        raise InvalidInputError(
-            f"limit time must be at least {MIN_SAMPLES * dt:g} s, got {limits.time:g}"
-        )
+    if limits.time < (least := MIN_SAMPLES * dt):
+        raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
     search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
     for swing in swings(limits, coarse=coarse):
         search.attempt(swing)
@@ -229,21 +226,22 @@ class _Search:
         return path.travel if self.objective == "travel" else path.t
 
     def best(self) -> Plan:
-        """The plan of the best path, cut soon after the last ground is known."""
+        """The plan of the best path, cut soon after the last ground is known, or where it must end."""
         path = self.path(self.found)
         whole = [self.forecaster.whole(path, case, self.F_N) for case in self.cases]
         reached = [one.reached(MARGIN * self.target, self.limits.torque) for one in whole]
-        known, end = [at for at in reached if at is not None], path.psi.size
-        if len(known) == len(whole):
-            end = int(np.searchsorted(path.travel, (1 + GOES_ON) * path.travel[max(known)])) + 1
+        last = max((at for at in reached if at is not None), default=0)
+        end = min(one.allowed(self.limits.torque) for one in whole)
+        if None not in reached:
+            end = min(end, int(np.searchsorted(path.travel, (1 + GOES_ON) * path.travel[last])) + 1)
+        end = max(last + 1, end)
         reasons = [
-            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one)}"
+            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one.upto(end))}"
             for mu, one, at in zip(self.mus, whole, reached, strict=True)
             if at is None
         ]
-        path = path.upto(end)
         return Plan(
-            path=path, target=self.target, mus=self.mus, reached=tuple(reached),
+            path=path.upto(end), target=self.target, mus=self.mus, reached=tuple(reached),
             forecasts=tuple(one.upto(end) for one in whole), reasons=tuple(reasons),
         )  # fmt: skip
 
@@ -253,6 +251,8 @@ class _Search:
         known = "never usable on the best path"
         if at is not None:
             known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
+        if (allowed := forecast.allowed(self.limits.torque)) < forecast.torque.size:
+            known = f"{known}, beyond the limit of the torque from {path.t[allowed]:.3g} s on"
         if self.reached_with(mu):
             return f"{known}; another path reaches it: plan for this friction alone"
         wider = [

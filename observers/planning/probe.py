@@ -196,7 +196,7 @@ class Probe:
             low, high = self._bounds
             outward = sample.psi > self._start
             self._bounds = (low, sample.psi) if outward else (sample.psi, high)
-            self._since = max(self._since, EVERY)
+            self._due = min(self._due, self._since)
 
     def _floor(self, sample: Sample, estimate: Estimate, state: ObserverState) -> str:
         """Why no steering reaches the target; empty where one may."""

@@ -14,11 +14,18 @@ from identification.reading.formats.matfile import VARIABLES
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import SignalMap
+from identification.reading.units import stated_unit
 from symbolic import InvalidInputError
 
 _MAX_OBJECTS = 10_000
 _MAX_DEFLATE_RATIO = 1032
 """Largest compression ratio of deflate."""
+_SIZES = {
+    **dict.fromkeys(("_FillValue", "missing_value", "scale_factor", "add_offset"), 1),
+    **dict.fromkeys(("valid_min", "valid_max"), 1),
+    "valid_range": 2,
+}
+"""Attributes that say what numbers mean, and how many each holds."""
 _UNTESTED = 100_000_000
 """Excess of a chunk's unpacked size up to which it need not be tried [bytes]."""
 
@@ -35,7 +42,7 @@ def open_hdf5(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             require_size(path, name, dataset.size)
             require_size(path, f"a chunk of {name}", prod(dataset.chunks or ()))
             _require_unpacked(path, name, dataset)
-            unit = dataset.attrs.get("unit", dataset.attrs.get("units", ""))
+            unit = next(iter(np.ravel(stated_unit(dataset.attrs))), "")
             text = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
             return Samples(values=_row(_unpacked(path, name, dataset)), unit=text)
 
@@ -83,11 +90,11 @@ def _unpacked(path: Path, name: str, dataset: Any) -> Any:
     """
     values = np.asarray(dataset[()])
     attributes = {}
-    for key in ("_FillValue", "missing_value", "scale_factor", "add_offset"):
+    for key, size in _SIZES.items():
         if key in dataset.attrs:
             attributes[key] = np.ravel(dataset.attrs[key])
-            single = attributes[key].size == 1 or key == "missing_value"
-            if attributes[key].dtype.kind not in "fiu" or not single:
+            fitting = attributes[key].size == size or key == "missing_value"
+            if attributes[key].dtype.kind not in "fiu" or not fitting:
                 raise InvalidInputError(f"{path}: {key} of {name} must be a number")
     missing = np.zeros(values.shape, dtype=bool)
     for key in attributes.keys() & {"_FillValue", "missing_value"}:
@@ -100,6 +107,11 @@ def _unpacked(path: Path, name: str, dataset: Any) -> Any:
         return values
     with np.errstate(invalid="ignore"):
         scaled = values * attributes.get("scale_factor", 1.0) + attributes.get("add_offset", 0.0)
+        for key in attributes.keys() & {"valid_min", "valid_max", "valid_range"}:
+            # Of packed integers the range is one of these, unless it is no integer.
+            low, high = attributes[key][0], attributes[key][-1]
+            inside = values if attributes[key].dtype.kind in "iu" else scaled
+            missing |= (inside < low) & (key != "valid_max") | (inside > high) & (key != "valid_min")
         return np.where(missing, np.nan, scaled.astype(np.float64))
 
 

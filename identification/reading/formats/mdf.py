@@ -19,6 +19,9 @@ LINKS = {3: (4, 4, 8), 4: (8, 24, 32)}
 BESIDE_GROUPS = {3: (), 4: (96, 112, 120)}
 """Places of the links to the history, to attachments and to events, of which asammdf makes lists too."""
 
+TIME = 1
+"""Kind of a master channel; larger ones are an angle, a distance or a count of samples."""
+
 
 @contextmanager
 def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
@@ -55,10 +58,13 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
                 remark = (
                     f"{invalid.sum()} of {values.size} values are marked invalid, and count as missing"
                 )
+            # Of a group without a master asammdf counts the samples, and says that this were a time.
+            _, kind = signal.master_metadata or ("", TIME)
+            timed = kind <= TIME and (group in file.masters_db or signal.master_metadata is None)
             return Samples(
                 values=values,
                 unit=str(signal.unit or ""),
-                times=np.asarray(signal.timestamps, dtype=np.float64),
+                times=np.asarray(signal.timestamps, dtype=np.float64) if timed else None,
                 remark=remark,
             )
 

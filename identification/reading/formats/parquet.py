@@ -8,6 +8,7 @@ from typing import Any
 from identification.reading.channel_matching import ChannelFile, Samples
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
+from identification.reading.units import stated_unit
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt
 
@@ -17,7 +18,7 @@ _KINDS = ("bool", "int", "uint", "half", "float", "double", "decimal", "date", "
 
 @contextmanager
 def open_parquet(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
-    """Columns by their names; the key `unit` of a field is its unit."""
+    """Columns by their names; the key `unit` or `units` of a field is its unit."""
     parquet = import_library("pyarrow.parquet", "parquet", path)
     with closing(parquet.ParquetFile(path)) as file:
         schema = file.schema_arrow
@@ -28,8 +29,8 @@ def open_parquet(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             if not str(field.type).startswith(_KINDS):
                 raise InvalidInputError(f"{path}: column {excerpt(name)} must hold numbers")
             values = _plain(file.read(columns=[name]).column(name), field.type)
-            unit = (field.metadata or {}).get(b"unit", b"")
-            return Samples(values=values.to_numpy(), unit=unit.decode("utf-8", "replace"))
+            told = {_text(key): _text(value) for key, value in (field.metadata or {}).items()}
+            return Samples(values=values.to_numpy(), unit=stated_unit(told))
 
         yield ChannelFile(names=list(schema.names), read=read)
 
@@ -41,3 +42,7 @@ def _plain(column: Any, kind: Any) -> Any:
     if str(kind).startswith(("time32", "time64")):
         return column.cast(f"int{kind.bit_width}").cast("int64").cast(f"duration[{kind.unit}]")
     return column
+
+
+def _text(content: bytes) -> str:
+    return content.decode("utf-8", "replace")

@@ -10,6 +10,7 @@ from observers import (
     Loop,
     Observer,
     Sample,
+    Status,
     SteeringLimits,
     SteeringTorque,
     ZoneRootSolver,
@@ -72,6 +73,41 @@ def test_without_a_forecast_it_says_why_there_is_no_advice(observer: Observer, r
 
     wait_for(lambda: adviser.text != PLANNING)
     assert adviser.text.startswith(f"no advice: {reason}")
+
+
+def test_friction_that_is_known_no_more_is_sought_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = replace(OBSERVER.prior, informed=True)
+
+    class Once:
+        """Has reached its target until it is reset."""
+
+        def __init__(self, *_: object) -> None:
+            self.finished = True
+
+        def reset(self) -> None:
+            self.finished = False
+
+        def __call__(self, *_: object) -> Advice:
+            return Advice(
+                psi=0.0, psi_dot=0.1, toward=0.2, finished=self.finished, stopped=False, reason="",
+                travel=0.0, left=0.3, estimate=known,
+            )  # fmt: skip
+
+    monkeypatch.setattr("brushgrip.live.adviser.Probe", Once)
+    monkeypatch.setattr(Ekf, "estimate", lambda _, state: state)
+    adviser = Adviser(0.05, SteeringLimits())
+    adviser.begin(OBSERVER)
+    for status, text in (
+        (Status.USED, "friction is known to 5.0%, stop turning"),
+        (Status.MISSING, "friction is known to 5.0%, stop turning"),
+        (Status.ACQUIRING, "turn 11° more to the left"),
+    ):
+        adviser.text = ""
+        sample = Sample(psi=0.0, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0)
+        adviser(sample, replace(known, status=status))
+        wait_for(lambda: adviser.text)
+        assert adviser.text == text
+    adviser._generation += 1
 
 
 def test_an_adviser_behind_says_where_to_turn_from_where_the_wheel_is_now(

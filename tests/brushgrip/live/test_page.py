@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.live.page import View, friction_html
+from brushgrip.live.page import CUT_OFF, STYLE, View, friction_html
 from brushgrip.live.session_state import State
 from tests.brushgrip.live.sessions import RIG, ListSource, estimated, rows_of, run_to_end, session_of
 from tests.processes import wait_for
@@ -54,16 +54,63 @@ def test_words_of_a_source_are_escaped() -> None:
     assert "not usable" in text
 
 
+def test_words_that_are_not_replaced_call_nothing_usable() -> None:
+    state = State(
+        t=1.0, estimate=None, usable=True, age=0.0, status="", advice="", counts={}, recording="",
+        ended=False,
+    )  # fmt: skip
+    style = STYLE.read_text("utf-8")
+
+    assert f'<div class="verdict"><span>usable</span>{CUT_OFF}</div>' in friction_html(state, ())
+    # The browser itself has to see to that: nothing that it is sent can say that nothing comes.
+    for rule in (".usable .cut-off", ".usable .verdict span:first-child, .advice"):
+        assert re.search(rf"{re.escape(rule)} {{ animation: \w+ 0s 1s forwards; }}", style)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", ["1"], indirect=True)
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_page_whose_process_is_gone_or_hangs_calls_nothing_usable(
+    page: tuple[subprocess.Popen[bytes], str, Path], end: signal.Signals
+) -> None:
+    browser_of = pytest.importorskip("playwright.sync_api", reason="needs brushgrip[browser]")
+    if (chromium := shutil.which("chromium")) is None:
+        pytest.skip("needs Debian's chromium")
+    process, address, _ = page
+    wait_for(lambda: _answers(address))
+    with browser_of.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        shown = browser.new_page()
+        shown.goto(address)
+        verdict = shown.locator(".verdict")
+        wait_for(lambda: verdict.inner_text().strip() == "usable")
+        process.send_signal(end)
+        wait_for(lambda: verdict.inner_text().strip() == "not usable: this page is cut off")
+        browser.close()
+
+
 @pytest.fixture
-def page(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str, Path]]:
+def page(
+    tmp_path: Path, request: pytest.FixtureRequest
+) -> Iterator[tuple[subprocess.Popen[bytes], str, Path]]:
     """The command as a user runs it, its page and its recording."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     out = tmp_path / "live.parquet"
-    command = [sys.executable, "-m", "brushgrip", "live", RECORDING, "--rig", RIG, "--speed", "20"]
+    command = [sys.executable, "-m", "brushgrip", "live", RECORDING, "--rig", RIG]
     process = subprocess.Popen(
-        [*command, "--port", str(port), "--no-browser", "--record", out], stdout=subprocess.DEVNULL
+        [
+            *command,
+            "--speed",
+            getattr(request, "param", "20"),
+            "--port",
+            str(port),
+            "--no-browser",
+            "--record",
+            out,
+        ],
+        stdout=subprocess.DEVNULL,
     )
     try:
         yield process, f"http://127.0.0.1:{port}/", out

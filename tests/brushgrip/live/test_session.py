@@ -1,5 +1,6 @@
 import math
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -11,10 +12,10 @@ from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
 from brushgrip.live.session_state import line_of, usability_of
-from brushgrip.live.timestamps import TimestampFilter
+from brushgrip.live.timestamps import TimestampFilter, arrival
 from observers import Ekf, Status
 from observers.protocol import prior_estimate
-from symbolic import Model, Rig
+from symbolic import InvalidInputError, Model, Rig
 from tests.brushgrip.helpers import Run
 from tests.brushgrip.live.sessions import (
     RECORDINGS,
@@ -218,12 +219,55 @@ def test_an_old_estimate_is_not_usable(monkeypatch: pytest.MonkeyPatch) -> None:
     session._newest = session._newest and type(session._newest)(
         mu=1.0, mu_std=0.01, M_z_predicted=0.0, informed=True
     )
-    done = session._done
-    monkeypatch.setattr("time.monotonic", lambda: done + 0.9 * OLD)
+    done = session._came
+    monkeypatch.setattr("brushgrip.live.session.arrival", lambda: done + 0.9 * OLD)
     assert session.state().usable
-    monkeypatch.setattr("time.monotonic", lambda: done + 1.1 * OLD)
+    monkeypatch.setattr("brushgrip.live.session.arrival", lambda: done + 1.1 * OLD)
     assert not session.state().usable
     assert session.state().status == "no sample for 1 s"
+
+
+def test_an_observer_behind_its_source_says_nothing_usable(monkeypatch: pytest.MonkeyPatch) -> None:
+    session = session_over(rows_of(400), "ekf", Path("none"))
+    session._wanted = False
+    own = session.estimator
+    taken: list[float] = []
+
+    def slow(row: dict[str, float]) -> list[Point]:
+        if 20 < len(taken) < 200:
+            time.sleep(0.01)
+        taken.append(row["t"])
+        return own(row)
+
+    monkeypatch.setattr(session, "estimator", slow)
+    for name in ("columns", "suspicions", "implausible", "reset"):
+        monkeypatch.setattr(slow, name, getattr(own, name), raising=False)
+    session.start()
+    wait_for(lambda: len(taken) > 30)
+    session._newest = session._newest and replace(session._newest, status=Status.USED, informed=True)
+    wait_for(lambda: len(taken) > 120)
+    state = session.state()
+    session.stop()
+
+    assert state.age > OLD
+    assert not state.usable
+    assert "s behind the source" in state.status
+
+
+def test_a_rate_of_the_other_sign_is_never_usable(tmp_path: Path) -> None:
+    rows = rows_of(1400)
+    rate = np.gradient([row["psi"] for row in rows], 0.01)
+    for row, psi_dot in zip(rows, rate.tolist(), strict=True):
+        row["psi_dot"] = -psi_dot
+    session = session_over(rows, "ekf", tmp_path / "run.parquet")
+    run_to_end(session)
+    state = session.state()
+
+    assert "psi_dot is -1 times the derivative of psi" in state.status
+    assert "friction was never usable" in state.status
+    assert "usable" not in state.counts
+    with pytest.raises(InvalidInputError, match="psi_dot is -1 times the derivative of psi"):
+        estimated(tmp_path / "run.parquet")
 
 
 def test_a_source_that_cannot_wait_loses_what_is_too_much_and_says_so(
@@ -369,7 +413,7 @@ def test_between_torques_the_last_one_says_what_is_usable() -> None:
     usable = []
     for step in range(200):
         estimate = known if step % 10 == 0 and step < 100 else without
-        session._store([Point((0.01 * step,), 0.0, 1.0, estimate)])
+        session._store([Point((0.01 * step,), 0.0, 1.0, estimate)], arrival())
         usable.append(session.state().usable)
 
     # Half a second after the last torque nothing is usable any more.
@@ -381,7 +425,7 @@ def test_a_flag_between_torques_is_told_at_once() -> None:
     session = session_of("udp:5005")
     known = replace(prior_estimate(OBSERVER), informed=True, status=Status.USED)
     for status in (Status.USED, Status.MISSING | Status.IMPLAUSIBLE):
-        session._store([Point((float(status),), 0.0, 1.0, replace(known, status=status))])
+        session._store([Point((float(status),), 0.0, 1.0, replace(known, status=status))], arrival())
 
     assert not session.state().usable
 
@@ -396,7 +440,7 @@ def test_the_end_of_a_source_is_no_dead_sensor(tmp_path: Path) -> None:
     known = replace(
         prior_estimate(OBSERVER), informed=True, status=Status.USED, mu_eff=0.8, mu_eff_std=0.1
     )
-    session._store([Point((1.5,), 0.0, 1.0, known)])
+    session._store([Point((1.5,), 0.0, 1.0, known)], arrival())
     assert (
         session.state().status == "the source has ended: friction was 0.80 ± 0.20 at 1.5 s, last usable"
     )

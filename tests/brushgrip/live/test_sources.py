@@ -13,6 +13,7 @@ import pytest
 from brushgrip.live.bus import CanSource
 from brushgrip.live.mapped_columns import Columns
 from brushgrip.live.sources import MAX_LINE_LENGTH, LineParser, LineSource, Source, UdpSource
+from brushgrip.live.timestamps import arrival
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
 from tests.processes import wait_for
@@ -63,6 +64,22 @@ def test_units_that_names_end_in_are_taken_and_said_once(caplog: pytest.LogCaptu
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("units", ["ms,deg,,kN", "[ms],[°],-,[kN]", "ms;deg;;kN"])
+def test_units_below_a_header_are_units(units: str) -> None:
+    delimiter = ";" if ";" in units else ","
+    parse, of = LineParser(), columns("t=Time,psi=Angle")
+    header, row = (line.replace(",", delimiter) for line in ("Time,Angle,M_z,F_N", "500,90,-1,0.56"))
+    for _ in range(2):
+        assert parse(header) is None
+        assert parse(units) is None
+        assert of(parse(row) or {}) == pytest.approx(
+            {"t": 0.5, "psi": math.pi / 2, "M_z": -1.0, "F_N": 560.0}
+        )
+    # Only there: elsewhere such a row is no number.
+    with pytest.raises(ValueError, match="a field is not a number"):
+        parse("ms,deg,,kN".replace(",", delimiter))
+
+
 def test_lines_of_json_and_csv_are_the_same_values() -> None:
     as_json, as_csv, german = LineParser(), LineParser(), LineParser()
     wanted = {"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560.0}
@@ -95,13 +112,24 @@ def test_datagrams(udp: tuple[UdpSource, socket.socket]) -> None:
     for datagram in (JSON_LINE, "\xff\xfe", "", "t,psi [deg],M_z,F_N\n0.6,90,-1,560\n0.7,x,1,2", "1,2"):
         sender.send(datagram.encode("latin-1"))
     sender.send(b'{"psi": 0.03, "M_z": -1, "F_N": 560}')
-    before = time.monotonic()
+    before = arrival()
     rows = read_all(source, 3)
 
     assert rows[0] == {"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560.0}
     assert rows[1] == {"t": 0.6, "psi": pytest.approx(math.pi / 2), "M_z": -1.0, "F_N": 560.0}
     assert rows[2]["t"] == pytest.approx(before, abs=5.0)
     assert source.refused == 3
+
+
+@pytest.mark.skipif(not hasattr(time, "CLOCK_BOOTTIME"), reason="a clock of Linux")
+def test_a_sample_without_a_time_has_that_of_a_clock_that_goes_on_in_sleep(
+    udp: tuple[UdpSource, socket.socket], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source, sender = udp
+    monkeypatch.setattr("time.clock_gettime", lambda clock: 3600.0 * (clock == time.CLOCK_BOOTTIME))
+    sender.send(b'{"psi": 0.02, "M_z": -0.7, "F_N": 560}')
+
+    assert [row["t"] for row in read_all(source, 1)] == [3600.0]
 
 
 def test_columns_by_a_map_and_what_is_missing() -> None:
@@ -204,6 +232,75 @@ def test_hostile_frames_are_not_used(can_bus: tuple[CanSource, Bus]) -> None:
     assert math.isnan(rows[0]["M_z"])
     assert rows[1]["psi"] == pytest.approx(math.radians(0.01))
     assert rows[1]["M_z"] == 1.0
+
+
+MULTIPLEXED = """VERSION ""
+NS_ :
+BS_:
+BU_: rig
+BO_ 291 Wheel: 3 rig
+ SG_ Which M : 0|8@1+ (1,0) [0|2] "" rig
+ SG_ Angle m0 : 8|16@1- (0.0001,0) [-3|3] "rad" rig
+ SG_ Mz m1 : 8|16@1- (0.001,0) [-30|30] "Nm" rig
+ SG_ Load m2 : 8|16@1+ (1,0) [0|10000] "N" rig
+"""
+
+
+def test_multiplexed_signals_of_a_message_make_a_sample(tmp_path: Path) -> None:
+    pytest.importorskip("cantools", reason="needs brushgrip[live]")
+    (tmp_path / "rig.dbc").write_text(MULTIPLEXED)
+    bus = Bus("multiplexed")
+    source = CanSource(
+        "virtual", "multiplexed", tmp_path / "rig.dbc", columns("psi=Angle,M_z=Mz,F_N=Load")
+    )
+    for at in range(3):
+        for which, value in ((2, 400 + at), (0, 1000 * at), (1, -500 * at)):
+            data = bytes([which]) + (value % 65536).to_bytes(2, "little")
+            bus.send(291, data, 1 + 0.01 * at + 0.001 * which)
+    rows = read_all(source, 3)
+    source.close()
+    bus.bus.shutdown()
+
+    assert [(row["F_N"], row["M_z"]) for row in rows] == [(400.0, 0.0), (401.0, -0.5), (402.0, -1.0)]
+    np.testing.assert_allclose([row["psi"] for row in rows], [0.0, 0.1, 0.2], rtol=1e-15)
+
+
+APART = DBC.replace(
+    "BO_ 292", 'BO_ 293 Motion2: 2 rig\n SG_ Angle2 : 0|16@1- (0.01,0) [0|0] "deg" rig\nBO_ 292'
+)
+
+
+def test_a_load_that_comes_no_more_takes_the_torque_with_it(tmp_path: Path) -> None:
+    pytest.importorskip("cantools", reason="needs brushgrip[live]")
+    (tmp_path / "rig.dbc").write_text(APART)
+    bus = Bus("silent")
+    source = CanSource(
+        "virtual", "silent", tmp_path / "rig.dbc", columns("psi=Angle2,M_z=Torque.Mz,F_N=Load")
+    )
+
+    def sample(t: float) -> None:
+        bus.send(293, b"\1\0", t)
+        bus.torque(-1.0, t + 0.001)
+
+    for at in range(30):
+        if at % 3 == 0:
+            bus.motion(0.0, 500, 1 + 0.1 * at)
+        sample(1 + 0.1 * at)
+    rows = read_all(source, 30)
+    assert {(row["M_z"], row["F_N"]) for row in rows} == {(-1.0, 500.0)}
+    for t in (5.6, 5.8):
+        sample(t)
+    kept, silent = read_all(source, 2)
+    assert (kept["M_z"], kept["F_N"]) == (-1.0, 500.0)
+    assert (source.refused, source.fault) == (1, "F_N came no more")
+    assert math.isnan(silent["M_z"])
+    assert math.isnan(silent["F_N"])
+    bus.motion(0.0, 501, 6.0)
+    sample(6.0)
+    (again,) = read_all(source, 1)
+    source.close()
+    bus.bus.shutdown()
+    assert (again["M_z"], again["F_N"]) == (-1.0, 501.0)
 
 
 def test_a_bus_that_is_not_there_and_a_database_that_lacks_a_signal(tmp_path: Path) -> None:

@@ -352,3 +352,74 @@ def test_every_error_of_a_unit_or_a_sign_prints_a_map_that_mends_it(
 
     assert as_option([remedy]) in refused(path, signals)
     read(path, remedy)
+
+
+@pytest.mark.parametrize("kind", [2, 3, 4, None])
+def test_a_master_of_mdf_that_is_no_time_is_none(kind: int | None, tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
+    path = tmp_path / "run.mf4"
+    with asammdf.MDF(version="4.10") as file:
+        given = {} if kind is None else {"master_metadata": ("angle", kind)}
+        signals = [asammdf.Signal(v, 2 * T, name=n, **given) for n, v in {**COLUMNS, "clock": T}.items()]
+        file.append(signals)
+        if kind is None:
+            file.groups[0].channels[0].channel_type = 0
+        file.save(path, overwrite=True)
+
+    assert "channel t missing" in refused(path)
+    np.testing.assert_allclose(read(path, "t=clock").t, T, atol=1e-12)
+
+
+@pytest.mark.parametrize("key", ["unit", "Units", "UNIT"])
+def test_a_unit_is_a_unit_however_its_key_is_spelt(key: str, tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
+    arrow = pytest.importorskip("pyarrow", reason="needs brushgrip[parquet]")
+    parquet = pytest.importorskip("pyarrow.parquet", reason="needs brushgrip[parquet]")
+    columns = {"t": T, **COLUMNS, "psi": np.degrees(COLUMNS["psi"])}
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        for name, values in columns.items():
+            file[name] = values
+        file["psi"].attrs[key] = ["deg"]
+    fields = [
+        arrow.field(name, arrow.float64(), metadata={key: "deg"} if name == "psi" else {})
+        for name in columns
+    ]
+    parquet.write_table(arrow.table(columns, arrow.schema(fields)), tmp_path / "run.parquet")
+
+    for name in ("run.h5", "run.parquet"):
+        np.testing.assert_allclose(read(tmp_path / name).psi, COLUMNS["psi"], rtol=1e-12)
+
+
+def test_a_time_of_hdf5_may_be_counted_from_an_instant(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        for name, values in {"t": 1e3 * T, **COLUMNS}.items():
+            file[name] = values
+        file["t"].attrs["units"] = "milliseconds since 2026-01-01 00:00:00"
+
+    np.testing.assert_allclose(read(tmp_path / "run.h5").t, T, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("ranges", "scale"),
+    [
+        ({"valid_min": -50.0}, 1.0),
+        ({"valid_max": np.int16(500), "valid_min": np.int16(-500)}, 0.01),
+        ({"valid_range": [-5.0, 5.0]}, 0.01),
+    ],
+)
+def test_values_of_hdf5_beyond_their_valid_range_are_missing(
+    ranges: dict[str, Any], scale: float, tmp_path: Path
+) -> None:
+    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
+    torque = np.round(COLUMNS["M_z"] / scale).astype("i2" if scale < 1 else "f8")
+    torque[20:25] = -9999
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        for name, values in {"t": T, **COLUMNS, "M_z": torque}.items():
+            file[name] = values
+        file["M_z"].attrs.update(ranges)
+        if scale < 1:
+            file["M_z"].attrs["scale_factor"] = scale
+
+    missing = np.isnan(read(tmp_path / "run.h5").M_z)
+    assert np.flatnonzero(missing).tolist() == [20, 21, 22, 23, 24]

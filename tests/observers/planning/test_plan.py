@@ -31,6 +31,22 @@ def test_a_plan_stays_within_the_limits(planned: Plan) -> None:
     assert path.travel[-1] == pytest.approx(1.1 * planned.travels.max(), rel=0.05)
 
 
+def test_a_path_that_reaches_no_more_ends_where_the_torque_is_too_great(acquiring: Ekf) -> None:
+    limits = SteeringLimits(angle=0.3, rate=0.4, time=6.0, torque=1.0)
+    planned = plan(acquiring, 0.08, limits, LOAD, mus=(0.06, 0.9), coarse=True)
+    ice, _ = planned.reached
+    known = 1 if ice is None else ice + 1
+    most = [np.abs(one.torque[known:]).max(initial=0.0) for one in planned.forecasts]
+
+    assert planned.reached[1] is None
+    assert max(most) <= limits.torque
+    assert planned.path.t[-1] < limits.time
+    # Ice needs more than that torque on the other ground, and the plan says so.
+    beyond = np.abs(planned.forecasts[1].torque) > limits.torque
+    since = planned.path.t[np.argmax(beyond)]
+    assert f"beyond the limit of the torque from {since:.3g} s on" in planned.reasons[-1]
+
+
 def test_a_stricter_target_never_needs_less_on_the_worst_ground(acquiring: Ekf, planned: Plan) -> None:
     looser = [
         plan(acquiring, target, LIMITS, LOAD, mus=(0.1, 0.8), coarse=True) for target in (0.08, 0.06)
@@ -134,7 +150,7 @@ def test_what_cannot_be_reached_is_told(
 
 def test_a_reason_without_a_flag_ends_in_words() -> None:
     search = SimpleNamespace(limits=SteeringLimits(angle=0.3), reached_with=lambda *_, **__: False)
-    forecast = SimpleNamespace(best=lambda _: None, status=[0])
+    forecast = SimpleNamespace(best=lambda _: None, allowed=lambda _: 1, torque=np.zeros(1), status=[0])
 
     assert _Search.unreached(search, 0.8, None, forecast).endswith("twice as wide, would do")
 

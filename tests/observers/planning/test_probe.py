@@ -121,6 +121,15 @@ def test_the_torque_limit_is_kept(acquiring: Ekf) -> None:
     assert max(abs(wheel.turn(psi)) for psi, _ in steered) < 2.0 + 1.0
 
 
+def test_where_the_torque_is_met_the_rate_is_kept(acquiring: Ekf) -> None:
+    steered = follow(acquiring, 1.1, 0.05, replace(LIMITS, torque=3.0, time=1.2))
+    psi = np.array([angle for angle, _ in steered])
+    wheel = wheel_on(1.1)
+
+    assert max(abs(wheel.turn(angle)) for angle in psi) > 3.0
+    assert np.abs(np.diff(psi)).max() <= LIMITS.rate * 0.01 * (1 + 1e-6)
+
+
 def tracked(**own: float) -> dict[str, Array]:
     """A state after the handover, as far as a Probe looks at it."""
     return {"own": np.array([own.get(name, 0.0) for name in OWN])}
