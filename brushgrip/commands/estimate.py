@@ -153,6 +153,7 @@ class EstimateRequest(GroundRequest):
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.report.printed import say_grounds
         from brushgrip.running.batch import friction_of_grounds, printed_rows
+        from brushgrip.wording.declared_values import STANDS
         from brushgrip.wording.formatting import friction_range
         from brushgrip.wording.taken_from_model import taken_from_model
         from symbolic import InvalidInputError
@@ -174,6 +175,8 @@ class EstimateRequest(GroundRequest):
                 print_table(title, *printed_rows(outcomes), overflow="fold")
             for line in friction_of_grounds(rows):
                 say(line)
+            if unsure := sum(any(line.endswith(STANDS) for line in one.lines) for one in outcomes):
+                say(f"in {unsure} of {len(rows)} recordings {STANDS}")
             say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {friction_range(rows)}")
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")

@@ -27,7 +27,7 @@ from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
-from brushgrip.wording.declared_values import rests_on
+from brushgrip.wording.declared_values import STANDS, rests_on
 from brushgrip.wording.formatting import csv_text, is_figure
 from brushgrip.wording.friction import (
     band_parts,
@@ -210,8 +210,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
         told.append(dry_friction_note(float(estimates.mu_eff[at]), recording.rig))
-    elif not budget:
-        told.append(rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])]))
+    else:
+        told.append("" if budget else rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])]))
+        told.append("" if car.speed_recorded else STANDS)
     lines = (f"{recording.name}: {line}" for line in told if line)
     unknown = (cause.partition("; ")[0] or why) if at is None else ""
     return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines), unknown=unknown)

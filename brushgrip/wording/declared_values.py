@@ -17,6 +17,11 @@ REMEDIES = {
     "gear_load_share": "measuring how the gear's friction grows with load",
 }
 """What makes a declared value better known, by its key in the vehicle file."""
+STANDS = (
+    "no speed is recorded, so that the car is taken to stand; where it rolled, friction is told too low,"
+    " by half and more: map speed"
+)
+"""What friction of a car without a speed rests on."""
 
 
 def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:

@@ -34,8 +34,9 @@ CAR_EFFECTS: dict[str, Effect] = {
             "patch_width", "brakes_and_scrub", "a contact that turns about a point farther away"
         ),
         _car_effect(
+            # Friction of tyres that falls with speed looks like damping below 0, which no joint has.
             "contact_damping", "damping_of_joints", "viscous damping beyond that declared",
-            start=1.0, lower=-200.0, upper=200.0, scale=20.0,
+            start=1.0, lower=0.0, upper=200.0, scale=20.0,
         ),
         _car_effect("torque_offset", "zero_of_force", "a zero of the force beyond its tolerance"),
     )
