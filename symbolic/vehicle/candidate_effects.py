@@ -13,12 +13,13 @@ def _car_effect(effect: str, name: str, summary: str, **ranges: float) -> Effect
     return replace(EFFECTS[effect], name=name, summary=summary, parameters=(own,))
 
 
+# Friction of tyres that falls with speed looks like damping or friction below 0, which no steering has.
 CAR_EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
         _car_effect(
             "bearing_friction", "gear_friction", "dry friction of the gear beyond that declared",
-            start=1.0, lower=-200.0, upper=200.0, scale=5.0,
+            start=1.0, lower=0.0, upper=200.0, scale=5.0,
         ),
         _car_effect("backlash", "play_of_joints", "play from rack to wheels, crossed at no force"),
         _car_effect(
@@ -34,7 +35,6 @@ CAR_EFFECTS: dict[str, Effect] = {
             "patch_width", "brakes_and_scrub", "a contact that turns about a point farther away"
         ),
         _car_effect(
-            # Friction of tyres that falls with speed looks like damping below 0, which no joint has.
             "contact_damping", "damping_of_joints", "viscous damping beyond that declared",
             start=1.0, lower=0.0, upper=200.0, scale=20.0,
         ),
