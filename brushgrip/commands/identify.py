@@ -43,7 +43,7 @@ class IdentifyRequest:
         option(
             "--plates",
             "REC...",
-            "Recordings of a car whose front wheels stand on turntables or greased plates.",
+            "Recordings of a car whose front wheels stand on turntables.",
         ),
     ] = None
     lock_to_lock: Annotated[
@@ -111,7 +111,7 @@ class IdentifyRequest:
         """Write what recordings on plates, or on ground of known friction, tell of a car."""
         from brushgrip.inputs.command_inputs import locate_inputs
         from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
-        from brushgrip.outputs.console import print_table, say, show, warn
+        from brushgrip.outputs.console import print_table, say, show
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text, with_identified
         from brushgrip.wording.formatting import json_text, listed, percent, quantity
@@ -140,22 +140,35 @@ class IdentifyRequest:
         if isinstance(result, TyresResult):
             rows.append(("unexplained, of full slide (rms)", percent(result.rest)))
         print_table(title, ("", "value ± standard deviation"), rows)
-        if isinstance(result, TyresResult):
-            say(
-                f"slide_factor holds for a front axle load of {car.front_axle_load:g} N, these tyres and"
-                " this pressure; declare another load where passengers or cargo change it, and identify"
-                " anew where by more than a tenth"
-            )
-            if abs(result.deviations) > DOUBTFUL:
-                warn(
-                    f"slide_factor {result.slide_factor.value:.2f} is"
-                    f" {abs(result.deviations):.1f} standard deviations from what the vehicle file"
-                    " declares: check --ground-friction, front_axle_load and half_length; if the ground"
-                    " is wrong by a share, all later friction is wrong by it"
-                )
+        self._say_assumed(car, result)
         if finals:
             say(f"wrote {listed(list(map(str, finals)))}")
         show(document)
+
+    def _say_assumed(self, car: "Vehicle", result: "PlatesResult | TyresResult") -> None:
+        """Print what a result rests on, and what it holds for."""
+        from brushgrip.outputs.console import say, warn
+        from identification.steering.full_slide_calibration import TyresResult
+        from identification.steering.plates import PLATE_FRICTION, slide_force
+
+        if not isinstance(result, TyresResult):
+            say(
+                f"friction of the turntables is taken to be {PLATE_FRICTION:g} at most; each 0.01 more,"
+                f" as of greased plates, is told as {0.01 * slide_force(car):.0f} N of gear friction"
+            )
+            return
+        say(
+            f"slide_factor holds for a front axle load of {car.front_axle_load:g} N, these tyres and"
+            " this pressure; declare another load where passengers or cargo change it, and identify"
+            " anew where by more than a tenth"
+        )
+        if abs(result.deviations) > DOUBTFUL:
+            warn(
+                f"slide_factor {result.slide_factor.value:.2f} is"
+                f" {abs(result.deviations):.1f} standard deviations from what the vehicle file"
+                " declares: check --ground-friction, front_axle_load and half_length; if the ground"
+                " is wrong by a share, all later friction is wrong by it"
+            )
 
     def _held_for(self, car: "Vehicle") -> str:
         """What a slide factor was measured on, for a comment."""

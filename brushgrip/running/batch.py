@@ -32,6 +32,7 @@ from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
+from brushgrip.wording.declared_values import STANDS, rests_on
 from brushgrip.wording.formatting import csv_text
 from brushgrip.wording.friction import (
     band_parts,
@@ -40,7 +41,6 @@ from brushgrip.wording.friction import (
     further_recording,
     last_usable,
     not_usable,
-    rests_on,
 )
 from brushgrip.wording.remarks import remark
 from identification import Recording, read_rig
@@ -208,8 +208,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     elif (car := recording.standstills) is None:
         note = dry_friction_note(float(estimates.mu_eff[at]), recording.rig)
         told.append(note)
-    elif not budget:
-        told.append(rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])]))
+    else:
+        note = "" if car.speed_recorded else STANDS
+        told += [note, "" if budget else rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])])]
     lines = (f"{recording.name}: {line}" for line in told if line)
     beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)
     return EstimateOutcome(row=row_of(recording, estimates, beside), lines=tuple(lines))

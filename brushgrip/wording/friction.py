@@ -2,20 +2,18 @@
 
 import math
 from collections.abc import Mapping
-from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.wording.formatting import band_decimals, listed
+from brushgrip.wording.formatting import band_decimals
 from observers import Estimates, GroundFriction, Status
 from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.protocol import UNCHECKED, uninformed_remedy
 from observers.quality.ground_friction import MIN_RECORDINGS
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
-from symbolic import Rig, Vehicle
-from symbolic.vehicle.mean_wheel import friction_uncertainties
+from symbolic import Rig
 
 SLIPPERY = 0.15
 """Friction below which dry friction of a sensor matters [1]."""
@@ -266,42 +264,3 @@ def _misfits(estimates: Estimates) -> bool:
 
 def _plural(count: int, noun: str) -> str:
     return noun if count == 1 else f"{noun}s"
-
-
-LEAST_SHARE = 0.01
-"""Share of mu from which on a declared value is named [1]."""
-REMEDIES = {
-    "front_axle_load": "weighing the front axle",
-    "half_length": "measuring a print of the contact",
-    "slide_factor": "ground of better known friction",
-    "geometry": "measuring steering arm and lock",
-    "force_scale": "comparing the force with that of a load cell in the tie rod",
-    "gear_load_share": "measuring how the gear's friction grows with load",
-}
-"""What makes a declared value better known, by its key in the vehicle file."""
-
-
-def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:
-    """The declared values in mu with their standard deviations, and what narrows them most."""
-    shares = friction_uncertainties(vehicle, brakes=brakes)
-    values = {
-        "front_axle_load": f"front_axle_load {vehicle.front_axle_load:.0f} N",
-        "half_length": f"half_length {1e3 * vehicle.a:.0f} mm",
-        "slide_factor": f"slide_factor {vehicle.slide_factor or 1:.2f}",
-        "geometry": "geometry",
-        "gear_load_share": "gear_load_share",
-        "force_scale": "force_scale",
-    }
-    ranked = sorted(shares, key=lambda name: -shares[name])
-    named = [f"{values[name]} ({shares[name]:.1%})" for name in ranked if shares[name] >= LEAST_SHARE]
-    if not named:
-        return ""
-    follows = (
-        "; half_length follows from the load"
-        if "half_length" in shares and vehicle.half_length is None
-        else ""
-    )
-    return (
-        f"{hypot(*shares.values()):.1%} of mu, as a standard deviation, rests on declared values that no"
-        f" steering tells: {listed(named)}{follows}; {REMEDIES[ranked[0]]} narrows that most"
-    )

@@ -27,6 +27,7 @@ from identification.reading.rack_derivatives import RackInstant, rack_instants
 from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MIN_SAMPLES, Table
+from identification.reading.yaw_rate import smoothed_rate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of
@@ -45,6 +46,7 @@ class Standstills:
         stretch: number of the standstill that a sample belongs to, -1 while the car rolls, shape (n,).
         brakes: of each standstill, whether the brakes held.
         brakes_recorded: whether a column says so, not the vehicle.
+        speed_recorded: whether the speed is in a column; without it the car is taken to stand.
         at_limit: share of the samples in which the rack moves that are at the largest or the least
             value of a force or torque [1], by its column.
     """
@@ -53,6 +55,7 @@ class Standstills:
     stretch: NDArray[np.int64]
     brakes: tuple[bool, ...]
     brakes_recorded: bool = False
+    speed_recorded: bool = False
     at_limit: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -66,6 +69,7 @@ class RackRecording:
         s: way of the rack [m].
         force: of the gear on the rack, inertia in it [N].
         brakes: whether the brakes held the wheels in the first standstill.
+        at_limit: as of `Standstills`.
     """
 
     name: str
@@ -73,6 +77,7 @@ class RackRecording:
     s: Array
     force: Array
     brakes: bool
+    at_limit: Mapping[str, float] = field(default_factory=dict)
 
 
 def read_rack(path: str | Path, vehicle: Vehicle, signals: SignalMap = NO_MAP) -> RackRecording:
@@ -89,7 +94,11 @@ def read_rack(path: str | Path, vehicle: Vehicle, signals: SignalMap = NO_MAP) -
             f"{path}: way and force are known in {known.sum()} samples at standstill"
         )
     t, s, force = (column[known] for column in (table.columns["t"], s, force))
-    return RackRecording(name=path.stem, t=t, s=s, force=force, brakes=standstills.brakes[0])
+    columns = {name: column[known] for name, column in table.columns.items()}
+    return RackRecording(
+        name=path.stem, t=t, s=s, force=force, brakes=standstills.brakes[0],
+        at_limit=shares_at_limits(columns, smoothed_rate(t, s)),
+    )  # fmt: skip
 
 
 def read_vehicle(path: str | Path) -> Vehicle:
@@ -193,8 +202,9 @@ def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstill
             stretch[begin:end] = len(brakes)
             brakes.append(bool(state[begin]))
     return Standstills(
-        vehicle=vehicle, stretch=stretch, brakes=tuple(brakes), brakes_recorded="brake" in columns
-    )
+        vehicle=vehicle, stretch=stretch, brakes=tuple(brakes), brakes_recorded="brake" in columns,
+        speed_recorded="speed" in columns,
+    )  # fmt: skip
 
 
 def _held(values: Array | None, count: int, default: float) -> Array:

@@ -24,6 +24,9 @@ OPPOSED = -0.87
 bar, above 0.9; a handwheel that a motor drags along stays above -0.8."""
 MOVING = 2e-3
 """Speed of a rack from which on it moves [m/s]."""
+MAX_AT_LIMIT = 0.02
+"""Share of the samples of a moving rack that may show the largest or least force to the last digit [1]:
+up to 0.005 in steps of 10 N, from 0.024 on where it is clipped at 0.9 of the largest."""
 
 
 def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
@@ -66,6 +69,21 @@ def shares_at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, fl
     if not known.size:
         return {}
     return {column: max(float(np.mean(known == end)) for end in (known.min(), known.max()))}
+
+
+def require_unclipped(name: str, at_limit: Mapping[str, float], looks_like: str) -> None:
+    """Refuse a recording whose force or torque a sensor or a motor limits, by `shares_at_limits`.
+
+    Raises:
+        InvalidInputError: it is such a recording; `looks_like` says what it is taken for.
+    """
+    for column, share in at_limit.items():
+        if share > MAX_AT_LIMIT:
+            raise InvalidInputError(
+                f"{name}: {column} stays at its largest or least value in {100 * share:.1f} % of the"
+                f" samples in which the rack moves; allowed: up to {100 * MAX_AT_LIMIT:.0f} %; a limit"
+                f" of sensor or motor clips it, and looks like {looks_like}"
+            )
 
 
 def _units(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:

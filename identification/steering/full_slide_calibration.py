@@ -19,6 +19,7 @@ from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, fit
 from identification.fits.problem import signals_of
 from identification.fits.values import ParameterEstimate
+from identification.reading.car_plausibility import require_unclipped
 from identification.reading.recordings import Recording
 from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from symbolic import InvalidInputError, Model, full_slide_arm, simulate
@@ -33,9 +34,6 @@ FULL_SLIDE = 0.97
 MAX_RMS = 0.07
 """Root mean square of what the fit leaves over the torque of full slide, at most [1]; 24 simulated cars
 have up to 0.045."""
-MAX_AT_LIMIT = 0.02
-"""Share of the samples of a moving rack that may show the largest or least force to the last digit [1]:
-up to 0.005 in steps of 10 N, from 0.024 on where it is clipped at 0.9 of the largest."""
 MODEL_ERROR = 0.025
 """Standard deviation of the factor by what the mean wheel leaves out [1]."""
 STIFFNESS_ERROR = 0.09
@@ -130,13 +128,7 @@ def _of_steering(recording: Recording) -> Recording:
     car = one.standstills
     if car is None:
         raise InvalidInputError(f"{recording.name}: is no recording of a car")
-    for column, share in car.at_limit.items():
-        if share > MAX_AT_LIMIT:
-            raise InvalidInputError(
-                f"{recording.name}: {column} stays at its largest or least value in {100 * share:.1f} %"
-                f" of the samples in which the rack moves; allowed: up to {100 * MAX_AT_LIMIT:.0f} %; a"
-                " limit of sensor or motor clips it, and looks like full slide"
-            )
+    require_unclipped(recording.name, car.at_limit, "full slide")
     tolerances = replace(car.vehicle.tolerances, damping=DAMPING_TOLERANCE)
     roughly = replace(car, vehicle=replace(car.vehicle, tolerances=tolerances))
     rig = replace(one.rig, tolerances=Tolerances(zero=one.rig.tolerances.zero))

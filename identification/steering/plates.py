@@ -1,6 +1,6 @@
 """Gear friction, zero and return torque of a steering whose front wheels stand on plates.
 
-On turntables or greased plates the ground hardly turns the wheels. While the rack moves evenly,
+On turntables the ground hardly turns the wheels. While the rack moves evenly,
 
     F_R - m s'' = F_f sign(s') + c s' + j (2 J / r + share |2 J / r| sign(s')) + F_0,
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from identification.fits.values import ParameterEstimate
 from identification.reading.car import RackRecording
-from identification.reading.car_plausibility import MOVING
+from identification.reading.car_plausibility import MOVING, require_unclipped
 from identification.reading.yaw_rate import smoothed_rate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
@@ -28,7 +28,7 @@ from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 
 PLATE_FRICTION = 0.005
-"""Friction of plates goes up to it [1]; its mean is taken off the gear's."""
+"""Friction of turntables on balls goes up to it [1]; its mean is taken off the gear's."""
 MIN_SPEED_SHARE, STEADY_SHARE = 0.5, 0.6
 """Share of the median speed below which a sample is left out, and share
 of the samples with the least acceleration that stay [1]."""
@@ -93,7 +93,7 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
     others = [np.r_[0:a, b : force.size] for a, b in pairwise(edges)]
     without = np.array([_solved(A[kept], force[kept]) for kept in others])
     variance = (BLOCKS - 1) * without.var(axis=0)
-    plates = PLATE_FRICTION * _slide_force(vehicle)
+    plates = PLATE_FRICTION * slide_force(vehicle)
     value[0] -= plates / 2
     # Levers make the force out of torques, and the return torque out of the way.
     lengths = EVEN * vehicle.tolerances.geometry * value
@@ -123,6 +123,7 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
 def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
     """Regressors and force, of even motion alone."""
     s, t = recording.s, recording.t
+    require_unclipped(recording.name, recording.at_limit, "less return torque")
     if not (s.max() > REACH * vehicle.rack_travel and s.min() < -REACH * vehicle.rack_travel):
         raise InvalidInputError(
             f"{recording.name}: the rack goes from {s.min():.3g} to {s.max():.3g} m; turn it beyond"
@@ -146,7 +147,7 @@ def _solved(A: Array, force: Array) -> Array:
     return np.asarray(np.linalg.lstsq(A, force, rcond=None)[0], dtype=np.float64)
 
 
-def _slide_force(vehicle: Vehicle) -> float:
+def slide_force(vehicle: Vehicle) -> float:
     """Force on the rack of both tyres that slide, mu = 1 [N]."""
     arm = Contact.of(vehicle, brakes=True).slide_arm
     return 2 * vehicle.wheel_load * arm / vehicle.steering_arm

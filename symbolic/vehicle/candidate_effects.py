@@ -13,12 +13,13 @@ def _car_effect(effect: str, name: str, summary: str, **ranges: float) -> Effect
     return replace(EFFECTS[effect], name=name, summary=summary, parameters=(own,))
 
 
+# Friction of tyres that falls with speed looks like damping or friction below 0, which no steering has.
 CAR_EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
         _car_effect(
             "bearing_friction", "gear_friction", "dry friction of the gear beyond that declared",
-            start=1.0, lower=-200.0, upper=200.0, scale=5.0,
+            start=1.0, lower=0.0, upper=200.0, scale=5.0,
         ),
         _car_effect("backlash", "play_of_joints", "play from rack to wheels, crossed at no force"),
         _car_effect(
@@ -35,7 +36,7 @@ CAR_EFFECTS: dict[str, Effect] = {
         ),
         _car_effect(
             "contact_damping", "damping_of_joints", "viscous damping beyond that declared",
-            start=1.0, lower=-200.0, upper=200.0, scale=20.0,
+            start=1.0, lower=0.0, upper=200.0, scale=20.0,
         ),
         _car_effect("torque_offset", "zero_of_force", "a zero of the force beyond its tolerance"),
     )

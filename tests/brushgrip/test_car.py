@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.wording.friction import rests_on
+from brushgrip.wording.declared_values import rests_on
 from identification.reading.car import read_vehicle
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.helpers import Run, table_of
@@ -86,6 +86,22 @@ def test_from_logs_to_a_report_in_one_command(
     assert found["effects"][0]["parameters"]["stiffness"]["value"] == pytest.approx(80, rel=0.1)
     assert "estimate takes no model.json of a car" in " ".join(outcome.out.split())
     assert (tmp_path / "found" / "report.html").is_file()
+
+
+def test_a_car_without_a_speed_is_said_to_be_taken_to_stand(run: Run, tmp_path: Path) -> None:
+    t, rack = steering(seconds=8.0)
+    columns = {"t": t, "rack": rack, "F_rack": SimulatedCar().force(rack)}
+    known, unknown = (
+        write_columns(tmp_path / name, given)
+        for name, given in (("known.csv", columns | {"speed": 0 * t}), ("unknown.csv", columns))
+    )
+    (tmp_path / "car.toml").write_text(vehicle_text())
+    of_car = ["--vehicle", tmp_path / "car.toml"]
+    alone, both = run("estimate", *of_car, unknown), run("estimate", *of_car, known, unknown)
+
+    assert "unknown: no speed is recorded, so that the car is taken to stand" in alone.out
+    assert "no speed is recorded" not in run("estimate", *of_car, known).out
+    assert "in 1 of 2 recordings no speed is recorded" in " ".join(both.out.split())
 
 
 def test_a_log_that_is_not_there_is_a_cars(run: Run, tmp_path: Path) -> None:

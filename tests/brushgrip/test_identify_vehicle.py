@@ -1,6 +1,7 @@
 """`brushgrip identify` of a car, and the vehicle file that it writes."""
 
 import json
+import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -38,6 +39,8 @@ def test_the_vehicle_file_is_written_with_what_was_found(run: Run, tmp_path: Pat
     assert new.tolerances.gear_friction < 0.5
     assert 0 <= new.inclination < 0.02, "its kingpins are upright"
     assert found["gear_friction"]["unit"] == "N"
+    # 2 2/3 4000 N of a circle of 0.066 m in radius over 0.125 m, nearly.
+    assert re.search(r"each 0\.01 more, .* is told as 2\d N of gear", " ".join(outcome.out.split()))
     assert written["signals"] == {"rack": {"channel": "RackTravel", "unit": "mm", "factor": 1.0}}
     changed = {"gear_friction", "inclination"}
     assert {k: v for k, v in written["vehicle"].items() if k not in changed} == {

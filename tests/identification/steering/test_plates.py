@@ -2,16 +2,18 @@
 
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.car_files import vehicle_toml
-from identification.reading.car import RackRecording
+from identification.reading.car import RackRecording, read_rack
 from identification.steering.plates import identify_on_plates
 from reference_rig import CAR_STEP, FleetCar, draw_car, record_car, simulate_car
 from symbolic import InvalidInputError, vehicle_from_tables
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
+from tests.columns import write_columns
 from tests.simulated_car import BOTH_WAYS, Array, declared_vehicle, drive, on_plates
 
 CAR = declared_vehicle()
@@ -50,6 +52,26 @@ def test_gear_damping_and_zero_come_back() -> None:
 def test_what_would_be_wrong_is_refused(given: dict[str, object], said: str) -> None:
     with pytest.raises(InvalidInputError, match=said):
         identify_on_plates([plates(**given)], replace(CAR, gear_friction=150.0))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("share", [0.7, 0.8])
+def test_a_force_that_is_clipped_near_the_locks_is_refused(tmp_path: Path, share: float) -> None:
+    vehicle = replace(CAR, inclination=0.2)
+    t, s, force = on_plates()
+    force = 10 * np.round((force + 2 * jacking_torque(vehicle, s / 0.125) / 0.125) / 10)
+
+    def read(shown: Array) -> RackRecording:
+        return read_rack(
+            write_columns(tmp_path / "p.csv", {"t": t, "rack": s, "F_rack": shown}), vehicle
+        )
+
+    most = share * np.abs(force).max()
+    with pytest.raises(InvalidInputError, match="clips it, and looks like less return torque"):
+        identify_on_plates([read(np.clip(force, -most, most))], vehicle)
+    found = identify_on_plates([read(force)], vehicle).return_torque
+
+    assert found.std is not None
+    assert abs(found.value - 1) < 3 * found.std
 
 
 def independent(drawn: FleetCar) -> dict[str, Array]:
