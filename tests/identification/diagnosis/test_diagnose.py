@@ -105,7 +105,10 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     assert family == {
         "name": "sensor and steering", "effects": ["sensor_delay"], "rivals": [], "curve": None,
     }  # fmt: skip
-    assert "half-length a ± 2 mm, caster e ± 2 mm, load ± 2 %, stiffness k ± 20 %" in content["notes"][0]
+    assert (
+        "half-length a ± 2 mm, caster e (kingpin to contact) ± 2 mm, load ± 2 %, tread stiffness k ±"
+        in content["notes"][0]
+    )
 
 
 def test_the_model_error_is_that_of_recordings_left_out(
