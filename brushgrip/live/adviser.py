@@ -5,7 +5,7 @@ from collections import deque
 from math import degrees
 from typing import Any
 
-from observers import Advice, Observer, Probe, Sample, Status, SteeringLimits
+from observers import Advice, Estimate, Observer, Probe, Sample, Status, SteeringLimits
 from observers.estimators.model_observer import ModelObserver
 from symbolic import InvalidInputError
 
@@ -54,9 +54,8 @@ class Adviser:
                 else:
                     sample, state = waiting.popleft()
                     advice = probe(sample, state)
-                    now = observer.estimate(state) if state is not None else advice.estimate
-                    if advice.finished and not now.usable and now.status != Status.MISSING:
-                        probe.reset()  # What was known is so no more, as on another ground.
+                    if advice.finished and _is_lost(observer.estimate(state)):
+                        probe.reset()  # As on another ground.
                         advice = probe(sample, state)
                     newest = waiting[-1][0] if waiting else sample
                     if own == self._generation:
@@ -65,6 +64,11 @@ class Adviser:
             self.text = f"no advice: {error}"
             if not isinstance(error, InvalidInputError):
                 raise
+
+
+def _is_lost(estimate: Estimate) -> bool:
+    """Whether friction that was known is so no more; a sample without a torque says nothing."""
+    return not estimate.usable and estimate.status != Status.MISSING
 
 
 def advice_text(advice: Advice, psi: float, target_deviation: float) -> str:

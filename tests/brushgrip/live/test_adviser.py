@@ -1,5 +1,6 @@
 from dataclasses import replace
 from threading import Event
+from typing import Any, cast
 
 import pytest
 
@@ -7,6 +8,7 @@ from brushgrip.live.adviser import PLANNING, Adviser, advice_text
 from observers import (
     Advice,
     Ekf,
+    Estimate,
     Loop,
     Observer,
     Sample,
@@ -78,6 +80,12 @@ def test_without_a_forecast_it_says_why_there_is_no_advice(observer: Observer, r
 def test_friction_that_is_known_no_more_is_sought_again(monkeypatch: pytest.MonkeyPatch) -> None:
     known = replace(OBSERVER.prior, informed=True)
 
+    class Stated(Ekf):
+        """Whose state is its estimate."""
+
+        def estimate(self, state: Any) -> Estimate:
+            return cast(Estimate, state)
+
     class Once:
         """Has reached its target until it is reset."""
 
@@ -94,9 +102,8 @@ def test_friction_that_is_known_no_more_is_sought_again(monkeypatch: pytest.Monk
             )  # fmt: skip
 
     monkeypatch.setattr("brushgrip.live.adviser.Probe", Once)
-    monkeypatch.setattr(Ekf, "estimate", lambda _, state: state)
     adviser = Adviser(0.05, SteeringLimits())
-    adviser.begin(OBSERVER)
+    adviser.begin(Stated(model=Model(), values={"k": 2.4e6}, rig=RIG))
     for status, text in (
         (Status.USED, "friction is known to 5.0%, stop turning"),
         (Status.MISSING, "friction is known to 5.0%, stop turning"),
