@@ -47,7 +47,6 @@ from symbolic.tables.found_model import (
     FoundModel,
     ModelBasis,
     ModelError,
-    is_of_other_scale,
     units_of,
 )
 from symbolic.tables.found_model_from_tables import model_from_tables
@@ -101,7 +100,6 @@ __all__ = [
     "full_slide_arm",
     "full_slide_level",
     "full_slide_torque",
-    "is_of_other_scale",
     "lateral_deformation",
     "model_from_tables",
     "parameter_name",

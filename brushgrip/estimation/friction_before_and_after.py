@@ -18,8 +18,8 @@ from brushgrip.inputs.choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction
-from symbolic import is_of_other_scale
 from symbolic.deformation import full_slide_arm
+from symbolic.tables.found_model import is_of_other_scale
 
 _Observed = tuple[FrictionTrack, FrictionQuality]
 Stage = Mapping[str, FrictionQuality]

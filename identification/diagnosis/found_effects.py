@@ -20,7 +20,8 @@ from identification.selection.criteria import (
 )
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
-from symbolic import TOLERATED, USUAL, Effect, Scope, is_of_other_scale, parameter_name
+from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
+from symbolic.tables.found_model import is_of_other_scale
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which the judged error has to fall, and deviations that a parameter has to be off

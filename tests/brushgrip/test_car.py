@@ -101,7 +101,9 @@ def test_a_car_without_a_speed_is_said_to_be_taken_to_stand(run: Run, tmp_path: 
 
     assert "unknown: no speed is recorded, so that the car is taken to stand" in alone.out
     assert "no speed is recorded" not in run("estimate", *of_car, known).out
-    assert "1 of 2: no speed is recorded, so that the car is taken to stand" in " ".join(both.out.split())
+    assert "1 of 2: no speed is recorded, so that the car is taken to stand" in " ".join(
+        both.out.split()
+    )
 
 
 def test_a_log_that_is_not_there_is_a_cars(run: Run, tmp_path: Path) -> None:
