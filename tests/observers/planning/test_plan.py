@@ -1,3 +1,4 @@
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -31,20 +32,22 @@ def test_a_plan_stays_within_the_limits(planned: Plan) -> None:
     assert path.travel[-1] == pytest.approx(1.1 * planned.travels.max(), rel=0.05)
 
 
-def test_a_path_that_reaches_no_more_ends_where_the_torque_is_too_great(acquiring: Ekf) -> None:
-    limits = SteeringLimits(angle=0.3, rate=0.4, time=6.0, torque=1.0)
+@pytest.mark.parametrize("torque", [1.0, 1.2])
+def test_a_path_that_reaches_no_more_ends_where_the_torque_is_too_great(
+    torque: float, acquiring: Ekf
+) -> None:
+    limits = SteeringLimits(angle=0.3, rate=0.4, time=6.0, torque=torque)
     planned = plan(acquiring, 0.08, limits, LOAD, mus=(0.06, 0.9), coarse=True)
-    ice, _ = planned.reached
-    known = 1 if ice is None else ice + 1
-    most = [np.abs(one.torque[known:]).max(initial=0.0) for one in planned.forecasts]
+    (ice, dry), most = planned.reached, np.abs(planned.forecasts[1].torque)
+    assert ice is not None
+    assert dry is None
+    assert 0 < planned.path.t[-1] < limits.time
 
-    assert planned.reached[1] is None
-    assert max(most) <= limits.torque
-    assert planned.path.t[-1] < limits.time
-    # Ice needs more than that torque on the other ground, and the plan says so.
-    beyond = np.abs(planned.forecasts[1].torque) > limits.torque
-    since = planned.path.t[np.argmax(beyond)]
-    assert f"beyond the limit of the torque from {since:.3g} s on" in planned.reasons[-1]
+    # Ice needs more than 1 N m on the other ground, and the plan says so; beyond, no limit is exceeded.
+    assert most[ice + 1 :].max(initial=0.0) <= torque
+    beyond = [f"{planned.path.t[np.argmax(most > torque)]:.3g} s on"] * (torque == 1.0)
+    assert re.findall(r"beyond the limit of the torque from (.*? on)", planned.reasons[-1]) == beyond
+    assert (most.size == ice + 1) == (torque == 1.0)
 
 
 def test_a_stricter_target_never_needs_less_on_the_worst_ground(acquiring: Ekf, planned: Plan) -> None:
