@@ -41,7 +41,7 @@ LEGS = 4
 NEVER = 1e3
 """Cost where the target is not reached, to which the least deviation is added."""
 MARGIN, GOES_ON = 0.95, 0.1
-"""Share of the target for a forecast without noise; travel beyond that, over the travel until there [1]."""
+"""Share of the target for a forecast without noise; travel beyond that, over that until there [1]."""
 MIN_SAMPLES = 10
 """Least number of samples of a path."""
 MIN_TARGET = 1e-3
