@@ -84,6 +84,10 @@ class EstimateRequest(GroundRequest):
             "--by-direction", help="Friction for each direction of turning; takes M_z, ekf or mhe."
         ),
     ] = False
+    stiffness_state: Annotated[
+        bool,
+        typer.Option("--stiffness-state", help="k is estimated beside friction; takes M_z, ekf or mhe."),
+    ] = False
     picture: Annotated[
         Path | None, file_option("--picture", "PNG", "Picture of mu(t); OUT.png if left out.")
     ] = None
@@ -92,7 +96,7 @@ class EstimateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
-        from brushgrip.estimation.estimates import observer_factory
+        from brushgrip.estimation.estimates import Aligning, observer_factory
         from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.inputs.settings import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
@@ -103,10 +107,16 @@ class EstimateRequest(GroundRequest):
             summary_csv,
             task_submission,
         )
+        from observers import AligningTorque, DirectionalFriction
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
-        observer_factory(self.observer, tuning, by_direction=self.by_direction)
+        if self.by_direction and self.stiffness_state:
+            raise InvalidInputError("--by-direction has no k as a state; leave --stiffness-state out")
+        aligning: Aligning | None = DirectionalFriction() if self.by_direction else None
+        if self.stiffness_state:
+            aligning = AligningTorque(stiffness=True)
+        observer_factory(self.observer, tuning, aligning)
         alone = len(self.recordings) == 1 and self.summary is None
         finals = other_outputs(self.out, self.summary, self.picture, alone=alone)
         inputs = self.model_inputs(vehicle=self.vehicle)
@@ -116,7 +126,7 @@ class EstimateRequest(GroundRequest):
                 observer=self.observer,
                 tuning=tuning,
                 smooth=self.smooth,
-                by_direction=self.by_direction,
+                aligning=aligning,
                 out=self.out and table_path(self.out, name, len(inputs.paths)).absolute(),
                 budget=alone,
             )
@@ -127,6 +137,7 @@ class EstimateRequest(GroundRequest):
             "observer": self.observer.value,
             "tuning": tuning and tuning.to_dict(),
             "by_direction": self.by_direction,
+            "stiffness_state": self.stiffness_state,
         }
         if self.summary and any(is_same_file(self.summary, table) for table in tables):
             raise InvalidInputError(f"{self.summary}: --summary and --out must name different files")

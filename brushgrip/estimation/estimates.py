@@ -37,6 +37,8 @@ from symbolic.array_alias import Array
 
 ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
 """Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
+Aligning = AligningTorque | DirectionalFriction
+"""How an observer of a wheel on a rig measures M_z."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,12 +91,12 @@ def model_observer(
     *,
     tuning: Tuning | None = None,
     by_hand: Mapping[str, float] | None = None,
-    by_direction: bool = False,
+    aligning: Aligning | None = None,
 ) -> Ekf | Mhe:
     """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one.
 
     The tuning is that given, or `real_tyre`, with the error of the found model where that is known, and
-    with the fields that are set by hand. Friction has one value or, `by_direction`, one each way.
+    with the fields that are set by hand. `aligning` measures M_z in place of the usual one.
     """
     if found is None:
         model, values, rig = Model(), {"k": recording.tyre.k}, recording.rig
@@ -107,12 +109,14 @@ def model_observer(
         model, values = found.model, found.values_for_estimation(recording.ground)
         rig = found.with_known_stiffness(recording.rig, recording.tyre.k, recording.ground)
     measurement_model: MeasurementModel = SteeringTorque()
+    by_direction = isinstance(aligning, DirectionalFriction)
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
     elif has_aligning_torque(recording):
-        measurement_model = DirectionalFriction() if by_direction else AligningTorque()
-    if by_direction and not isinstance(measurement_model, DirectionalFriction):
-        raise InvalidInputError("--by-direction needs M_z of a wheel on a rig; leave it out")
+        measurement_model = aligning or AligningTorque()
+    if aligning not in (None, measurement_model):
+        option = "--by-direction" if by_direction else "--stiffness-state"
+        raise InvalidInputError(f"{option} needs M_z of a wheel on a rig; leave it out")
     return kind(
         model=model, values=values, rig=rig, measurement_model=measurement_model,
         tuning=tuning_for(found, tuning, by_hand, by_direction=by_direction, car=car is not None),
@@ -144,10 +148,10 @@ OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
 
 
 def observer_factory(
-    name: ObserverName, chosen: ChosenTuning | None = None, *, by_direction: bool = False
+    name: ObserverName, chosen: ChosenTuning | None = None, aligning: Aligning | None = None
 ) -> ObserverFactory:
-    """The factory of an observer with a tuning, None for the usual one; friction by direction or not."""
-    if chosen is None and not by_direction:
+    """The factory of an observer with a tuning, and how it measures M_z; None for the usual ones."""
+    if chosen is None and aligning is None:
         return OBSERVERS[name]
     if name is ObserverName.ROOT:
         raise InvalidInputError(
@@ -155,7 +159,7 @@ def observer_factory(
         )
     kind: type[Ekf] | type[Mhe] = Ekf if name is ObserverName.EKF else Mhe
     tuning, by_hand = (None, None) if chosen is None else chosen
-    return partial(model_observer, kind, tuning=tuning, by_hand=by_hand, by_direction=by_direction)
+    return partial(model_observer, kind, tuning=tuning, by_hand=by_hand, aligning=aligning)
 
 
 def observe(

@@ -12,6 +12,7 @@ import numpy as np
 
 from brushgrip.estimation.budget import friction_budget
 from brushgrip.estimation.estimates import (
+    Aligning,
     friction_track,
     has_aligning_torque,
     has_steering_torque,
@@ -89,7 +90,7 @@ class EstimateTask:
         observer: which observer.
         tuning: of the observer, None for the usual.
         smooth: every sample from the whole recording.
-        by_direction: friction for each direction of turning.
+        aligning: how M_z is measured, None for the usual.
         out: table to write, None for none.
         picture: picture to draw, None for none.
         budget: whether to say what the band is made of.
@@ -99,7 +100,7 @@ class EstimateTask:
     observer: ObserverName
     tuning: ChosenTuning | None
     smooth: bool
-    by_direction: bool
+    aligning: Aligning | None
     out: Path | None
     picture: Path | None = None
     budget: bool = False
@@ -186,7 +187,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     require_plausible(recording)
     found = task.inputs.found()
     with staged_files([path for path in (task.out, task.picture) if path]) as stages:
-        factory = observer_factory(task.observer, task.tuning, by_direction=task.by_direction)
+        factory = observer_factory(task.observer, task.tuning, task.aligning)
         estimates = observe(factory, recording, found, smoothed=task.smooth)
         if task.out:
             columns = {name: getattr(estimates, name) for name in ("t", *ESTIMATE)}

@@ -91,6 +91,19 @@ def test_friction_by_direction(estimate: Run, simulated: Path, tmp_path: Path) -
     assert directed["mu"][-1] == pytest.approx(1.2, rel=0.05)
 
 
+def test_k_may_be_a_state(estimate: Run, simulated: Path, tmp_path: Path) -> None:
+    estimate(simulated)
+    fixed = table_of(tmp_path / "mu.csv")
+    assert estimate(simulated, "--stiffness-state").status == 0
+    free = table_of(tmp_path / "mu.csv")
+
+    assert not np.array_equal(fixed["mu"], free["mu"])
+    assert free["mu"][-1] == pytest.approx(1.2, rel=0.1)
+    both = estimate(simulated, "--stiffness-state", "--by-direction")
+    assert both.status == 2
+    assert "--by-direction has no k as a state" in both.err
+
+
 @pytest.mark.parametrize(("factor", "message"), [(0.5, "grows with the angle 0.5"), (0.65, "gear")])
 def test_friction_by_direction_waits_for_the_scale_of_the_torque(
     estimate: Run, write_csv: Write, tmp_path: Path, factor: float, message: str
