@@ -12,7 +12,7 @@ from brushgrip.wording.diagnosis_in_words import is_unconfirmed, rest_is_larger
 from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
 from brushgrip.wording.friction import further_recording, narrowed_by, prediction_band
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import UNRECORDED_LOAD
+from identification.diagnosis.found_effects import OFF_STIFFNESS, UNRECORDED_LOAD
 from observers import GroundFriction
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
@@ -119,6 +119,8 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
         return (
             f"Next: record {listed(never)} again, turning to and fro until the wheel slides both ways."
         )
+    if any(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes):
+        return "Next: check the torque with a weight, the load and the half-length, and declare k."
     if len(tracks) == 1:
         return "Next: a second recording, without which nothing judges the result."
     if like_load := [

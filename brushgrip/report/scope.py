@@ -98,7 +98,7 @@ def missing_effects(diagnosis: Diagnosis) -> str:
         unknown = f"something unknown ({percent(diagnosis.unexplained.structured)} of range)"
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
     numbers = [f"({i}) " * (len(told) > 1) for i in range(1, len(told) + 1)]
-    return f"The assumed tyre model leaves out: {'; '.join(map(add, numbers, told))}."
+    return f"What the assumed tyre model leaves out: {'; '.join(map(add, numbers, told))}."
 
 
 def _sureness(effect: FoundEffect, cause: str) -> str:

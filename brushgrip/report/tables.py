@@ -73,7 +73,7 @@ def friction_by_ground(friction: FrictionOutcome, diagnosis: Diagnosis) -> Repor
     return ReportTable(
         caption="Friction μ_eff ± 95 % band by the EKF on the model found: latest value to rely on, and"
         " when there is one" + "; --ground NAME says it for a further recording too" * (not named),
-        headings=("recording", *["ground"][:named], "load [N]", "μ_eff", "usable"),
+        headings=("recording", *["ground"][:named], "mean load [N]", "μ_eff", "usable"),
         rows=rows,
         words=(1, 4) if named else (3,),
     )

@@ -252,7 +252,7 @@ def assumed_tolerances(recordings: Sequence[Recording]) -> str:
 
 
 def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
-    """Notes on k beyond its tolerance; it may stand in for something else. See `OFF_STIFFNESS`."""
+    """Notes on k beyond its tolerance; see `OFF_STIFFNESS`."""
     notes = []
     for recording in recordings:
         declared, found = recording.tyre.k, fitted.values.of(recording)["k"]
@@ -261,11 +261,9 @@ def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
         within = USUAL["k"] * declared if within is None else within
         if abs(found - declared) > max(within, AT_BOUND * declared):
             notes.append(
-                f"{OFF_STIFFNESS} {found:.3g} N/m^2, {found / declared:.2g} times the declared one and"
-                " beyond its tolerance: a wrong unit, gear, load or half-length looks so, and makes"
-                " friction wrong by as much"
-                + "; estimate refuses this model until k is declared so"
-                * refused
+                f"{OFF_STIFFNESS} {found:.3g} N/m^2, {found / declared:.2g} times the declared one: if"
+                " the tyre is not so, the torque's unit or gear, the load or the half-length is wrong, and"
+                " friction by as much" + "; estimate refuses this model until k is declared so" * refused
             )
     return list(dict.fromkeys(notes))
 

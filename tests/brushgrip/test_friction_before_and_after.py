@@ -280,7 +280,7 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
 
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(found,))) == (
-        f"The assumed tyre model leaves out: (1) {told} (clear); (2) something unknown (1.20 % of"
+        f"What the assumed tyre model leaves out: (1) {told} (clear); (2) something unknown (1.20 % of"
         " range)."
     )
     # What may be another effect of the model is not clear.

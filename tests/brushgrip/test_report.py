@@ -159,7 +159,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
     page = Page(full.read_text("utf-8"))
 
     assert page.headings == [
-        "The assumed tyre model leaves out: (1) the tyre's body yields, or its pressure is spread"
+        "What the assumed tyre model leaves out: (1) the tyre's body yields, or its pressure is spread"
         " otherwise (clear); (2) the torque channel has a zero error (clear); (3) something unknown"
         " (1.20 % of range).",
         "What was found",

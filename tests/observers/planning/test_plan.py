@@ -48,6 +48,7 @@ def test_a_path_that_reaches_no_more_ends_where_the_torque_is_too_great(
     beyond = [f"{planned.path.t[np.argmax(most > torque)]:.3g} s on"] * (torque == 1.0)
     assert re.findall(r"beyond the limit of the torque from (.*? on)", planned.reasons[-1]) == beyond
     assert (most.size == ice + 1) == (torque == 1.0)
+    assert (planned.path.travel[-1] > 1.5 * planned.path.travel[ice]) == (torque == 1.2)
 
 
 def test_a_stricter_target_never_needs_less_on_the_worst_ground(acquiring: Ekf, planned: Plan) -> None:
