@@ -143,6 +143,8 @@ def test_stiffness_comes_from_the_found_model_or_else_from_the_recording(recordi
     assert model_observer(Ekf, recording, found).values["k"] == 2.0e6
     with pytest.raises(InvalidInputError, match="k"):
         model_observer(Ekf, recording, replace(found, tyre={}))
+    with pytest.raises(InvalidInputError, match=r"13 times the declared one"):
+        model_observer(Ekf, recording, replace(found, tyre={"k": 13 * 2.4e6}))
 
 
 def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recording: Recording) -> None:
