@@ -261,9 +261,9 @@ def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
         within = USUAL["k"] * declared if within is None else within
         if abs(found - declared) > max(within, AT_BOUND * declared):
             notes.append(
-                f"{OFF_STIFFNESS} {found:.3g} N/m^2, {found / declared:.2g} times the declared one: if"
-                " the tyre is not so, the torque's unit or gear, the load or the half-length is wrong,"
-                " and friction by as much"
+                f"{OFF_STIFFNESS} {found / 1e6:.3g}·10⁶ N/m², {found / declared:.2g} times the declared"
+                " one: if that is not the tyre's, the torque's unit or gear, the load or the half-length is"
+                " wrong, and friction by as much"
                 + "; estimate refuses this model until k is declared so"
                 * refused
             )

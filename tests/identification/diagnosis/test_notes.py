@@ -117,6 +117,6 @@ def test_a_stiffness_beyond_its_tolerance(
     notes = notes_on(errors(a=0.04), errors(a=0.02), fitted, [recording])
 
     assert [
-        note.startswith("the stiffness k is 2e+06 N/m^2, 0.83 times the declared one") for note in notes
+        note.startswith("the stiffness k is 2·10⁶ N/m², 0.83 times the declared one") for note in notes
     ] == [True] * said
     assert any("estimate refuses this model" in note for note in notes) == refused
