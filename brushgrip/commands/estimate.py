@@ -96,7 +96,7 @@ class EstimateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
-        from brushgrip.estimation.estimates import Aligning, observer_factory
+        from brushgrip.estimation.estimates import chosen_aligning, observer_factory
         from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.inputs.settings import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
@@ -107,15 +107,10 @@ class EstimateRequest(GroundRequest):
             summary_csv,
             task_submission,
         )
-        from observers import AligningTorque, DirectionalFriction
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
-        if self.by_direction and self.stiffness_state:
-            raise InvalidInputError("--by-direction has no k as a state; leave --stiffness-state out")
-        aligning: Aligning | None = DirectionalFriction() if self.by_direction else None
-        if self.stiffness_state:
-            aligning = AligningTorque(stiffness=True)
+        aligning = chosen_aligning(by_direction=self.by_direction, stiffness_state=self.stiffness_state)
         observer_factory(self.observer, tuning, aligning)
         alone = len(self.recordings) == 1 and self.summary is None
         finals = other_outputs(self.out, self.summary, self.picture, alone=alone)

@@ -95,9 +95,8 @@ def model_observer(
 ) -> Ekf | Mhe:
     """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one.
 
-    The tuning is that given, or `real_tyre`, with the error of the found model where that is known, and
-    with the fields that are set by hand. `aligning` measures M_z in place of the usual one.
-    """
+    The tuning is that given, or `real_tyre`, with the error of the found model where that is known and
+    what is set by hand. `aligning` measures M_z in place of the usual one."""
     if found is None:
         model, values, rig = Model(), {"k": recording.tyre.k}, recording.rig
     elif recording.standstills is not None:
@@ -147,6 +146,14 @@ OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
 """The observers that a command offers; one more is one more entry here and in `ObserverName`."""
 
 
+def chosen_aligning(*, by_direction: bool, stiffness_state: bool) -> Aligning | None:
+    """How M_z is measured by these options; None for the usual."""
+    if by_direction and stiffness_state:
+        raise InvalidInputError("--by-direction has no k as a state; leave --stiffness-state out")
+    usual = AligningTorque(stiffness=True) if stiffness_state else None
+    return DirectionalFriction() if by_direction else usual
+
+
 def observer_factory(
     name: ObserverName, chosen: ChosenTuning | None = None, aligning: Aligning | None = None
 ) -> ObserverFactory:
@@ -158,7 +165,7 @@ def observer_factory(
             "--observer root has no tuning and one friction; leave these options out, or use ekf or mhe"
         )
     kind: type[Ekf] | type[Mhe] = Ekf if name is ObserverName.EKF else Mhe
-    tuning, by_hand = (None, None) if chosen is None else chosen
+    tuning, by_hand = chosen or (None, None)
     return partial(model_observer, kind, tuning=tuning, by_hand=by_hand, aligning=aligning)
 
 

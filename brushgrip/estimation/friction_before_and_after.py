@@ -184,10 +184,10 @@ def friction_by_both_models(
         EKF_FOUND: (ObserverName.EKF, found, recordings),
         EKF_DECLARED: (ObserverName.EKF, None, recordings),
     }
-    # A model found has an observer for each rig, which takes longer to build than to run: a task each.
+    # To build an observer of a model found takes longer than to run it, and each rig has its own.
     futures = {
         (label, rig): submit(
-            _observed, observer, model, [r for r in some if rig in (r.rig, None)], references
+            _observed, observer, model, [r for r in some if rig is None or r.rig == rig], references
         )
         for label, (observer, model, some) in runs.items()
         for rig in (dict.fromkeys(r.rig for r in some) if model else [None])

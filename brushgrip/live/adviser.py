@@ -55,7 +55,7 @@ class Adviser:
                     sample, state = waiting.popleft()
                     advice = probe(sample, state)
                     if advice.finished and _is_lost(observer.estimate(state)):
-                        probe.reset()  # As on another ground.
+                        probe.resume()
                         advice = probe(sample, state)
                     newest = waiting[-1][0] if waiting else sample
                     if own == self._generation:
@@ -66,9 +66,13 @@ class Adviser:
                 raise
 
 
+LOST = Status.RESET | Status.ACQUIRING | Status.INCONSISTENT | Status.SUSPECT
+"""Flags of friction that is known no more; what a sample lacks, or a spike, takes nothing away."""
+
+
 def _is_lost(estimate: Estimate) -> bool:
-    """Whether friction that was known is so no more; a sample without a torque says nothing."""
-    return not estimate.usable and estimate.status != Status.MISSING
+    """Whether friction that was known is so no more."""
+    return not estimate.usable and bool(estimate.status & LOST)
 
 
 def advice_text(advice: Advice, psi: float, target_deviation: float) -> str:

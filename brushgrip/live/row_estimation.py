@@ -141,7 +141,7 @@ class WheelRowEstimator(RowEstimator):
         """
         if "psi_dot" in self.columns and not self._refused:
             known = recorded[np.isfinite(recorded[:, [1, 4]]).all(axis=1)]
-            self._refused = self._refusal(known[:: len(known) // MAX_RATES + 1])
+            self._refused = self._refusal(known[-MAX_RATES:])
         return self._refused
 
     def _refusal(self, known: NDArray[np.float64]) -> str:

@@ -54,8 +54,10 @@ def follow(
     if nominal is None:
         raise InvalidInputError(f"{where}: needs the rig, --rig rig.toml, or --vehicle car.toml")
     rig, tyre = nominal
-    if found and (taken := found.ground_taken(ground)):
-        say(taken)
+    if found is not None:
+        found.with_known_stiffness(rig, tyre.k, ground)
+        if taken := found.ground_taken(ground):
+            say(taken)
     estimator = WheelRowEstimator(
         lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser, where, inputs.signals
     )

@@ -43,8 +43,9 @@ from brushgrip.wording.friction import (
     last_usable,
     not_usable,
 )
-from brushgrip.wording.remarks import remark
+from brushgrip.wording.remarks import BETWEEN, remark
 from identification import Recording, read_rig
+from identification.diagnosis.found_effects import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers
 from observers import ESTIMATE, Estimates, Status, ground_friction
 from symbolic import BrushgripError, InvalidInputError
@@ -173,7 +174,8 @@ def estimate_all(
 
 def estimate_one(task: EstimateTask) -> EstimateOutcome:
     """Estimates friction over one recording, and writes its table and its picture."""
-    REMARKS.set(REMARKS.get() or set())
+    if REMARKS.get() is None:
+        REMARKS.set(set())
     try:
         return _estimated(task)
     except BrushgripError as error:
@@ -212,6 +214,11 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     else:
         note = "" if car.speed_recorded else STANDS
         told += [note, "" if budget else rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])])]
+    if found is not None and recording.standstills is None:
+        told.append(
+            doubt := stiffness_note(found.values_for_estimation(recording.ground)["k"], recording)
+        )
+        note = BETWEEN.join(filter(None, (note, doubt)))
     lines = (f"{recording.name}: {line}" for line in told if line)
     beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)
     return EstimateOutcome(row=row_of(recording, estimates, beside), lines=tuple(lines))

@@ -199,7 +199,7 @@ def taken_from_model(found: FoundModel) -> str:
     if own:
         line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"
     if kept:
-        line += "; the declared model's error, as no effect surely explains what is left"
+        line += "; at least the error of the assumed model, as no effect surely explains what is left"
     return f"{line}. {_standing(found)}"
 
 

@@ -253,21 +253,23 @@ def assumed_tolerances(recordings: Sequence[Recording]) -> str:
 
 def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
     """Notes on k beyond its tolerance; see `OFF_STIFFNESS`."""
-    notes = []
-    for recording in recordings:
-        declared, found = recording.tyre.k, fitted.values.of(recording)["k"]
-        within = recording.rig.tolerances.k
-        refused = is_of_other_scale(found, declared, within)
-        within = USUAL["k"] * declared if within is None else within
-        if abs(found - declared) > max(within, AT_BOUND * declared):
-            notes.append(
-                f"{OFF_STIFFNESS} {found / 1e6:.3g}·10⁶ N/m², {found / declared:.2g} times the declared"
-                " one: if that is not the tyre's, the torque's unit or gear, the load or the half-length is"
-                " wrong, and friction by as much"
-                + "; estimate refuses this model until k is declared so"
-                * refused
-            )
-    return list(dict.fromkeys(notes))
+    notes = [stiffness_note(fitted.values.of(recording)["k"], recording) for recording in recordings]
+    return list(dict.fromkeys(filter(None, notes)))
+
+
+def stiffness_note(k: float, recording: Recording) -> str:
+    """What a found stiffness [N/m^2] beyond the tolerance of the declared one means; empty within."""
+    declared, tolerance = recording.tyre.k, recording.rig.tolerances.k
+    within = USUAL["k"] * declared if tolerance is None else tolerance
+    if abs(k - declared) <= max(within, AT_BOUND * declared):
+        return ""
+    note = (
+        f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {k / declared:.2g} times the declared one: if that is"
+        " not the tyre's, the torque's unit or gear, the load or the half-length is wrong, and friction"
+        " by as much"
+    )
+    refused = is_of_other_scale(k, declared, tolerance)
+    return f"{note}; estimate refuses this model" if refused else note
 
 
 def _at_their_tolerances(fitted: Fit) -> list[str]:

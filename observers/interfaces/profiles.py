@@ -78,8 +78,9 @@ def tuning_for(
             alarm=max(tuning.alarm, UNSTEADY_ALARM),
         )  # fmt: skip
     if found is not None and found.error is not None:
-        # Who found nothing, and left something, knows no more than who declared the model.
-        if found.basis is None or not found.basis.explains_nothing or tuning.error < found.error.share:
+        if found.basis is not None and found.basis.explains_nothing:
+            tuning = replace(tuning, error=max(tuning.error, found.error.share))
+        else:
             tuning = with_model_error(tuning, found.error)
         if by_direction and found.error.friction_walk:
             alarm = max(tuning.alarm, UNSTEADY_ALARM)

@@ -42,10 +42,8 @@ NEVER = 1e3
 """Cost where the target is not reached, to which the least deviation is added."""
 MARGIN, GOES_ON = 0.95, 0.1
 """Share of the target for a forecast without noise; travel beyond that, over that until there [1]."""
-MIN_SAMPLES = 10
-"""Least number of samples of a path."""
-MIN_TARGET = 1e-3
-"""Least target that makes sense [1]."""
+MIN_SAMPLES, MIN_TARGET = 10, 1e-3
+"""Least number of samples of a path; least target that makes sense [1]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -235,7 +233,7 @@ class _Search:
             end = min(end, int(np.searchsorted(path.travel, (1 + GOES_ON) * path.travel[last])) + 1)
         end = max(last + 1, end)
         reasons = [
-            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one.upto(end))}"
+            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one.upto(end + 1))}"
             for mu, one, at in zip(self.mus, whole, reached, strict=True)
             if at is None
         ]
@@ -250,8 +248,12 @@ class _Search:
         known = "never usable on the best path"
         if at is not None:
             known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
+        remedy = Status(int(forecast.status[-1])).remedy
         if (allowed := forecast.allowed(self.limits.torque)) < forecast.torque.size:
-            known = f"{known}, beyond the limit of the torque from {path.t[allowed]:.3g} s on"
+            remedy, known = (
+                "",
+                f"{known}, beyond the limit of the torque from {path.t[allowed]:.3g} s on",
+            )
         if self.reached_with(mu):
             return f"{known}; another path reaches it: plan for this friction alone"
         wider = [
@@ -262,16 +264,14 @@ class _Search:
         ]
         if wider:
             return f"{known}; twice the limit of {' or '.join(wider)} would do"
-        remedy = Status(int(forecast.status[-1])).remedy
         return f"{known}; no limit alone, twice as wide, would do" + f": {remedy}" * bool(remedy)
 
     def reached_with(self, mu: float, **wider: float) -> bool:
         """Whether the target is reached at a friction alone, with some limits wider."""
-        limits = replace(self.limits, **wider)
-        settings = self.objective, self.over, self.dt, self.psi
-        wide = _Search(self.forecaster, self.target, limits, self.F_N, (mu,), *settings)
+        case = replace(self.limits, **wider), self.F_N, (mu,), self.objective, self.over
+        wide = _Search(self.forecaster, self.target, *case, self.dt, self.psi)
         # The first path that reaches it will do.
-        return any(wide.attempt(swing) < NEVER for swing in swings(limits, coarse=True))
+        return any(wide.attempt(swing) < NEVER for swing in swings(case[0], coarse=True))
 
 
 def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:

@@ -134,6 +134,12 @@ class Probe:
         if self._twin is not None:
             self._twin.reset()
 
+    def resume(self) -> None:
+        """Advise anew where friction is known no more; angles count from where they did before."""
+        kept = self._start, self._bounds, self._within
+        self.reset()
+        self._start, self._bounds, self._within = kept
+
     def __call__(self, sample: Sample, state: ObserverState | None) -> Advice:
         """The advice after a sample and the observer's state with it; None before its start."""
         if self._twin is not None:

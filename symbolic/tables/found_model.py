@@ -13,10 +13,11 @@ STIFFNESS_CHANGES = 0.05
 """Least tolerance of a found k, as a share of it [1]: warmth and pressure of a tyre change it."""
 OTHER_SCALE = 3.0, 2.5
 """Tolerances of a declared k beyond which a found one is no tyre's but that of a torque or an angle in
-another unit or before a gear [1]; and the factor, where no tolerance is declared [1]."""
+another unit or before a gear [1]; and the factor that is always beyond, if not within the tolerance, and
+where none is declared [1]. What is too large by a factor is too small by its inverse."""
 
-SHARED = 0.5
-"""Share of what a k beyond its tolerance is off by that counts as the scale of the torque [1]."""
+SHARED, MAX_LOAD_TOLERANCE = 0.5, 0.95
+"""Share of what k is off by that counts as the torque's scale [1]; greatest tolerance of a load [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,9 +131,9 @@ class FoundModel:
     def with_known_stiffness(self, rig: Rig, declared: float, ground: str | None = None) -> Rig:
         """The rig with the tolerance of this model's k: that of the declared k is of another number.
 
-        It is as wide as the diagnosis knows k. Where k is beyond a tolerance that somebody declared, k
-        or the torque's scale is wrong; what a wrong scale does to friction, a wrong load does, whose
-        tolerance is widened.
+        It is as wide as the diagnosis knows k. What k is off by may be the tyre or the torque's scale,
+        and what a wrong scale does to friction, a wrong load does: where a tolerance of k is declared,
+        half of what k is off by, in its logarithm, is a standard deviation of the load.
 
         Args:
             rig: with the tolerance of the declared k.
@@ -147,15 +148,15 @@ class FoundModel:
             raise InvalidInputError(
                 f"the model's stiffness k is {k:.3g} N/m^2, {k / declared:.2g} times the declared one; a"
                 " torque or an angle in another unit or before a gear, or a wrong load or half-length,"
-                " looks like that, and makes friction wrong by as much. If it is the tyre's, declare it"
-                f" in the rig file: k = {{ value = {k:.3g}, tolerance = {USUAL['k'] * k:.2g} }}"
+                " looks like that, and makes friction wrong by as much: check the torque with a weight."
+                " If k was measured otherwise, declare that value and its tolerance in the rig file"
             )
         known, load = tolerance, rig.tolerances.load
         if self.k_std is not None:
             known = min(max(self.k_std / EVEN, STIFFNESS_CHANGES * k), USUAL["k"] * k)
-        if tolerance is not None and abs(k - declared) > tolerance:
+        if tolerance is not None and k != declared:
             off = SHARED * abs(math.log(k / declared)) / EVEN
-            load = math.hypot(USUAL["load"] if load is None else load, off)
+            load = min(math.hypot(USUAL["load"] if load is None else load, off), MAX_LOAD_TOLERANCE)
         return replace(rig, tolerances=replace(rig.tolerances, k=known, load=load))
 
     def values_for(
@@ -218,7 +219,8 @@ def is_of_other_scale(k: float, declared: float, tolerance: float | None) -> boo
     """
     tolerances, factor = OTHER_SCALE
     if tolerance is not None:
-        factor = 1 + tolerances * max(tolerance / declared, STIFFNESS_CHANGES)
+        share = tolerance / declared
+        factor = max(min(1 + tolerances * max(share, STIFFNESS_CHANGES), factor), 1 + share)
     return not 1 / factor <= k / declared <= factor
 
 

@@ -94,8 +94,11 @@ def _unpacked(path: Path, name: str, dataset: Any) -> Any:
         if key in dataset.attrs:
             attributes[key] = np.ravel(dataset.attrs[key])
             fitting = attributes[key].size == size or key == "missing_value"
-            if attributes[key].dtype.kind not in "fiu" or not fitting:
+            if attributes[key].dtype.kind in "fiu" and fitting:
+                continue
+            if not key.startswith("valid_"):
                 raise InvalidInputError(f"{path}: {key} of {name} must be a number")
+            del attributes[key]
     missing = np.zeros(values.shape, dtype=bool)
     for key in attributes.keys() & {"_FillValue", "missing_value"}:
         with np.errstate(over="ignore"):

@@ -92,7 +92,7 @@ def test_friction_that_is_known_no_more_is_sought_again(monkeypatch: pytest.Monk
         def __init__(self, *_: object) -> None:
             self.finished = True
 
-        def reset(self) -> None:
+        def resume(self) -> None:
             self.finished = False
 
         def __call__(self, *_: object) -> Advice:
@@ -107,6 +107,8 @@ def test_friction_that_is_known_no_more_is_sought_again(monkeypatch: pytest.Monk
     for status, text in (
         (Status.USED, "friction is known to 5.0%, stop turning"),
         (Status.MISSING, "friction is known to 5.0%, stop turning"),
+        (Status.REJECTED, "friction is known to 5.0%, stop turning"),
+        (Status.MISSING | Status.HELD, "friction is known to 5.0%, stop turning"),
         (Status.ACQUIRING, "turn 11° more to the left"),
     ):
         adviser.text = ""

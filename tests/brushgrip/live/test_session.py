@@ -378,6 +378,27 @@ def test_the_command_replays_records_and_ends(run: Run, tmp_path: Path) -> None:
     assert estimated(out).t.size == estimated(source).t.size
 
 
+def test_a_model_of_another_scale_is_refused(run: Run, tmp_path: Path) -> None:
+    model = tmp_path / "model.json"
+    model.write_text('{"version": 1, "effects": [], "tyre": {"k": 2.8e7}}')
+    run("live", RECORDINGS / "train_a.csv", "--rig", RIG, "--no-page", "--model", model).refused(
+        "10 times the declared one"
+    )
+
+
+def test_a_sound_rate_is_sound_after_minutes() -> None:
+    t = 0.05 * np.arange(20_000)
+    psi, rate = 0.3 * np.sin(np.pi * t), 0.3 * np.pi * np.cos(np.pi * t)
+    estimator = WheelRowEstimator(
+        lambda _: Ekf(model=Model(), values={"k": 2.4e6}, rig=Rig(a=0.045, e=0.009))
+    )
+    estimator.columns = ("t", "psi", "F_N", "M_z", "psi_dot")
+    still = np.zeros(t.size)
+
+    assert estimator.implausible(np.column_stack([t, psi, still + 400, still, rate])) == ""
+    assert "psi_dot" in estimator.implausible(np.column_stack([t, psi, still + 400, still, -rate]))
+
+
 @pytest.mark.parametrize(
     ("source", "words"),
     [

@@ -406,6 +406,7 @@ def test_a_time_of_hdf5_may_be_counted_from_an_instant(tmp_path: Path) -> None:
         ({"valid_min": -50.0}, 1.0),
         ({"valid_max": np.int16(500), "valid_min": np.int16(-500)}, 0.01),
         ({"valid_range": [-5.0, 5.0]}, 0.01),
+        ({"valid_range": "-5 5", "valid_min": -50.0}, 1.0),
     ],
 )
 def test_values_of_hdf5_beyond_their_valid_range_are_missing(
