@@ -95,8 +95,8 @@ def model_observer(
 ) -> Ekf | Mhe:
     """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one.
 
-    The tuning is that given, or `real_tyre`, with the error of the found model where that is known and
-    what is set by hand. `aligning` measures M_z in place of the usual one."""
+    The tuning, None for `real_tyre`, gets the found model's error, then what is set by hand.
+    """
     if found is None:
         model, values, rig = Model(), {"k": recording.tyre.k}, recording.rig
     elif recording.standstills is not None:
