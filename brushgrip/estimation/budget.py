@@ -3,11 +3,12 @@
 import numpy as np
 
 from brushgrip.estimation.estimates import ObserverFactory, run_arguments, with_brakes
-from brushgrip.wording.friction import last_usable
+from brushgrip.wording.friction import OF_SCALE, last_usable
 from identification import FoundModel, Recording
 from observers import DirectionalFriction, Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
 from observers.quality.tolerances import OF_LOAD
+from symbolic import USUAL
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 
 MAX_BUDGET_SAMPLES = 100_000
@@ -28,6 +29,7 @@ def friction_budget(
 ) -> dict[str, float]:
     """Half of the 95 % band of mu_eff by cause at the last usable sample [1], which add up as squares.
 
+    Of a load that counts as less known, as k of the found model is not the declared one, that is told.
     Empty where no sample is usable, for other observers than an `Ekf`, friction by direction, and beyond
     `MAX_BUDGET_SAMPLES`.
     """
@@ -45,6 +47,10 @@ def friction_budget(
     if not isinstance(observer, Ekf) or isinstance(observer.measurement_model, DirectionalFriction):
         return {}
     shares = uncertainty_budget(observer, at, **channels)
+    if found is not None and (load := observer.rig.tolerances.load):
+        own = recording.rig.tolerances.load
+        own = (USUAL["load"] if own is None else own) / load
+        shares |= {OF_LOAD: own * shares[OF_LOAD], OF_SCALE: (1 - own**2) ** 0.5 * shares[OF_LOAD]}
     if car is not None:
         shares.pop(OF_LOAD)
         declared = friction_uncertainties(car.vehicle, brakes=car.brakes[number])

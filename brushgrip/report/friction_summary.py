@@ -7,7 +7,7 @@ import numpy as np
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FIGURES, FrictionOutcome
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction import meaning, with_95_band
+from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
 from observers import Status
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
@@ -17,6 +17,7 @@ IN_PLAIN_WORDS = {
     REST: "noise of the torque, and what the model gets wrong",
     OF_LENGTHS: "how well the lengths of contact and caster are known",
     OF_LOAD: "how well the load is known",
+    OF_SCALE: "the tread stiffness is not the declared one, so that the torque's scale may be off",
     OF_TUNING: "a minimum that is always kept",
 }
 """Causes of a band for somebody who knows no tyre model."""

@@ -38,7 +38,7 @@ def headline(diagnosis: Diagnosis) -> str:
     kind, before, after = judged_error_percentages(diagnosis)
     if not diagnosis.effects:
         verdict = (
-            "No known effect explains what the assumed model lacks"
+            "No effect alone explains enough of what the assumed model lacks"
             if diagnosis.unexplained.present
             else "The assumed model lacks nothing that these recordings could show"
         )

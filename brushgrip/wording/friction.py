@@ -27,12 +27,15 @@ REASONS = {
     Status.RESET: "the ground has changed",
 }
 """Why a sample is not usable, the gravest first; of others the remedy says it."""
+OF_SCALE = "scale of the torque, as the model's k is not the declared one"
+"""A cause of a band."""
 NARROWED_BY = {
     SLOPE: "identify k (brushgrip identify) and declare its tolerance, check the torque's scale with a"
     " weight, or find what the model lacks (brushgrip diagnose)",
     REST: "turn to and fro more often, or have the model's error measured (brushgrip diagnose)",
     OF_LENGTHS: "measure a and e, and declare them with their tolerances",
     OF_LOAD: "weigh the load, and declare its tolerance ([rig] load = { tolerance = ... })",
+    OF_SCALE: "check the torque's scale with a weight, or measure k otherwise and declare it",
     OF_TUNING: "declare the tolerances of a, e and load, then --tune mu_floor=0",
     "dry friction": "declare that of the sensor's bearings ([sensor] dry_friction)",
     "axle load": "weigh the axle, and declare front_axle_load with its tolerance: 5 % of load are 6 % of"

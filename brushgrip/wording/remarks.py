@@ -1,5 +1,6 @@
 """What is told of recordings beside their friction, in a table and counted."""
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -29,10 +30,10 @@ def remark_heads(text: str) -> list[str]:
 
 
 def remark_counts(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Of how many recordings with a known friction there is which remark, in one line."""
-    known = [row["remark"] for row in rows if is_figure(row["mu_eff"])]
-    heads = Counter(head for text in known for head in remark_heads(text))
-    return "; ".join(f"{count} of {len(rows)}: {head}" for head, count in heads.most_common())
+    """Of how many recordings there is which remark, whatever its figures, in one line."""
+    heads = [": ".join(h.split(": ")[:2]) for row in rows for h in remark_heads(row["remark"])]
+    counts = Counter(re.sub(r"[\d.]+(?= times)", "so many", head) for head in heads)
+    return "; ".join(f"{count} of {len(rows)}: {head}" for head, count in counts.most_common())
 
 
 def printed_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str], list[tuple[str, ...]]]:

@@ -325,6 +325,25 @@ def test_says_what_a_model_gives(estimate: Run, simulated: Path, tmp_path: Path)
     )
 
 
+def test_a_k_that_is_off_is_told_and_part_of_the_band(
+    simulated: Path, run: Run, rig: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "model.json").write_text(MODEL)
+    declared = rig.read_text(encoding="utf-8")
+    assert "k = 2.4e6" in declared
+    told = []
+    for k in ("2.4e6", "{ value = 3.2e6, tolerance = 6e5 }", "3.2e6"):
+        rig.write_text(declared.replace("k = 2.4e6", f"k = {k}"), encoding="utf-8")
+        told.append(run("estimate", "--rig", rig, simulated, "--model", tmp_path / "model.json").out)
+
+    assert ["0.75 times the declared one" in out for out in told] == [False, True, True]
+    assert ["scale of the torque, as the model's k is not" in out for out in told] == [
+        False,
+        True,
+        False,
+    ]
+
+
 def test_a_part_of_a_recording(
     estimate: Run, simulated: Path, write_csv: Write, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -99,7 +99,7 @@ FOUND = (
         ({"found": False, "unexplained": False}, "lacks nothing"),
         (
             {"found": False},
-            "No known effect explains what the assumed model lacks: validation error 4.30 %",
+            "No effect alone explains enough of what the assumed model lacks: validation error 4.30 %",
         ),
     ],
 )
@@ -228,7 +228,10 @@ def test_remarks_in_a_table() -> None:
 
     assert beside == "usable in under 10 % | it lies: weigh it; later | ice: measure"
     assert remark_heads(beside) == ["usable in under 10 %", "it lies", "ice"]
-    assert remark_counts(rows) == "2 of 4: usable in under 10 %; 2 of 4: it lies; 2 of 4: ice"
+    assert (
+        remark_counts(rows)
+        == "2 of 4: usable in under 10 %; 2 of 4: it lies; 2 of 4: ice; 2 of 4: not known: no"
+    )
     assert remark(estimates(*[Status.USED] * 4), "", "") == ""
     unknown = remark(estimates(*[Status.USED] * 4, last=0), "it lies: weigh it; later", "")
     assert remark_heads(unknown) == ["not known: it lies: weigh it"]
