@@ -6,22 +6,19 @@ another; at last it tries the rival of the effect that was added last. An effect
 not return, so the search ends.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from identification.fits.fitting import last_effect_at_bound
-from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
-    DEFAULT_CRITERIA,
     SelectionCriteria,
     distinguishable,
     exchange_justified,
     forward_step_justified,
     removal_justified,
 )
-from identification.selection.journal import Journal
+from identification.selection.pair_of_effects import promising_pairs, steps_to_pair
 from identification.selection.search_step import (
     RankedCandidate,
     SearchStep,
@@ -30,46 +27,12 @@ from identification.selection.search_step import (
     with_effect,
     without,
 )
-from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, values_for, workers
+from identification.selection.trial_runner import Effects, TrialRunner, values_for
 from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
-from symbolic import CANDIDATES, Effect, effects_named
+from symbolic import Effect
 
 Progress = Callable[[str, int, int], None]
 Justified = Callable[[Trial, Trial, Sequence[Recording], SelectionCriteria, Trial], bool]
-
-
-def search(
-    training: Sequence[Recording],
-    holdout: Sequence[Recording],
-    *,
-    jobs: int | None = None,
-    executor: Executor | None = None,
-    progress: Progress | None = None,
-    candidates: Iterable[str | Effect] = tuple(CANDIDATES),
-    criteria: SelectionCriteria = DEFAULT_CRITERIA,
-    loss: Loss = LEAST_SQUARES,
-    journal: Journal | None = None,
-) -> list[SearchStep]:
-    """Add effects one at a time, remove those that become superfluous; the last step chooses nothing.
-
-    Candidates are ranked on thinned recordings with coarse fits; the best are fitted again to the whole
-    recordings, where they have to be confirmed. A candidate that gained next to nothing in the last
-    steps is left out, then tried once more before an effect is removed, and where a law of its family is
-    added, or any where it has none.
-
-    The shared parameters are fitted to the training recordings; the held-out ones judge, or the training
-    recordings left out in turn where there are none. The other arguments are those of `diagnose`.
-
-    Raises:
-        InvalidInputError: a candidate is unknown, named twice, or processes cannot import its class.
-        BrushgripError: a process ended before its work was done.
-    """
-    effects, count = effects_named(candidates), jobs_of(jobs)
-    with workers(jobs, effects, executor) as submit:
-        runner = TrialRunner(
-            training=training, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=count
-        )
-        return Search(runner, effects, criteria, progress or silent).run()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,14 +66,23 @@ class Search:
         while current:
             steps.append(self._step(current, declared, steps))
             current = steps[-1].after
+            if current is None and steps[-1].before is declared:
+                current = self._add_pair(steps)
         return steps
+
+    def _add_pair(self, steps: list[SearchStep]) -> Trial | None:
+        """Replace the step in which no effect was worth adding alone by those to a pair, if one is."""
+        (alone,), runner = steps, self.runner
+        if not (sets := promising_pairs(alone, runner.thinned_training)):
+            return None
+        present = self._present(alone.before, alone.before)
+        pairs = self._rank(present, sets, "trying pairs of effects")
+        steps[:] = steps_to_pair(alone, pairs, runner, self.criteria) or steps
+        return steps[-1].after
 
     def _step(self, current: Trial, declared: Trial, steps: Sequence[SearchStep]) -> SearchStep:
         """Add an effect, else remove one, else exchange one, else nothing."""
-        precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
-        precision = with_prior_weight(precision, current.fitted)
-        coarse = self.runner.run_coarse(current.effects, current.values, precision)
-        present = _PresentModel(fine=current, coarse=coarse, precision=precision, declared=declared)
+        present = self._present(current, declared)
         active, idle = self._active_and_idle(current.effects, steps)
         added = self._add(present, active, ())
         # A law that gained nothing before may now do as well as that of its family which was added, one
@@ -126,6 +98,12 @@ class Search:
             or self._prefer_rival(present, [*active, *idle], steps, added)
             or added
         )
+
+    def _present(self, current: Trial, declared: Trial) -> _PresentModel:
+        precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
+        precision = with_prior_weight(precision, current.fitted)
+        coarse = self.runner.run_coarse(current.effects, current.values, precision)
+        return _PresentModel(fine=current, coarse=coarse, precision=precision, declared=declared)
 
     def _active_and_idle(
         self, present: Effects, steps: Sequence[SearchStep]

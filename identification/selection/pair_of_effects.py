@@ -1,0 +1,72 @@
+"""Two effects that are worth adding together where no effect is worth adding alone."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from identification.reading.recordings import Recording
+from identification.selection.criteria import (
+    SelectionCriteria,
+    addition_justified,
+    advantage,
+    delta_bic,
+)
+from identification.selection.search_step import SearchStep, is_second_law, rank_for_confirmation
+from identification.selection.trial_runner import Effects, TrialRunner, values_for
+from identification.selection.trials import Trial
+
+DEMANDED, FIRSTS = -6.0, 2
+"""Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773);
+most effects with such a change that partners are sought for."""
+CLEAR = 3.0
+"""Standard errors by which the judged error has to fall, as every pair is one more chance."""
+
+
+def promising_pairs(alone: SearchStep, training: Sequence[Recording]) -> list[Effects]:
+    """Pairs to try: an effect that the fitted recordings demand, alone, with each of the others.
+
+    Those that judge do not confirm such an effect: it may take along what its partner would explain.
+    """
+    singles = {t.effects[0]: t.fitted for t in alone.trials if len(t.effects) == 1}
+    changes = {e: delta_bic(one, alone.coarse_before.fitted, training) for e, one in singles.items()}
+    firsts = sorted((e for e in singles if changes[e] < DEMANDED), key=lambda e: changes[e])[:FIRSTS]
+    pairs = [(first, e) for i, first in enumerate(firsts) for e in singles if e not in firsts[: i + 1]]
+    return [pair for pair in pairs if not is_second_law(pair)]
+
+
+def steps_to_pair(
+    alone: SearchStep, pairs: Sequence[Trial], runner: TrialRunner, criteria: SelectionCriteria
+) -> list[SearchStep]:
+    """Two steps to the first of these pairs that is clear on the whole recordings; none where none is.
+
+    The gain of each effect is that beside the other.
+
+    Args:
+        alone: the step in which no effect was worth adding.
+        pairs: coarse trials, least judged error first.
+        runner: runs the trials on the whole recordings.
+        criteria: thresholds.
+    """
+    declared, thinned = alone.before, runner.thinned_training
+    justified = [p for p in pairs if addition_justified(p, alone.coarse_before, thinned, criteria)]
+    # Those with the same first effect are compared as candidates beside it.
+    beside = [pair for pair in justified if pair.effects[0] == justified[0].effects[0]]
+    ranked = rank_for_confirmation(beside, thinned, criteria)
+    for candidate in ranked[: 1 + criteria.runners_up]:
+        pair = candidate.trial
+        both = runner.run_fine(pair.effects, pair.values)
+        mean, error = advantage(both.judgement, declared.judgement, criteria.long_block)
+        worth = addition_justified(both, declared, runner.training, criteria)
+        if not worth or mean <= CLEAR * error:
+            continue
+        first, second = ((effect,) for effect in pair.effects)
+        alone_first, alone_second = (
+            runner.run_fine(one, values_for(both, one)) for one in (first, second)
+        )
+        turned = runner.run_fine((*second, *first), both.values)
+        step = replace(alone, trials=tuple(pairs))
+        return [
+            alone,
+            replace(step, before=alone_second, after=turned),
+            replace(step, before=alone_first, after=both, indistinguishable=candidate.indistinguishable),
+        ]
+    return []
