@@ -337,3 +337,42 @@ def test_the_nearest_rival_is_the_best_of_those_that_are_as_good(pair: Pair) -> 
     )
 
     assert step.nearest_rival == effect_of("c")
+
+
+class Disputed(Scripted):
+    """Effect a is demanded by the fitted recordings; alone, those that judge reject it."""
+
+    def __init__(self, pair: Pair, together: float) -> None:  # noqa: D107
+        judged = {"a": 0.045, "ab": together, "ba": together}
+        super().__init__(pair, lambda names: judged.get(names, 0.045 if "a" in names else 0.04))
+
+    def trial(self, names: str, error: float) -> Trial:
+        trial = super().trial(names, 0.01 if {"a", "b"} <= {*names} else 0.03 if "a" in names else 0.04)
+        return replace(trial, judgement=judgement(np.full(SECONDS, error)))
+
+
+def test_an_effect_that_is_demanded_but_rejected_gets_a_partner(pair: Pair) -> None:
+    runner = Disputed(pair, 0.01)
+    steps = searched(runner, "abc")
+
+    assert ["ab", "ac"] in runner.asked, "b and c are demanded by nothing: no pair of them is tried"
+    assert steps[0].after is None
+    assert path(steps) == ["ba", "ab"]
+    # Each is graded by what it gains beside the other.
+    assert [letters(step.before.effects) for step in steps[1:3]] == ["b", "a"]
+    assert letters(steps[-1].before.effects) == "ab"
+
+
+def test_a_pair_that_the_judges_reject_is_none(pair: Pair) -> None:
+    runner = Disputed(pair, 0.0399)
+    (step,) = searched(runner, "abc")
+
+    assert step.after is None
+    assert ["ab", "ac"] in runner.asked
+
+
+def test_what_nothing_demands_gets_no_partner(pair: Pair) -> None:
+    runner = Scripted(pair, lambda names: 0.01 if {"a", "b"} <= {*names} else 0.04)
+    searched(runner, "abc")
+
+    assert runner.asked == [["a", "b", "c"]]
