@@ -11,7 +11,15 @@ from symbolic import InvalidInputError
 
 
 def fitting_map(where: str, signals: SignalMap, names: Sequence[str]) -> SignalMap:
-    """Of several maps the one whose channels a file has, or of which it has most."""
+    """Of several maps the one whose channels a file has, or of which it has most.
+
+    A file that has columns of a recording under their own names, and no channel of any map, needs none.
+    """
+    sources = {(c, source.channel) for one in signals.each for c, source in one.signals.items()}
+    foreign = [channel for column, channel in sources if channel != column]
+    own = foreign and signals.steering_ratio is None and {"t", "psi", "F_N"} <= set(names)
+    if own and not any(_is_there(channel, names) for channel in foreign):
+        return SignalMap(dbc=signals.dbc)
     if not signals.others:
         return signals
 

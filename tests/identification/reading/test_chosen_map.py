@@ -2,6 +2,7 @@
 
 import logging
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from identification import SignalSource, read_recording, read_signals
 from identification.reading.channel_matching import ChannelFile, Samples
-from identification.reading.chosen_map import unit_by_name, with_steering_ratio
+from identification.reading.chosen_map import fitting_map, unit_by_name, with_steering_ratio
 from identification.reading.clock_and_units import tabulate
 from identification.reading.rigfile import signals_section
 from identification.reading.signal_map import SignalMap, parse_maps, parse_signals
@@ -71,6 +72,18 @@ def test_options_with_other_columns_are_one_map() -> None:
     ]
     assert "dbc is given twice" in refused(parse_maps, ["dbc=a", "dbc=b"])
     assert parse_maps(["psi=A", "psi=B"]).to_dict()["others"] == [parse_signals("psi=B").to_dict()]
+
+
+def test_a_recording_with_names_of_its_own_needs_no_map() -> None:
+    names, own = ("t", "psi", "M_z", "F_N"), parse_signals("psi=psi")
+    signals = parse_maps(["psi=1/15*Lenkrad:deg,M_z=Moment", "psi=Angle"])
+
+    assert not fitting_map("a", signals, names)
+    assert fitting_map("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
+    assert fitting_map("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
+    assert fitting_map("a", own, names) == own
+    with_ratio = replace(parse_signals("psi=Angle"), steering_ratio=15.0)
+    assert fitting_map("a", with_ratio, names) == with_ratio
 
 
 def test_a_recording_that_fits_several_maps_is_refused(files: tuple[Path, Path]) -> None:
