@@ -115,10 +115,8 @@ class Probe:
 
     def prepare(self, F_N: float) -> Plan:
         """Compile, and make the first plan for a load [N], what the first sample would wait for: 1 s."""
-        self._first = plan(
-            self._forecaster.observer, self.target, self.limits, F_N, mus=self.mus, dt=self.dt,
-            coarse=True,
-        )  # fmt: skip
+        known = self._forecaster.observer, self.target, self.limits, F_N
+        self._first = plan(*known, mus=self.mus, dt=self.dt, coarse=True)
         return self._first
 
     def reset(self) -> None:
@@ -136,9 +134,9 @@ class Probe:
 
     def resume(self) -> None:
         """Advise anew where friction is known no more; angles count from where they did before."""
-        kept = self._start, self._bounds, self._within
+        start, bounds = self._start, self._bounds
         self.reset()
-        self._start, self._bounds, self._within = kept
+        self._start, self._bounds = start, bounds
 
     def __call__(self, sample: Sample, state: ObserverState | None) -> Advice:
         """The advice after a sample and the observer's state with it; None before its start."""
@@ -189,8 +187,10 @@ class Probe:
                 path, begin=sample.psi, psi=path.psi + sample.psi, points=path.points + sample.psi
             )
             self._left = float(np.nanmax([*self._first.travels, 0.0])) or nan
-            self._start = self._counted = sample.psi
-            self._bounds = (sample.psi - self.limits.angle, sample.psi + self.limits.angle)
+            self._counted = sample.psi
+            if not isfinite(self._start):
+                self._start, most = sample.psi, self.limits.angle
+                self._bounds = (sample.psi - most, sample.psi + most)
             return
         self._time, self._since = self._time + sample.dt, self._since + sample.dt
         turn = sample.psi - self._counted
