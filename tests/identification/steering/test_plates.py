@@ -43,6 +43,7 @@ def test_gear_damping_and_zero_come_back() -> None:
     [
         ({"mu": 0.1}, "the plates hold the tyres"),
         ({"speeds": (1.5,) * 5}, "at one speed to a side"),
+        ({"speeds": (1.5, 1.6, 1.52, 1.58, 1.5)}, "at one speed to a side"),
         ({"speeds": (1.2, 2.5, 1.2, 2.5, 1.2)}, "at one speed to a side"),
         ({"drift": 300.0}, "turn from lock to lock slowly and back quickly"),
         ({"reach": 0.03}, "turn it beyond 0.045 m to either side"),
