@@ -7,19 +7,21 @@ mu, even in its logarithm, the worst or the mean counts.
 
 The paths are a family that does not depend on the limits. A path counts up to where it exceeds one of
 them, so that a wider limit only adds to what may be chosen: it never makes the plan worse. The best of
-the family is found by trying all that may still be better, as a flag has no gradient.
+the family is found by trying all that may still be better: what is sought is the first sample at which
+no flag stands, and a gradient says nothing of that.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import ceil, floor, hypot, log2, log10
-from typing import Literal, NamedTuple
+from math import hypot
+from typing import Literal
 
 import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import Forecast, Forecaster, least_deviation
 from observers.planning.path import SteeringLimits, SteeringPath, steer
+from observers.planning.path_family import RAMP, Swing, swings
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
@@ -30,12 +32,8 @@ Objective = Literal["travel", "time", "angle"]
 Over = Literal["worst", "mean"]
 MUS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.2)
 """Prior of mu: a car's grounds from ice to dry asphalt [1]."""
-RAMP = 0.2
-"""Time in which a path comes to its rate [s]: a limit of the acceleration is one of the rate."""
 REST = 0.5
 """Time before the first turn in which the torque tells its zero [s]."""
-MIN_FIRST_TURN, POINTS_PER_DECADE = 10**-2.5, 10
-"""Least first turning point [rad], and the number of points per decade above it."""
 LEGS = 4
 """Turning points from the first to the farthest."""
 NEVER = 1e3
@@ -119,40 +117,6 @@ def plan(
     return search.best()
 
 
-class Swing(NamedTuple):
-    """A path of the family: greatest rate [rad/s], first and farthest turning point [rad]."""
-
-    rate: float
-    first: float
-    farthest: float
-
-
-def swings(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
-    """The paths of the family that begin within limits; narrower ones begin with some of them.
-
-    Raises:
-        InvalidInputError: no rate of the family is within the limits.
-    """
-    fastest = min(limits.rate, limits.acceleration * RAMP)
-    rates = [2.0**i for i in range(floor(log2(fastest)), ceil(log2(limits.slowest)) - 1, -1)]
-    if not rates:
-        raise InvalidInputError(
-            f"limit rate must be at least {2 * limits.slowest:g} rad/s and acceleration"
-            f" {2 * limits.slowest / RAMP:g} rad/s^2, twice what the slowest rate,"
-            f" {limits.slowest:g} rad/s, needs; got {limits.rate:g} and {limits.acceleration:g}"
-        )
-    step, apart = (3, 1) if coarse else (1, 2)
-    # The last one lies beyond the limit: it stands for a turn without an end.
-    many = max(1, ceil(POINTS_PER_DECADE * log10(limits.angle / MIN_FIRST_TURN) / step + 1e-9)) * step
-    angles = [MIN_FIRST_TURN * 10 ** (i / POINTS_PER_DECADE) for i in range(0, many + 1, step)]
-    return [
-        Swing(rate, first, farthest)
-        for rate in rates
-        for i, first in enumerate(angles)
-        for farthest in angles[i::apart]
-    ]
-
-
 class _Search:
     """Costs of paths, and the best one so far."""
 
@@ -162,6 +126,7 @@ class _Search:
     ) -> None:  # fmt: skip
         """Begin without a path; arguments as of `plan`."""
         self.forecaster, self.target, self.limits, self.F_N = forecaster, target, limits, F_N
+        self.sought = MARGIN * target
         self.mus, self.objective, self.over, self.dt, self.psi = mus, objective, over, dt, psi
         self.cases = forecaster.at_rest(mus, psi, F_N, dt)
         self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, limits.angle)
@@ -198,7 +163,7 @@ class _Search:
                 bound = bound * len(self.order) - sum(costs)
             last = int(np.searchsorted(along, bound))
             at, deviation = self.forecaster.reach(
-                path, case, self.F_N, MARGIN * self.target, self.limits.torque, last
+                path, case, self.F_N, self.sought, self.limits.torque, last
             )
             if at is None:
                 failed, worst = failed + 1, max(worst, deviation)
@@ -226,7 +191,7 @@ class _Search:
         """The plan of the best path, cut soon after the last ground is known, or where it must end."""
         path = self.path(self.found)
         whole = [self.forecaster.whole(path, case, self.F_N) for case in self.cases]
-        reached = [one.reached(MARGIN * self.target, self.limits.torque) for one in whole]
+        reached = [one.reached(self.sought, self.limits.torque) for one in whole]
         last = max((at for at in reached if at is not None), default=0)
         end = min(one.allowed(self.limits.torque) for one in whole)
         if None not in reached:
@@ -248,12 +213,10 @@ class _Search:
         known = "never usable on the best path"
         if at is not None:
             known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
-        remedy = Status(int(forecast.status[-1])).remedy
-        if (allowed := forecast.allowed(self.limits.torque)) < forecast.torque.size:
-            remedy, known = (
-                "",
-                f"{known}, beyond the limit of the torque from {path.t[allowed]:.3g} s on",
-            )
+        allowed = forecast.allowed(self.limits.torque)
+        is_limited = allowed < forecast.torque.size
+        if is_limited:
+            known = f"{known}, beyond the limit of the torque from {path.t[allowed]:.3g} s on"
         if self.reached_with(mu):
             return f"{known}; another path reaches it: plan for this friction alone"
         wider = [
@@ -264,14 +227,18 @@ class _Search:
         ]
         if wider:
             return f"{known}; twice the limit of {' or '.join(wider)} would do"
+        remedy = "" if is_limited else Status(int(forecast.status[-1])).remedy
         return f"{known}; no limit alone, twice as wide, would do" + f": {remedy}" * bool(remedy)
 
     def reached_with(self, mu: float, **wider: float) -> bool:
         """Whether the target is reached at a friction alone, with some limits wider."""
-        case = replace(self.limits, **wider), self.F_N, (mu,), self.objective, self.over
-        wide = _Search(self.forecaster, self.target, *case, self.dt, self.psi)
+        limits = replace(self.limits, **wider)
+        wide = _Search(
+            self.forecaster, self.target, limits, self.F_N, (mu,), self.objective, self.over, self.dt,
+            self.psi,
+        )  # fmt: skip
         # The first path that reaches it will do.
-        return any(wide.attempt(swing) < NEVER for swing in swings(case[0], coarse=True))
+        return any(wide.attempt(swing) < NEVER for swing in swings(limits, coarse=True))
 
 
 def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:

@@ -115,28 +115,28 @@ class Probe:
 
     def prepare(self, F_N: float) -> Plan:
         """Compile, and make the first plan for a load [N], what the first sample would wait for: 1 s."""
-        known = self._forecaster.observer, self.target, self.limits, F_N
-        self._first = plan(*known, mus=self.mus, dt=self.dt, coarse=True)
+        self._first = plan(
+            self._forecaster.observer, self.target, self.limits, F_N, mus=self.mus, dt=self.dt,
+            coarse=True,
+        )  # fmt: skip
         return self._first
 
     def reset(self) -> None:
         """Forget all samples."""
+        self._start, self._bounds = nan, (nan, nan)
+        self.resume()
+
+    def resume(self) -> None:
+        """Advise anew where friction is known no more; the bounds of the angle stay."""
         self._path: SteeringPath | None = None
         self._time = self._travel = self._since = 0.0
         self._due = REST + EVERY
-        self._counted = self._start = nan
+        self._counted = self._left = nan
         self._second, self._within = 0.0, (-inf, inf)
-        self._left, self._bounds = nan, (nan, nan)
         self._kinds = cycle(KINDS[1:])
         self._ended: Advice | None = None
         if self._twin is not None:
             self._twin.reset()
-
-    def resume(self) -> None:
-        """Advise anew where friction is known no more; angles count from where they did before."""
-        start, bounds = self._start, self._bounds
-        self.reset()
-        self._start, self._bounds = start, bounds
 
     def __call__(self, sample: Sample, state: ObserverState | None) -> Advice:
         """The advice after a sample and the observer's state with it; None before its start."""
@@ -189,8 +189,8 @@ class Probe:
             self._left = float(np.nanmax([*self._first.travels, 0.0])) or nan
             self._counted = sample.psi
             if not isfinite(self._start):
-                self._start, most = sample.psi, self.limits.angle
-                self._bounds = (sample.psi - most, sample.psi + most)
+                self._start = sample.psi
+                self._bounds = (sample.psi - self.limits.angle, sample.psi + self.limits.angle)
             return
         self._time, self._since = self._time + sample.dt, self._since + sample.dt
         turn = sample.psi - self._counted
