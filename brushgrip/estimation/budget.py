@@ -7,8 +7,7 @@ from brushgrip.wording.friction import OF_SCALE, last_usable
 from identification import FoundModel, Recording
 from observers import DirectionalFriction, Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
-from observers.quality.tolerances import OF_LOAD
-from symbolic import USUAL
+from observers.quality.tolerances import OF_LOAD, friction_floor
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 
 MAX_BUDGET_SAMPLES = 100_000
@@ -47,9 +46,9 @@ def friction_budget(
     if not isinstance(observer, Ekf) or isinstance(observer.measurement_model, DirectionalFriction):
         return {}
     shares = uncertainty_budget(observer, at, **channels)
-    if found is not None and (load := observer.rig.tolerances.load):
-        own = recording.rig.tolerances.load
-        own = (USUAL["load"] if own is None else own) / load
+    if found is not None:
+        floors = [friction_floor(observer.tuning, rig)[OF_LOAD] for rig in (recording.rig, observer.rig)]
+        own = floors[0] / floors[1] if floors[1] else 1.0
         shares |= {OF_LOAD: own * shares[OF_LOAD], OF_SCALE: (1 - own**2) ** 0.5 * shares[OF_LOAD]}
     if car is not None:
         shares.pop(OF_LOAD)

@@ -15,7 +15,6 @@ OTHER_SCALE = 3.0, 2.5
 """Tolerances of a declared k beyond which a found one is no tyre's but that of a torque or an angle in
 another unit or before a gear [1]; and the factor that is always beyond, if not within the tolerance, and
 where none is declared [1]. What is too large by a factor is too small by its inverse."""
-
 SHARED, MAX_LOAD_TOLERANCE = 0.5, 0.95
 """Share of what k is off by that counts as the torque's scale [1]; greatest tolerance of a load [1]."""
 
@@ -156,7 +155,8 @@ class FoundModel:
             known = min(max(self.k_std / EVEN, STIFFNESS_CHANGES * k), USUAL["k"] * k)
         if tolerance is not None and k != declared:
             off = SHARED * abs(math.log(k / declared)) / EVEN
-            load = min(math.hypot(USUAL["load"] if load is None else load, off), MAX_LOAD_TOLERANCE)
+            load = USUAL["load"] if load is None else load
+            load = max(load, min(math.hypot(load, off), MAX_LOAD_TOLERANCE))
         return replace(rig, tolerances=replace(rig.tolerances, k=known, load=load))
 
     def values_for(
