@@ -71,22 +71,28 @@ def test_words_that_are_not_replaced_call_nothing_usable() -> None:
 @pytest.mark.parametrize("page", ["1"], indirect=True)
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_page_whose_process_is_gone_or_hangs_calls_nothing_usable(
-    page: tuple[subprocess.Popen[bytes], str, Path], end: signal.Signals
+    browser: Any, page: tuple[subprocess.Popen[bytes], str, Path], end: signal.Signals
 ) -> None:
-    browser_of = pytest.importorskip("playwright.sync_api", reason="needs brushgrip[browser]")
-    if (chromium := shutil.which("chromium")) is None:
-        pytest.skip("needs Debian's chromium")
     process, address, _ = page
     wait_for(lambda: _answers(address))
-    with browser_of.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        shown = browser.new_page()
-        shown.goto(address)
-        verdict = shown.locator(".verdict")
-        wait_for(lambda: verdict.inner_text().strip() == "usable")
-        process.send_signal(end)
-        wait_for(lambda: verdict.inner_text().strip() == "not usable: this page is cut off")
-        browser.close()
+    shown = browser.new_page()
+    shown.goto(address)
+    verdict = shown.locator(".verdict")
+    wait_for(lambda: verdict.inner_text().strip() == "usable")
+    process.send_signal(end)
+    wait_for(lambda: verdict.inner_text().strip() == "not usable: this page is cut off")
+
+
+@pytest.fixture
+def browser() -> Iterator[Any]:
+    """Debian's chromium, driven by Playwright."""
+    driver = pytest.importorskip("playwright.sync_api", reason="needs brushgrip[browser]")
+    if (chromium := shutil.which("chromium")) is None:
+        pytest.skip("needs Debian's chromium")
+    with driver.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        yield started
+        started.close()
 
 
 @pytest.fixture
@@ -122,29 +128,24 @@ def page(
 @pytest.mark.long
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_browser_shows_what_estimate_says_of_the_recording(
-    page: tuple[subprocess.Popen[bytes], str, Path], scheme: Any
+    browser: Any, page: tuple[subprocess.Popen[bytes], str, Path], scheme: str
 ) -> None:
-    browser_of = pytest.importorskip("playwright.sync_api", reason="needs brushgrip[browser]")
-    if (chromium := shutil.which("chromium")) is None:
-        pytest.skip("needs Debian's chromium")
     process, address, out = page
     wait_for(lambda: _answers(address))
-    with browser_of.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        phone = browser.new_page(viewport={"width": 390, "height": 844}, color_scheme=scheme)
-        asked: list[str] = []
-        phone.on("request", lambda request: asked.append(request.url))
-        phone.goto(address)
-        now = phone.locator(".now")
-        wait_for(lambda: float(now.get_attribute("data-t") or 0) == 14)
-        shown = {name: json.loads(now.get_attribute(f"data-{name}")) for name in ("t", "mu", "std")}
-        background = phone.evaluate("getComputedStyle(document.body).backgroundColor")
-        wide = phone.evaluate("document.documentElement.scrollWidth")
-        size = phone.locator(".mu").evaluate("e => parseFloat(getComputedStyle(e).fontSize)")
-        phone.get_by_role("button", name="Stop recording").click()
-        phone.get_by_role("button", name="Record", exact=True).wait_for()
-        wait_for(out.exists)
-        browser.close()
+    phone = browser.new_page(viewport={"width": 390, "height": 844}, color_scheme=scheme)
+    asked: list[str] = []
+    phone.on("request", lambda request: asked.append(request.url))
+    phone.goto(address)
+    now = phone.locator(".now")
+    wait_for(lambda: float(now.get_attribute("data-t") or 0) == 14)
+    shown = {name: json.loads(now.get_attribute(f"data-{name}")) for name in ("t", "mu", "std")}
+    background = phone.evaluate("getComputedStyle(document.body).backgroundColor")
+    wide = phone.evaluate("document.documentElement.scrollWidth")
+    size = phone.locator(".mu").evaluate("e => parseFloat(getComputedStyle(e).fontSize)")
+    phone.get_by_role("button", name="Stop recording").click()
+    phone.get_by_role("button", name="Record", exact=True).wait_for()
+    wait_for(out.exists)
+    phone.close()
     process.send_signal(signal.SIGINT)
     assert process.wait(60) == 0
     said = estimated(out)

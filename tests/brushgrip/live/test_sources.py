@@ -185,10 +185,12 @@ class Bus:
 
 @pytest.fixture
 def can_bus(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[tuple[CanSource, Bus]]:
+    """A source on a bus of its own, by the database and the map given, else the usual ones."""
     pytest.importorskip("cantools", reason="needs brushgrip[live]")
-    (tmp_path / "rig.dbc").write_text(DBC)
+    database, signals = getattr(request, "param", (DBC, MAP))
+    (tmp_path / "rig.dbc").write_text(database)
     bus = Bus(request.node.name)
-    source = CanSource("virtual", request.node.name, tmp_path / "rig.dbc", columns(MAP))
+    source = CanSource("virtual", request.node.name, tmp_path / "rig.dbc", columns(signals))
     yield source, bus
     source.close()
     bus.bus.shutdown()
@@ -246,20 +248,14 @@ BO_ 291 Wheel: 3 rig
 """
 
 
-def test_multiplexed_signals_of_a_message_make_a_sample(tmp_path: Path) -> None:
-    pytest.importorskip("cantools", reason="needs brushgrip[live]")
-    (tmp_path / "rig.dbc").write_text(MULTIPLEXED)
-    bus = Bus("multiplexed")
-    source = CanSource(
-        "virtual", "multiplexed", tmp_path / "rig.dbc", columns("psi=Angle,M_z=Mz,F_N=Load")
-    )
+@pytest.mark.parametrize("can_bus", [(MULTIPLEXED, "psi=Angle,M_z=Mz,F_N=Load")], indirect=True)
+def test_multiplexed_signals_of_a_message_make_a_sample(can_bus: tuple[CanSource, Bus]) -> None:
+    source, bus = can_bus
     for at in range(3):
         for which, value in ((2, 400 + at), (0, 1000 * at), (1, -500 * at)):
             data = bytes([which]) + (value % 65536).to_bytes(2, "little")
             bus.send(291, data, 1 + 0.01 * at + 0.001 * which)
     rows = read_all(source, 3)
-    source.close()
-    bus.bus.shutdown()
 
     assert [(row["F_N"], row["M_z"]) for row in rows] == [(400.0, 0.0), (401.0, -0.5), (402.0, -1.0)]
     np.testing.assert_allclose([row["psi"] for row in rows], [0.0, 0.1, 0.2], rtol=1e-15)
@@ -270,13 +266,9 @@ APART = DBC.replace(
 )
 
 
-def test_a_load_that_comes_no_more_takes_the_torque_with_it(tmp_path: Path) -> None:
-    pytest.importorskip("cantools", reason="needs brushgrip[live]")
-    (tmp_path / "rig.dbc").write_text(APART)
-    bus = Bus("silent")
-    source = CanSource(
-        "virtual", "silent", tmp_path / "rig.dbc", columns("psi=Angle2,M_z=Torque.Mz,F_N=Load")
-    )
+@pytest.mark.parametrize("can_bus", [(APART, "psi=Angle2,M_z=Torque.Mz,F_N=Load")], indirect=True)
+def test_a_load_that_comes_no_more_takes_the_torque_with_it(can_bus: tuple[CanSource, Bus]) -> None:
+    source, bus = can_bus
 
     def sample(t: float) -> None:
         bus.send(293, b"\1\0", t)
@@ -298,8 +290,6 @@ def test_a_load_that_comes_no_more_takes_the_torque_with_it(tmp_path: Path) -> N
     bus.motion(0.0, 501, 6.0)
     sample(6.0)
     (again,) = read_all(source, 1)
-    source.close()
-    bus.bus.shutdown()
     assert (again["M_z"], again["F_N"]) == (-1.0, 501.0)
 
 
