@@ -184,17 +184,13 @@ def friction_by_both_models(
         EKF_FOUND: (ObserverName.EKF, found, recordings),
         EKF_DECLARED: (ObserverName.EKF, None, recordings),
     }
-    # To build an observer of a model found takes longer than to run it, and each rig has its own.
-    futures = {
-        (label, rig): submit(
-            _observed, observer, model, [r for r in some if rig is None or r.rig == rig], references
-        )
-        for label, (observer, model, some) in runs.items()
-        for rig in (dict.fromkeys(r.rig for r in some) if model else [None])
-    }
-    outcomes: dict[str, dict[str, _Observed]] = {label: {} for label in runs}
-    for (label, _), observed in results_of(futures).items():
-        outcomes[label] |= observed
+    # To build an observer takes longer than to run it, and one serves all recordings.
+    outcomes: dict[str, dict[str, _Observed]] = results_of(
+        {
+            label: submit(_observed, observer, model, some, references)
+            for label, (observer, model, some) in runs.items()
+        }
+    )
     grounds: dict[str, tuple[str, ...]] = {}
     for recording in recordings:
         ground = recording.ground or ""

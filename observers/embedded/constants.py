@@ -1,7 +1,7 @@
 """Constants of an observer in generated code: numbers in the code, or a vector of the state.
 
-Constants are theta, rig and tuning, one after another. With parameters at run time C keeps all of them
-in its state, whichever of them are numbers in the code none the less.
+Constants are theta, rig, tuning and `EQUIVALENT`, one after another. With parameters at run time C keeps
+all of them in its state, whichever of them are numbers in the code none the less.
 """
 
 from collections.abc import Sequence
@@ -13,6 +13,7 @@ import casadi as ca
 from observers.embedded.scalar_function import scalar_function
 from observers.estimators.model_observer import ModelObserver
 from observers.measurement.measurement_model import RIG
+from observers.patch.patch_protocol import EQUIVALENT
 from observers.tuning import TUNING_FIELDS
 
 Tunable = Literal["", "tuning", "all"]
@@ -53,4 +54,5 @@ class Constants:
         theta = values[:rig] if self.theta is None else [values[i] for i in self.theta]
         after = values[tuning : tuning + len(TUNING_FIELDS)]
         parts = {"theta": theta, "rig": values[rig:tuning], "tuning": after}
-        return parts | {"constants": [*theta, *parts["rig"], *after]}, last
+        patch = numbers[-len(EQUIVALENT) :]
+        return parts | {"constants": [*theta, *parts["rig"], *after, *patch]}, last

@@ -13,7 +13,9 @@ from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import RIG, AligningTorque, MeasurementModel
+from observers.patch.patch_protocol import EQUIVALENT
 from observers.quality import acquisition_and_tracking
+from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.quality.tolerances import with_tolerances
 from observers.tuning import TUNING_FIELDS, Tuning
@@ -101,10 +103,18 @@ class ModelObserver(CasadiObserver):
         """One sample; see `CasadiObserver.step_function`."""
         if not self.acquire:
             return self.estimator_step
-        patch = equivalent_patch(self.model, self.values, self.rig)
+        # Its numbers are among the constants: one Function serves all rigs and values.
+        patch = replace(self.equivalent_patch, **dict.fromkeys(EQUIVALENT, 1.0))
         return acquisition_and_tracking.build_supervised_step(
             self.estimator_step, self.model, self.measurement_model, self.estimator_layout, patch
         )
+
+    @property
+    def equivalent_patch(self) -> EquivalentPatch:
+        """The declared patch that stands for the model while friction is acquired."""
+        if not self.acquire:
+            return DECLARED_PATCH
+        return equivalent_patch(self.model, self.values, self.rig)
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -138,16 +148,18 @@ class ModelObserver(CasadiObserver):
 
     @cached_property
     def constants(self) -> Array:
-        """Parameters of the model at the prior's mu, those of the rig, and the tuning."""
+        """Theta at the prior's mu, the rig, the tuning, and numbers of the equivalent patch."""
         theta = self.model.theta({**self.values, "mu": self.tuning.mu})
         rig = [float("nan") if (v := getattr(self.rig, name)) is None else v for name in RIG]
-        return np.concatenate([theta.full().ravel(), rig, self.effective_tuning.vector])
+        patch = [getattr(self.equivalent_patch, name) for name in EQUIVALENT]
+        return np.concatenate([theta.full().ravel(), rig, self.effective_tuning.vector, patch])
 
     @property
     def constant_labels(self) -> tuple[str, ...]:
         """Name and unit of every constant."""
         rig = (f"{name} [{unit}]" for name, unit in zip(RIG, RIG_UNITS, strict=True))
-        return (*self._theta_labels, *rig, *(f"tuning: {name}" for name in TUNING_FIELDS))
+        patch = (f"equivalent patch: {name} [1]" for name in EQUIVALENT)
+        return (*self._theta_labels, *rig, *(f"tuning: {name}" for name in TUNING_FIELDS), *patch)
 
     @property
     def settings(self) -> Mapping[str, Any]:

@@ -138,10 +138,7 @@ def _motions(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
     x, M_z, slopes, last = (_part(observer, states, name) for name in ("x", "M_z", "slopes", "last"))
     n, between = x.shape[0], states.shape[1] - 1
     at = len(observer.model.coordinates)
-    rig, tuning = (
-        observer.constants[at : at + len(RIG)],
-        observer.constants[-observer.tuning.vector.size :],
-    )
+    rig, tuning = observer.constants[at : at + len(RIG)], observer.effective_tuning.vector
     numbers = [ca.repmat(ca.DM(part), 1, between) for part in (rig, tuning)]
     before = [ca.DM(part[:, :-1]) for part in (x, M_z, slopes, last)]
     results = build_motion(observer.measurement_model).map(between)(

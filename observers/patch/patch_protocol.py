@@ -44,13 +44,18 @@ class PatchModel(Hashable, Protocol):
         """True where the memory depends on a parameter."""
 
 
+EQUIVALENT = ("stiffness", "friction")
+"""Last of an observer's constants: numbers of `observers.quality.acquisition.EquivalentPatch` [1]."""
+
+
 def observer_constants_size(model: PatchModel) -> int:
-    """Length of the constants of an observer: parameters of the model, the rig, the tuning."""
-    return len(model.coordinates) + len(RIG) + len(TUNING_FIELDS)
+    """Length of the constants of an observer: theta, the rig, the tuning, the equivalent patch."""
+    return len(model.coordinates) + len(RIG) + len(TUNING_FIELDS) + len(EQUIVALENT)
 
 
 def split_theta_rig_tuning(model: PatchModel, constants: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
     """theta, rig and tuning of an observer's constants."""
-    at = len(model.coordinates)
-    theta, rig, tuning = ca.vertsplit(constants, [0, at, at + len(RIG), constants.numel()])
+    at, end = len(model.coordinates), constants.numel()
+    places = [0, at, at + len(RIG), end - len(EQUIVALENT), end]
+    theta, rig, tuning, _ = ca.vertsplit(constants, places)
     return theta, rig, tuning

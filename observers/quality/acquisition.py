@@ -75,6 +75,8 @@ class EquivalentPatch:
         friction: its mu over the model's [1].
         misfit: least share of the torque by which both differ [1].
         memoryless_share: share of the full slide beyond which memory keeps nothing of an earlier mu [1].
+
+    Functions take stiffness and friction as inputs, so that those of a model serve every rig.
     """
 
     stiffness: float = 1.0
@@ -143,9 +145,9 @@ def build_handover(
 ) -> ca.Function:
     """A sample while friction is acquired.
 
-    (own, verdict, output, widest, counted, share, M_z, added, tyre, limits) -> (own, handover, output),
-    the second in the order of `handover_names`; counted is 1 where a torque was weighed, share what it
-    is worth; M_z and added are as for `build_search`.
+    (own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction) -> (own, handover,
+    output), the second in the order of `handover_names`; counted is 1 where a torque was weighed, share
+    what it is worth; friction is the patch's; M_z and added are as for `build_search`.
 
     Args:
         patch: the declared patch that stands for the model.
@@ -155,7 +157,7 @@ def build_handover(
     """
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
-        M_z=1, added=1, tyre=3, limits=len(SETTINGS),
+        M_z=1, added=1, tyre=3, limits=len(SETTINGS), friction=1,
     )  # fmt: skip
     own, limits = named(OWN, inputs["own"]), named(SETTINGS, inputs["limits"])
     verdict, output = named(VERDICT, inputs["verdict"]), named(OUTPUT, inputs["output"])
@@ -184,7 +186,7 @@ def build_handover(
         "lost": doubt > HOPELESS,
     }
     variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MAX_MODEL_VARIANCE)
-    log_mu = verdict["log_mu"] - ca.log(after["scale"] * patch.friction)
+    log_mu = verdict["log_mu"] - ca.log(after["scale"] * inputs["friction"])
     means = {"log_mu": log_mu, "stiffness": 1}
     means |= {name: verdict[of] / after["scale"] for name, of in (("M_0", "zero"), ("gear", "gear"))}
     covariances = {"log_mu_log_mu": variance, "M_0_M_0": verdict["var_zero"]}
@@ -255,7 +257,8 @@ def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
     """Inputs of a sample of the supervision, while friction is acquired and afterwards."""
     return symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT),
-        psi=1, M_z=1, dt=1, added=1, tyre=3, limits=len(SETTINGS), **gear_friction_size(gear),
+        psi=1, M_z=1, dt=1, added=1, tyre=3, limits=len(SETTINGS), friction=1,
+        **gear_friction_size(gear),
     )  # fmt: skip
 
 
@@ -269,7 +272,7 @@ def build_acquiring(
     """
     gear = "gear" in states
     inputs = supervision_symbols(gear)
-    search, verdict, own, output, psi, M_z, _, added, tyre, limits, *dry = inputs.values()
+    search, verdict, own, output, psi, M_z, _, added, tyre, limits, friction, *dry = inputs.values()
     numbers = named(OWN, own)
     search, verdict, share, counted = build_search(gear)(
         search, verdict, numbers["phase"], len(RATIOS), psi, numbers["F_N"], M_z, added, tyre, limits,
@@ -277,5 +280,5 @@ def build_acquiring(
     )  # fmt: skip
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
     conclude = build_handover(patch, is_scaled=is_scaled, states=states, gain_share=gain_share)
-    results = conclude(own, verdict, output, widest, counted, share, M_z, added, tyre, limits)
+    results = conclude(own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

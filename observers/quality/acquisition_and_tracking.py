@@ -21,7 +21,7 @@ import casadi as ca
 from observers.layout import Expression, Layout, Parts, named, symbols_like, vector_of
 from observers.measurement.measurement_model import MIN_LOAD_SHARE, MeasurementModel
 from observers.measurement.torque_error import is_known
-from observers.patch.patch_protocol import split_theta_rig_tuning
+from observers.patch.patch_protocol import EQUIVALENT, split_theta_rig_tuning
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.acquired_to_estimator import (
     handed_states,
@@ -113,7 +113,7 @@ def build_following(
     """
     gear = "gear" in states
     inputs = supervision_symbols(gear)
-    search, verdict, own, output, psi, M_z, dt, added, tyre, limits, *dry = inputs.values()
+    search, verdict, own, output, psi, M_z, dt, added, tyre, limits, friction, *dry = inputs.values()
     parts, numbers = search_layout(gear).split(search), named(OWN, own)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
@@ -136,7 +136,7 @@ def build_following(
     numbers["excess"] = output_if(judged, excess, (verdict, limits), numbers["excess"])
     own, result = build_branch_consistency(patch, is_computed=is_computed, gear=gear)(
         vector_of(OWN, numbers), verdict, output, share, turn, dt, M_z, added, counted, tyre,
-        limits,
+        limits, friction,
     )  # fmt: skip
     nothing = ca.MX(ca.DM.zeros(len(handover_names(states))))
     return ca.Function("follow", [*inputs.values()], [search, verdict, own, nothing, result])
@@ -154,7 +154,7 @@ def build_supervised_step(
         model: its model.
         measurement_model: what is measured.
         parts: of the estimator's state; those of `layout` follow.
-        patch: the declared patch that stands for the model.
+        patch: the declared patch that stands for the model; its numbers are among the constants.
     """
     added_parts = layout(measurement_model)
     inputs = symbols_like(step)
@@ -163,7 +163,8 @@ def build_supervised_step(
     own = named(OWN, before["own"])
     theta, rig, tuning = split_theta_rig_tuning(model, inputs["constants"])
     fields = named(TUNING_FIELDS, tuning)
-    tyre = ca.vertcat(theta[model.coordinates.index("k")] * patch.stiffness, rig[0], rig[1])
+    stiffness, friction = ca.vertsplit(inputs["constants"][-len(EQUIVALENT) :])
+    tyre = ca.vertcat(theta[model.coordinates.index("k")] * stiffness, rig[0], rig[1])
     scaled = measurement_model.scaled
     given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
     after, output = step(state[: parts.size], given, inputs["constants"])
@@ -191,7 +192,8 @@ def build_supervised_step(
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
     search, verdict, own_next, handover, output = _either(measurement_model, patch)(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, now["dt"],
-        added, tyre, limits, *([newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []),
+        added, tyre, limits, friction,
+        *([newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []),
     )  # fmt: skip
     output[PREDICTED] += at_sample
     handed = take_acquired(parts, measurement_model.states, after, handover)

@@ -58,8 +58,9 @@ SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
     """A sample while the estimator tracks.
 
-    (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits) -> (own, output), torques
-    as measured; turn is the present branch's [rad], counted is 1 where the search weighed a torque.
+    (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits, friction) -> (own,
+    output), torques as measured; turn is the present branch's [rad], counted is 1 where the search
+    weighed a torque, friction is the patch's.
 
     Args:
         patch: the declared patch that stands for the model.
@@ -68,7 +69,7 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     """
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, turn=1, dt=1,
-        M_z=1, added=1, counted=1, tyre=3, limits=len(SETTINGS),
+        M_z=1, added=1, counted=1, tyre=3, limits=len(SETTINGS), friction=1,
     )  # fmt: skip
     own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
     limits = named(SETTINGS, inputs["limits"])

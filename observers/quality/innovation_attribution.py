@@ -45,7 +45,7 @@ def torque_variance_by_k(
         std = ca.sqrt(std**2 + verdict["log_gain"] ** 2)
     elif not patch.misfit:
         std = ca.sqrt(variance_of_scale(verdict, std))
-    mu = output["mu"] * patch.friction
+    mu = output["mu"] * inputs["friction"]
     by_k = stiffness_slope(inputs["turn"] / 2, mu, own["F_N"], inputs["tyre"])
     return (std * by_k) ** 2
 

@@ -27,7 +27,7 @@ from observers.quality import (
     ratio_hypotheses,
 )
 from observers.quality.acquired_to_estimator import covariance_pairs, handed_states, handover_names
-from observers.quality.equivalent_patch import build_added_torque, equivalent_patch
+from observers.quality.equivalent_patch import build_added_torque
 from observers.tuning import TUNING_FIELDS
 from symbolic.deformation import corner_moment_and_derivative
 from symbolic.zones import FAR
@@ -38,9 +38,14 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     if not observer.acquire:
         return []
     gear = acquisition_and_tracking.has_gear_friction(observer.measurement_model)
-    patch = equivalent_patch(observer.model, observer.values, observer.rig)
+    patch = observer.equivalent_patch
     scaled = bool(observer.measurement_model.scaled)
     share = observer.measurement_model.gain_share
+    known = {"friction": [patch.friction]}
+    follow = branch_consistency.build_branch_consistency(patch, is_computed=not scaled, gear=gear)
+    conclude = acquisition.build_handover(
+        patch, is_scaled=scaled, states=handed_states(observer.states), gain_share=share
+    )
     functions = [
         without_outputs(branches.build_track(), {"turns"}).expand("follow_turns", {"cse": True}),
         branches.build_present_branch(),
@@ -49,11 +54,9 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         _edge(observer, constants.tunable == "all"),
         ratio_hypotheses.build_hypothesis_update(gear),
         ratio_hypotheses.build_torque_error(),
-        branch_consistency.build_branch_consistency(patch, is_computed=not scaled, gear=gear),
+        scalar_function("follow_output", follow, known),
         hypothesis_mixture.build_deviation_by_scale(found=patch.misfit > 0, gain_share=share),
-        acquisition.build_handover(
-            patch, is_scaled=scaled, states=handed_states(observer.states), gain_share=share
-        ),
+        scalar_function("conclude", conclude, known),
     ]
     if (added := build_added_torque(observer.model)) is not None:
         theta = observer.constants[: len(observer.model.coordinates)].tolist()
@@ -149,7 +152,7 @@ def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Functio
     after, *rest = model.observed_torque(
         named(model.torque_state, block), named(SAMPLE, sample), rig, tuning
     )
-    patch = equivalent_patch(observer.model, observer.values, observer.rig)
+    patch = observer.equivalent_patch
     again = ca.SX.sym("again")
     limits = ratio_hypotheses.settings_of(named(TUNING_FIELDS, tuning), patch.misfit, again)
     function = ca.Function(
@@ -162,7 +165,7 @@ def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Functio
 
 def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
     """Values of the placeholders of `templates/estimators/supervision.c`."""
-    patch = equivalent_patch(observer.model, observer.values, observer.rig)
+    patch = observer.equivalent_patch
     begin = len(observer.model.coordinates)
     places = {"k": observer.model.coordinates.index("k")}
     places |= {name: begin + i for i, name in enumerate(RIG)}

@@ -186,7 +186,7 @@ def _tracked(**own: float) -> dict[str, float]:
     follow = build_branch_consistency(DECLARED_PATCH, is_computed=False, gear=False)
     limits = [getattr(Tuning(stiffness_std=0.1), name) for name in SETTINGS]
     given: list[Any] = [[*before.values()], [0.0] * len(VERDICT), [*output.values()], 0.1, 0.3, 1e-3]
-    after, _ = follow(*given, 3.0, 1e-4, 1, [K, RIG.a, RIG.e], limits)
+    after, _ = follow(*given, 3.0, 1e-4, 1, [K, RIG.a, RIG.e], limits, 1)
     return dict(zip(OWN, np.asarray(after).ravel(), strict=True))
 
 
@@ -226,7 +226,7 @@ def test_another_friction_is_handed_over_where_the_torque_is_predicted(again: in
     limits = [getattr(Tuning(), name) for name in SETTINGS]
     for M_z, expected in ((5.0, handed), (3.2, True), (np.nan, True)):
         given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1, M_z, 0]
-        after, *_ = conclude(*given, [K, RIG.a, RIG.e], limits)
+        after, *_ = conclude(*given, [K, RIG.a, RIG.e], limits, 1)
         own_next = dict(zip(OWN, np.asarray(after).ravel(), strict=True))
         assert bool(own_next["acquiring"]) is not expected
         # What had explained nothing is handed over with its doubt.
@@ -246,7 +246,7 @@ def test_what_the_scale_may_be_off_by_widens_the_band(
     output = dict.fromkeys(OUTPUT, 1.0) | {"status": 0}
     conclude = build_handover(patch, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
     given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1, 1, 0]
-    given += [[K, 0.045, 0.009], [getattr(tuning, name) for name in SETTINGS]]
+    given += [[K, 0.045, 0.009], [getattr(tuning, name) for name in SETTINGS], patch.friction]
     after, *_ = conclude(*given)
 
     # Of two pieces of evidence, the torque and the tolerances, the precisions add up.
