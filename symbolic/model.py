@@ -72,7 +72,11 @@ class Model:
         return tuple((effect, with_scope(p, self.effects)) for effect, p in (*declared, *added))
 
     def theta(self, values: Mapping[str, float]) -> ca.DM:
-        """The parameter vector of physical values named `mu`, `k`, `effect.parameter`.
+        """The parameter vector of physical values, see `coordinate_values`."""
+        return ca.DM(self.coordinate_values(values))
+
+    def coordinate_values(self, values: Mapping[str, float]) -> list[float]:
+        """Values of `coordinates` of physical values named `mu`, `k`, `effect.parameter`.
 
         Raises:
             InvalidInputError: a parameter is missing, unknown or out of bounds.
@@ -88,7 +92,7 @@ class Model:
                 raise InvalidInputError(f"parameter {name!r} is missing")
             parameter.require_within(values[name], f"parameter {name}")
             vector.append(parameter.to_coordinate(values[name]))
-        return ca.DM(vector)
+        return vector
 
     @property
     def exact(self) -> bool:

@@ -207,9 +207,10 @@ def _keep_units(value: Any) -> Any:
     return re.sub(together, lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), apart)
 
 
-def _data_address(png: Path, drawing: bytes | None) -> str:
+def _data_address(png: Path, drawing: bytes | None) -> Markup:
     """A picture as an address that holds its content: a drawing, or where that is too large, points."""
     kind, content = "png", png.read_bytes()
     if drawing is not None and len(drawing) <= _MAX_DRAWING_SIZE:
         kind, content = "svg+xml", drawing
-    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+    # Nothing in it is to be escaped, and it is too long to be searched for units.
+    return Markup(f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}")

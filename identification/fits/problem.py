@@ -84,7 +84,7 @@ class Problem:
         )
         starts = np.array([p.start for p in self.by_label.values()]) / self.scales
         self.declared: Array = np.where(self.has_prior, starts, self.origin())
-        self._last: tuple[bytes, dict[str, Simulated]] | None = None
+        self._known: dict[bytes, dict[str, Simulated]] = {}
 
     def origin(self) -> Array:
         """The start in scaled coordinates."""
@@ -140,15 +140,17 @@ class Problem:
         return np.concatenate(blocks) * self.scales
 
     def _simulated(self, x: Array) -> dict[str, Simulated]:
-        """Torque of every recording and its derivatives, cached for the last x."""
+        """Torque of every recording and its derivatives, cached for the last two x."""
         key = x.tobytes()
-        if self._last is None or self._last[0] != key:
-            self._last = (key, self._torques(self.values(x)))
-        return self._last[1]
+        if key not in self._known:
+            # The solution is asked for again after a step from it that was rejected.
+            last = list(self._known.items())[-1:]
+            self._known = dict([*last, (key, self._torques(self.values(x)))])
+        return self._known[key]
 
     def _torques(self, values: Values) -> dict[str, Simulated]:
         """Torque of every recording and its derivatives; compiled code runs beside other threads."""
-        if self.threads == 1 or self._last is None:
+        if self.threads == 1 or not self._known:
             # The first time it builds and compiles Functions, which CasADi does not do in threads.
             return {r.name: self._torque(r, values) for r in self.recordings}
         with ThreadPoolExecutor(self.threads) as pool:
@@ -157,7 +159,7 @@ class Problem:
 
     def _torque(self, recording: Recording, values: Values) -> Simulated:
         """Torque and its derivatives by free labels, by all where each number takes its Function."""
-        theta = np.asarray(self.model.theta(values.of(recording))).ravel()
+        theta = np.array(self.model.coordinate_values(values.of(recording)))
         tolerated, rig = self.tolerated[recording.name], values.rig.get(recording.name, {})
         # The signals of `replaced_rig`, without the checks of a new recording.
         signals = self.signals[recording.name] * np.array([[1.0], [1.0], [rig.get("load", 1.0)], [1.0]])

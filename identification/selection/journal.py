@@ -25,6 +25,7 @@ from identification.fits.fitting import Fit
 from identification.fits.values import Values, initial_guess
 from identification.reading.recordings import Recording
 from identification.selection.trials import Trial, TrialTask, model_of, trial_of
+from symbolic import Model
 
 FORMAT = 5
 """Changes with whatever makes a kept trial differ from one run anew."""
@@ -93,13 +94,20 @@ def _key(task: TrialTask) -> str:
     # The first guess holds the declared tyre and what `Effect.fixed_values` makes of recordings.
     plain += [repr(initial_guess(model, place)) for place in (task.training, task.holdout) if place]
     digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode())
-    for function in (model.initial, model.step):
-        digest.update(function.serialize().encode())
+    for effect in task.effects or (None,):
+        alone = (effect,) if effect else ()
+        digest.update(_behaviour(model_of(alone, task.precision)))
     for place in (task.training, task.holdout):
         digest.update(b"|")
         for recording in place:
             digest.update(_digest(recording))
     return digest.hexdigest()[:32]
+
+
+@cache
+def _behaviour(model: Model) -> bytes:
+    """What a model does; for one effect a time, as its Functions take longer than all else of a key."""
+    return b"".join(function.serialize().encode() for function in (model.initial, model.step))
 
 
 def _seal(path: Path, content: bytes) -> bytes:
