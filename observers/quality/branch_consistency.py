@@ -58,9 +58,8 @@ SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
     """A sample while the estimator tracks.
 
-    (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits, friction) -> (own,
-    output), torques as measured; turn is the present branch's [rad], counted is 1 where the search
-    weighed a torque, friction is the patch's.
+    (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits, friction)
+    -> (own, output), torques as measured; turn is the present branch's [rad], counted 1 after a search.
 
     Args:
         patch: the declared patch that stands for the model.
