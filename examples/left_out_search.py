@@ -3,7 +3,7 @@
     python examples/left_out_search.py [DATA] [--out FILE.md]
 
 Prints one row of a table for each recording as it is done, in Markdown; `--out` writes the table to a
-file. A search a recording: a quarter of an hour and more on two cores for the measured ones.
+file. A search a recording: some minutes on two cores for the measured ones.
 """
 
 import argparse

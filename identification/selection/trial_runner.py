@@ -27,6 +27,8 @@ _BETWEEN_WAITS = 0.5
 """Longest wait before a pending interrupt is served [s]."""
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 """Variables that the libraries of linear algebra read once, when they are loaded."""
+HEAP = {"MALLOC_MMAP_THRESHOLD_": str(2**25), "MALLOC_TRIM_THRESHOLD_": str(2**28)}
+"""Variables of glibc [B]: the memory of arrays is kept for the next ones, and not cleared each time."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -259,9 +261,13 @@ def _check_importable(effect: Effect) -> None:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Processes started within do their linear algebra in one thread: there is one for every core."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
+    """Processes started within do their linear algebra in one thread: there is one for every core.
+
+    They keep the memory that they free.
+    """
+    changed = {**dict.fromkeys(THREADS, "1"), **HEAP}
+    before = {name: os.environ.get(name) for name in changed}
+    os.environ.update(changed)
     try:
         yield
     finally:
