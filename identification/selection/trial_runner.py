@@ -261,10 +261,7 @@ def _check_importable(effect: Effect) -> None:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Processes started within do their linear algebra in one thread: there is one for every core.
-
-    They keep the memory that they free.
-    """
+    """Processes started within do their linear algebra in one thread: there is one for every core."""
     changed = {**dict.fromkeys(THREADS, "1"), **HEAP}
     before = {name: os.environ.get(name) for name in changed}
     os.environ.update(changed)

@@ -70,6 +70,7 @@ BESIDE = 2
 """Hypotheses to each side of the likeliest that are weighed after the handover [1]."""
 AFTERWARDS = 4.0
 """Independent samples not explained that a new acquisition begins with at most."""
+DRY = ("dry", "dry_std")
 PREDICTED = OUTPUT.index("M_z_predicted")
 
 
@@ -162,10 +163,10 @@ def build_supervised_step(
     before, now = added_parts.split(state[parts.size :]), named(SAMPLE, inputs["sample"])
     own = named(OWN, before["own"])
     theta, rig, tuning = split_theta_rig_tuning(model, inputs["constants"])
-    fields = named(TUNING_FIELDS, tuning)
+    fields, scaled = named(TUNING_FIELDS, tuning), measurement_model.scaled
     stiffness, friction = ca.vertsplit(inputs["constants"][-len(EQUIVALENT) :])
     tyre = ca.vertcat(theta[model.coordinates.index("k")] * stiffness, rig[0], rig[1])
-    given = _divided(now, measurement_model.scaled, own["scale"])
+    given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
     after, output = step(state[: parts.size], given, inputs["constants"])
     (own["F_N"], lifted), names = _load(now["F_N"], own), measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
@@ -191,7 +192,7 @@ def build_supervised_step(
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
     search, verdict, own_next, handover, output = _either(measurement_model, patch)(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, now["dt"],
-        added, tyre, limits, friction, *_dry(parts, after, gear),
+        added, tyre, limits, friction, *([newest_of_sample(parts, after, DRY)] if gear else []),
     )  # fmt: skip
     output[PREDICTED] += at_sample
     handed = take_acquired(parts, measurement_model.states, after, handover)
@@ -203,16 +204,6 @@ def build_supervised_step(
     }  # fmt: skip
     outputs = {"state_next": ca.vertcat(after, added_parts.join(state_next)), "output": output}
     return named_function(step.name(), inputs, outputs)
-
-
-def _divided(now: Parts, scaled: str, scale: Expression) -> Expression:
-    """The sample with its torque divided by s, where one is scaled."""
-    return ca.vertcat(*(now[name] / scale if name == scaled else now[name] for name in SAMPLE))
-
-
-def _dry(parts: Layout, after: Expression, gear: bool) -> list[Expression]:
-    """The dry friction that a gear adds, and its deviation, at the newest sample."""
-    return [newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []
 
 
 def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
