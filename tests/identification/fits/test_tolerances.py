@@ -131,6 +131,23 @@ def test_the_jacobian_is_that_of_the_residuals(made: tuple[Campaign, list[Record
     assert owners == {r.name for r in recordings}
 
 
+def test_a_point_is_not_simulated_again_after_a_step_from_it(
+    made: tuple[Campaign, list[Recording]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recordings = made[1][:1]
+    model = Model(corners=16)
+    problem = Problem(model, recordings, initial_guess(model, recordings), FitOptions())
+    calls: list[object] = []
+    torques = problem._torques
+    monkeypatch.setattr(problem, "_torques", lambda values: (calls.append(values), torques(values))[1])
+    x = problem.origin()
+    first, step = problem.residuals(x), x + 0.1
+
+    assert not np.array_equal(problem.residuals(step), first)
+    np.testing.assert_array_equal(problem.residuals(x), first)
+    assert len(calls) == 2
+
+
 def test_a_declared_value_weighs_as_the_residual_is_correlated(
     wrong: list[Recording], absorbed: Fit
 ) -> None:

@@ -1,5 +1,6 @@
 """What effects add to the torque of a patch is not taken for friction while that is acquired."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,24 @@ def test_a_torque_that_the_model_knows_changes_nothing(mu: float, name: str, val
     np.testing.assert_allclose(estimates.mu_std[both], without.mu_std[both], rtol=0.05)
     predicted = without.M_z_predicted + added
     np.testing.assert_allclose(estimates.M_z_predicted[both], predicted[both], atol=0.02)
+
+
+def test_one_step_serves_all_rigs_and_values() -> None:
+    model = Model(effects=effects_named(["carcass_torsion"]), bristles=40)
+    softer, stiffer = (
+        Ekf(model=model, values={"k": K, "carcass_torsion.k_t": k_t}, rig=rig)
+        for k_t, rig in ((200.0, RIG), (2000.0, replace(RIG, a=1.1 * RIG.a)))
+    )
+
+    assert softer.screened_step is stiffer.screened_step
+    # The softer carcass looks like a softer patch.
+    assert softer.equivalent_patch.stiffness < stiffer.equivalent_patch.stiffness < 1.02
+    for observer in (softer, stiffer):
+        patch = observer.equivalent_patch
+        assert observer.constants[-2:].tolist() == [patch.stiffness, patch.friction]
+        assert observer.constant_labels[-2:] == (
+            "equivalent patch: stiffness [1]", "equivalent patch: friction [1]",
+        )  # fmt: skip
 
 
 def test_a_spring_beside_the_steering_torque_is_no_friction() -> None:
