@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from benchmarks.faults import relaxed
+from benchmarks.faulty_inputs import relaxed
 from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, covariance_of, run
 from observers.quality.acquisition import build_search
 from observers.quality.branches import (
