@@ -26,6 +26,7 @@ from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.innovation_attribution import (
     IN_A_ROW,
     innovation_of,
+    range_of_predictions,
     smoothed_innovation,
     torque_variance_by_k,
     update_streak,
@@ -81,14 +82,15 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     if patch.misfit > 0 and not is_computed:
         square = ca.fmax(innovation_of(inputs, own, output) ** 2, MIN_SQUARE_DIVISOR)
         nis = nis * square / (square + by_k * nis)
-    if not (is_computed or gear):
-        own["lasting"], lasts, clear = smoothed_innovation(inputs, own, output, by_k)
+    predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
+    if not gear:
+        predictions = range_of_predictions(own, predicted) if is_computed else None
+        own["lasting"], lasts, clear = smoothed_innovation(inputs, own, output, by_k, predictions)
     squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, MAX_NORMALISED_SQUARE), 0)
     weight = older * own["weight"] + share
     much = (weight >= MIN_SAMPLES) * (squares > EXCESS * limits["explained"] * weight)
     too_much = ca.logic_or(much, lasts)
     if is_computed:
-        predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
         own |= update_streak(inputs, own, predicted, by_k, limits["error"])
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
@@ -96,15 +98,16 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
     early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
     # A change that is too small or too slow for an alarm shows in an innovation that lasts.
-    lasted = ca.logic_and(own["confirmed"] == PROVED, lasts * (doubt > NEW_GROUND))
-    changed = own["streak"] >= IN_A_ROW if is_computed else lasted
+    lasted = own["streak"] >= IN_A_ROW if is_computed else lasts * (doubt > NEW_GROUND)
+    changed = ca.logic_and(own["confirmed"] == PROVED, lasted)
+    doubt = ca.fmax(doubt, NEW_GROUND * changed)
     status = with_flag(output["status"], Status.INCONSISTENT, doubted)
     # These flags no estimator sets, and an alarm ends tracking before this.
     status += int(Status.ACQUIRING) * early + int(Status.RESET) * changed
     result = vector_of(OUTPUT, _tracked_output(own, output, status, limits))
     confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
     proven = (confirmed == PROVED - 1) * (weight >= SAMPLES_TO_PROVE) * (doubt <= DOUBT_LEFT)
-    confirmed = confirmed + proven * (not (is_computed or gear))
+    confirmed = confirmed + proven * (not gear)
     over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed >= 2, doubted))
     phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))
     after = own | {
