@@ -18,8 +18,9 @@ INNOVATION_THRESHOLD, SMOOTHING_TIME = 3.0, 0.1
 """Test of a lasting innovation: threshold in model errors, and time constant of its low-pass [s]. Beyond
 it the model is wrong: what depends on time rather than on the angle, a zero that drifts or a torque that
 relaxes, is hidden in the noise of a sample and lasts."""
-CLEAR = 0.7
-"""Lasting innovation, in model errors, that a model that was handed over has to fall below once."""
+CLEAR, CLEAR_COMPUTED = 0.7, 0.5
+"""Lasting innovation, in model errors, that a model that was handed over has to fall below once; of a
+torque that is computed from the steering torque, of which there are few by then."""
 SPIKE = 12.0
 """Deviations of a torque's error beyond which an innovation counts no more: one sample lasts not."""
 NOISE_ALLOWANCE = 3.0
@@ -66,11 +67,11 @@ def smoothed_innovation(
 ) -> tuple[Expression, Expression, Expression]:  # fmt: skip
     """The smoothed innovation, whether it is more than is explained, and whether it is clear.
 
-    It is in N m. Of a torque that is computed, which is known now and then, it is in deviations, and those
-    count whose `range_of_predictions` is narrower than them.
+    It is in N m. Of a torque that is computed, which is known now and then, it is in deviations, and
+    those count whose `range_of_predictions` is narrower than one.
     """
     known, dt = is_known(inputs["M_z"]), inputs["dt"] + (predictions is not None) * BLOCK_TIME
-    share = ca.fmin(dt / SMOOTHING_TIME, 1)
+    share, clear = ca.fmin(dt / SMOOTHING_TIME, 1), CLEAR if predictions is None else CLEAR_COMPUTED
     slide, error = output["M_slide"] * own["scale"], named(SETTINGS, inputs["limits"])["error"]
     a = inputs["tyre"][1]
     _, variance, noisy = build_torque_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
@@ -87,7 +88,7 @@ def smoothed_innovation(
         innovation, variance = innovation / ca.sqrt(variance), ca.SX(1)
     lasting = own["lasting"] + ca.if_else(known, share, 0) * (innovation - own["lasting"])
     square = lasting**2
-    return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= CLEAR**2 * variance
+    return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= clear**2 * variance
 
 
 def update_streak(
