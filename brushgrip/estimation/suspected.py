@@ -101,15 +101,15 @@ def inconsistency_remedy(observer: Observer, recording: Recording, estimates: Es
 
 
 def far_load(recording: Recording, found: FoundModel) -> str:
-    """That the load is far from those that a model was found at; empty where it is not or none is told."""
+    """That the load is far from those that a model was found at; empty if not, or none is told."""
     if found.basis is None or found.basis.loads is None:
         return ""
     (least, greatest), load = found.basis.loads, float(np.median(recording.F_N[recording.F_N > 0]))
     if least / FAR_LOAD <= load <= greatest * FAR_LOAD:
         return ""
     return (
-        f"load far from the model's: {load:.0f} N, found at {least:.0f} to {greatest:.0f} N; half-length,"
-        " k and effects may be others here: diagnose with a recording at this load"
+        f"load far from the model's: {load:.0f} N, found at {least:.0f} to {greatest:.0f} N;"
+        " half-length, k and effects may be others here: diagnose with a recording at this load"
     )
 
 

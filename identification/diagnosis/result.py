@@ -171,7 +171,7 @@ def _figures(effect: FoundEffect) -> str:
 
 
 def _range_of_loads(series: Sequence[Series]) -> tuple[float, float] | None:
-    """Least and greatest load of wheels on the ground [N], without rare ones; None where none is known."""
+    """Least and greatest load of wheels on the ground [N], without rare ones; None if not known."""
     loads = [one.F_N[one.F_N > 0] for one in series]
     ranges = np.array([np.quantile(own, USUAL_LOADS) for own in loads if own.size])
     return (float(ranges.min()), float(ranges.max())) if ranges.size else None
