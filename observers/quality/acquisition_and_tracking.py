@@ -184,9 +184,7 @@ def build_supervised_step(
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
     ground = (_told(reset, M_z, gear), was["M_slide"], tyre)
     zero = own["scale"] * newest_state(parts, measurement_model, after, "M_0")
-    known = _known_before(
-        own, before["verdict"], tracked, zero, fields["zero_std"] * rig[0], is_scaled=bool(scaled)
-    )
+    known = _known_before(own, before["verdict"], tracked, zero, fields["zero_std"] * rig[0], scaled)
     search = _search_of(anew, searched.join(before), (*ground, *known), measurement_model)
     own["phase"] = ca.if_else(anew, 0, own["phase"])
     own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
@@ -237,7 +235,7 @@ def _told(reset: Expression, M_z: Expression, gear: bool) -> Expression:
 
 def _known_before(
     own: Parts, verdict: Expression, tracked: Expression, zero: Expression, zero_std: Expression,
-    *, is_scaled: bool,
+    scaled: str,
 ) -> tuple[Expression, ...]:  # fmt: skip
     """Mean and deviation of s [1] and of the torque's zero [N m] with which a search begins anew.
 
@@ -250,7 +248,7 @@ def _known_before(
     moved = ca.if_else(ca.logic_and(tracked, lasted), MAY_HAVE_MOVED, 1)
     scale = (
         ca.if_else(tracked, found, own["scale"]),
-        ca.if_else(tracked, (moved if is_scaled else 1) * RESTART_STD, VAGUE),
+        ca.if_else(tracked, (moved if scaled else 1) * RESTART_STD, VAGUE),
     )
     return *scale, ca.fmax(-most, ca.fmin(most, zero)), moved * std
 

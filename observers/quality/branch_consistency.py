@@ -72,8 +72,7 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
         M_z=1, added=1, counted=1, tyre=3, limits=len(SETTINGS),
     )  # fmt: skip
     own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
-    limits = named(SETTINGS, inputs["limits"])
-    known = output["nis"] < SENSIBLE
+    limits, known = named(SETTINGS, inputs["limits"]), output["nis"] < SENSIBLE
     share = ca.if_else(known, inputs["share"], 0)
     older = forgetting_factor(share, FORGETTING_SAMPLES)
     nis, by_k, lasts, clear = output["nis"], ca.SX(0), ca.SX(0), ca.SX(1)
@@ -105,9 +104,7 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     # These flags no estimator sets, and an alarm ends tracking before this.
     status += int(Status.ACQUIRING) * early + int(Status.RESET) * changed
     result = vector_of(OUTPUT, _tracked_output(own, output, status, limits))
-    confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
-    proven = (confirmed == PROVED - 1) * (weight >= SAMPLES_TO_PROVE) * (doubt <= DOUBT_LEFT)
-    confirmed = confirmed + proven * (not gear)
+    confirmed = _confirmed(own, weight, doubt, wrong, clear, gear=gear)
     over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed >= 2, doubted))
     phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))
     after = own | {
@@ -118,6 +115,21 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     after["lost"] = ca.logic_or(hopeless, changed)
     outputs = {"own_next": vector_of(OWN, after), "result": result}
     return named_function("follow_output", inputs, outputs, cse=True)
+
+
+def _confirmed(
+    own: Parts,
+    weight: Expression,
+    doubt: Expression,
+    wrong: Expression,
+    clear: Expression,
+    *,
+    gear: bool,
+) -> Expression:
+    """`confirmed` after a sample; behind a gear nothing is proved."""
+    confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
+    proven = (confirmed == PROVED - 1) * (weight >= SAMPLES_TO_PROVE) * (doubt <= DOUBT_LEFT)
+    return confirmed + proven * (not gear)
 
 
 def _tracked_output(own: Parts, output: Parts, status: Expression, limits: Parts) -> Parts:
