@@ -26,8 +26,17 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.bands_on_rig import true_friction
-from observers import PROFILES, Ekf, Estimates, Mhe, SteeringTorque, Tuning, run
-from observers.measurement.measurement_model import GAIN_SHARE
+from observers import (
+    PROFILES,
+    AligningTorque,
+    Ekf,
+    Estimates,
+    Mhe,
+    SteeringTorque,
+    Tuning,
+    run,
+)
+from observers.measurement.measurement_model import GAIN_SHARE, MeasurementModel
 from observers.quality.hypothesis_mixture import GAIN_FREE
 from observers.quality.tolerances import with_tolerances
 from observers.tuning import REFERENCE_STEP
@@ -58,6 +67,10 @@ FIRST_SEED = 100_000
 TRAVEL = 0.3
 """Travel after which the deviation is stated [rad]."""
 KINDS = {"ekf": Ekf, "mhe": Mhe}
+TORQUES: dict[str, MeasurementModel] = {"M_z": AligningTorque(), "M": SteeringTorque()}
+"""How friction is measured, by the torque's name."""
+STEERING_RATE = 500.0
+"""Samples of a steering torque a second [Hz]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,13 +112,14 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
     pace = float(np.exp(rng.uniform(*np.log([0.1, 0.35]))))
     hand = Hand(pace=pace, amplitude=float(rng.uniform(0.25, 0.5)))
     model, values, truth = Model(), {"k": K}, np.array(mu)
-    settings: dict[str, Any] = {"tuning": PROFILES[case.tuning]}
+    settings = {"tuning": PROFILES[case.tuning], "measurement_model": TORQUES[case.torque]}
     made: Any
     if case.torque == "M":
         made = make_steering_recording(
-            seed, constant_friction(mu), tyre=tyre, load=load, duration=min(duration, 8.0), rate=500.0
-        )
-        columns, settings["measurement_model"] = {"M": made.M + zero}, SteeringTorque()
+            seed, constant_friction(mu), tyre=tyre, load=load, duration=min(duration, 8.0),
+            rate=STEERING_RATE,
+        )  # fmt: skip
+        columns = {"M": made.M + zero}
     elif case.effects != "none":
         name = EFFECTS[seed % len(EFFECTS)]
         made = plant_effect(name, seed, tyre=tyre, load=load, duration=duration, share=0.05)
@@ -201,7 +215,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=400)
     parser.add_argument("--seed", type=int, default=FIRST_SEED, help="of the first run")
     parser.add_argument("--observer", choices=list(KINDS), default="ekf")
-    parser.add_argument("--torque", choices=["M_z", "M"], default="M_z")
+    parser.add_argument("--torque", choices=list(TORQUES), default="M_z")
     parser.add_argument("--tuning", choices=list(PROFILES), default="real_tyre")
     parser.add_argument("--effects", choices=["none", "declared", "found"], default="none")
     parser.add_argument("--stated", action="store_true", help="draw all errors that the tuning states")
@@ -213,7 +227,7 @@ def main() -> None:
     )  # fmt: skip
     cases = [one]
     if options.all:
-        every = product(KINDS, ("M_z", "M"), PROFILES)
+        every = product(KINDS, TORQUES, PROFILES)
         cases = [IceCase(observer=o, torque=t, tuning=p) for o, t, p in every]
         cases += [replace(one, effects=effects) for effects in ("declared", "found")]
     print(

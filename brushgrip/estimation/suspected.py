@@ -64,6 +64,8 @@ BEYOND = 1.5
 """Noise seen over noise stated from which on it is told, and residual over its white noise [1]."""
 OTHER_RATE, REGULAR = 1.5, 0.9
 """Ratio of two rates that differ [1]; share of the periods that are alike in a rate [1]."""
+FAR_LOAD = 1.5
+"""Ratio of a load to the nearest one behind a model beyond which it is told [1]."""
 FULL_SLIDE = 3 / 8
 """Torque of full slide at mu = 1 over F_N a [1]."""
 
@@ -95,6 +97,19 @@ def inconsistency_remedy(observer: Observer, recording: Recording, estimates: Es
     return (
         f"torque noise seen {seen:.2g} N m, {against}: declare [sensor] noise = {seen:.2g}"
         f" in the rig file; where that does not help, {LACKING}"
+    )
+
+
+def far_load(recording: Recording, found: FoundModel) -> str:
+    """That the load is far from those that a model was found at; empty if not, or none is told."""
+    if found.basis is None or found.basis.loads is None:
+        return ""
+    (least, greatest), load = found.basis.loads, float(np.median(recording.F_N[recording.F_N > 0]))
+    if least / FAR_LOAD <= load <= greatest * FAR_LOAD:
+        return ""
+    return (
+        f"load far from the model's: {load:.0f} N, found at {least:.0f} to {greatest:.0f} N;"
+        " half-length, k and effects may be others here: diagnose with a recording at this load"
     )
 
 

@@ -21,6 +21,7 @@ from brushgrip.estimation.estimates import (
 )
 from brushgrip.estimation.suspected import (
     differing_rates,
+    far_load,
     inconsistency_remedy,
     require_plausible,
     suspected_cause,
@@ -215,10 +216,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         note = "" if car.speed_recorded else STANDS
         told += [note, "" if budget else rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])])]
     if found is not None and recording.standstills is None:
-        told.append(
-            doubt := stiffness_note(found.values_for_estimation(recording.ground)["k"], recording)
-        )
-        note = BETWEEN.join(filter(None, (note, doubt)))
+        k = found.values_for_estimation(recording.ground)["k"]
+        told += (doubts := [stiffness_note(k, recording), far_load(recording, found)])
+        note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in told if line)
     beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)
     return EstimateOutcome(row=row_of(recording, estimates, beside), lines=tuple(lines))

@@ -30,7 +30,7 @@ def model_text(diagnosis: Diagnosis) -> str:
     if diagnosis.model_error is not None:
         error = asdict(diagnosis.model_error)
         content["model_error"] = {name: value for name, value in error.items() if value is not None}
-    content["basis"] = asdict(diagnosis.basis)
+    content["basis"] = {n: value for n, value in asdict(diagnosis.basis).items() if value is not None}
     if (k := diagnosis.parameters.get("k")) is not None and k.std is not None:
         content["std"] = {"k": k.std}
     return json.dumps(content, indent=2, allow_nan=False) + "\n"

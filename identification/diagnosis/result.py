@@ -1,8 +1,10 @@
 """The result of a diagnosis: frozen values, and the content of `diagnosis.json`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from identification.diagnosis.result_parts import Candidate, Errors, FoundEffect, FoundFamily, Series
 from identification.fits.values import ParameterEstimate, Values
@@ -16,6 +18,8 @@ from symbolic.tables.notebook_html import html_table
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+USUAL_LOADS = (0.05, 0.95)
+"""Shares of a recording's samples between which its load is usual [1]."""
 _ERRORS = {
     "training": "torque_nrmse",
     "held out": "holdout_torque_nrmse",
@@ -99,6 +103,7 @@ class Diagnosis:
             holdout=len(self.holdout),
             grades={effect.name: effect.grade for effect in self.effects},
             unexplained=self.unexplained.present,
+            loads=_range_of_loads(self.series),
         )
 
     @property
@@ -163,3 +168,10 @@ def _figures(effect: FoundEffect) -> str:
     ]
     rivals = f", or {', '.join(effect.indistinguishable_from)}" * bool(effect.indistinguishable_from)
     return f"{', '.join(values)}; {effect.grade.replace('_', ' ')}{rivals}"
+
+
+def _range_of_loads(series: Sequence[Series]) -> tuple[float, float] | None:
+    """Least and greatest load of wheels on the ground [N], without rare ones; None if not known."""
+    loads = [one.F_N[one.F_N > 0] for one in series]
+    ranges = np.array([np.quantile(own, USUAL_LOADS) for own in loads if own.size])
+    return (float(ranges.min()), float(ranges.max())) if ranges.size else None

@@ -185,7 +185,7 @@ def build_supervised_step(
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
     ground = (_told(reset, M_z, gear), was["M_slide"], tyre)
     zero = own["scale"] * newest_state(parts, measurement_model, after, "M_0")
-    known = _known_before(own, before["verdict"], tracked, zero, fields["zero_std"] * rig[0])
+    known = _known_before(own, before["verdict"], tracked, zero, fields["zero_std"] * rig[0], scaled)
     search = _search_of(anew, searched.join(before), (*ground, *known), measurement_model)
     own["phase"] = ca.if_else(anew, 0, own["phase"])
     own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
@@ -235,18 +235,22 @@ def _told(reset: Expression, M_z: Expression, gear: bool) -> Expression:
 
 
 def _known_before(
-    own: Parts, verdict: Expression, tracked: Expression, zero: Expression, zero_std: Expression
-) -> tuple[Expression, ...]:
+    own: Parts, verdict: Expression, tracked: Expression, zero: Expression, zero_std: Expression,
+    scaled: str,
+) -> tuple[Expression, ...]:  # fmt: skip
     """Mean and deviation of s [1] and of the torque's zero [N m] with which a search begins anew.
 
     zero_std is a share of full slide at mu = 1 times the half-length [m]. Garbage may have moved the
-    zero far: it keeps its range.
+    zero far: it keeps its range. From the steering torque nothing tells s on ice anew: it stays known.
     """
     found, std = ca.exp(named(VERDICT, verdict)["log_gain"]), zero_std * full_slide_torque(own["F_N"], 1)
     most = MAX_ZERO_DEVIATIONS * std
     lasted = ca.logic_and(own["lost"], own["confirmed"] == PROVED)
     moved = ca.if_else(ca.logic_and(tracked, lasted), MAY_HAVE_MOVED, 1)
-    scale = ca.if_else(tracked, found, own["scale"]), ca.if_else(tracked, moved * RESTART_STD, VAGUE)
+    scale = (
+        ca.if_else(tracked, found, own["scale"]),
+        ca.if_else(tracked, (moved if scaled else 1) * RESTART_STD, VAGUE),
+    )
     return *scale, ca.fmax(-most, ca.fmin(most, zero)), moved * std
 
 

@@ -26,6 +26,7 @@ from observers.quality.hypothesis_mixture import VERDICT
 from observers.quality.innovation_attribution import (
     IN_A_ROW,
     innovation_of,
+    range_of_predictions,
     smoothed_innovation,
     torque_variance_by_k,
     update_streak,
@@ -71,8 +72,7 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
         M_z=1, added=1, counted=1, tyre=3, limits=len(SETTINGS), friction=1,
     )  # fmt: skip
     own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
-    limits = named(SETTINGS, inputs["limits"])
-    known = output["nis"] < SENSIBLE
+    limits, known = named(SETTINGS, inputs["limits"]), output["nis"] < SENSIBLE
     share = ca.if_else(known, inputs["share"], 0)
     older = forgetting_factor(share, FORGETTING_SAMPLES)
     nis, by_k, lasts, clear = output["nis"], ca.SX(0), ca.SX(0), ca.SX(1)
@@ -81,14 +81,15 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     if patch.misfit > 0 and not is_computed:
         square = ca.fmax(innovation_of(inputs, own, output) ** 2, MIN_SQUARE_DIVISOR)
         nis = nis * square / (square + by_k * nis)
-    if not (is_computed or gear):
-        own["lasting"], lasts, clear = smoothed_innovation(inputs, own, output, by_k)
+    predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
+    if not gear:
+        predictions = range_of_predictions(own, predicted) if is_computed else None
+        own["lasting"], lasts, clear = smoothed_innovation(inputs, own, output, by_k, predictions)
     squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, MAX_NORMALISED_SQUARE), 0)
     weight = older * own["weight"] + share
     much = (weight >= MIN_SAMPLES) * (squares > EXCESS * limits["explained"] * weight)
     too_much = ca.logic_or(much, lasts)
     if is_computed:
-        predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
         own |= update_streak(inputs, own, predicted, by_k, limits["error"])
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
@@ -96,15 +97,14 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
     early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
     # A change that is too small or too slow for an alarm shows in an innovation that lasts.
-    lasted = ca.logic_and(own["confirmed"] == PROVED, lasts * (doubt > NEW_GROUND))
-    changed = own["streak"] >= IN_A_ROW if is_computed else lasted
+    lasted = own["streak"] >= IN_A_ROW if is_computed else lasts * (doubt > NEW_GROUND)
+    changed = ca.logic_and(own["confirmed"] == PROVED, lasted)
+    doubt = ca.fmax(doubt, NEW_GROUND * changed)
     status = with_flag(output["status"], Status.INCONSISTENT, doubted)
     # These flags no estimator sets, and an alarm ends tracking before this.
     status += int(Status.ACQUIRING) * early + int(Status.RESET) * changed
     result = vector_of(OUTPUT, _tracked_output(own, output, status, limits))
-    confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
-    proven = (confirmed == PROVED - 1) * (weight >= SAMPLES_TO_PROVE) * (doubt <= DOUBT_LEFT)
-    confirmed = confirmed + proven * (not (is_computed or gear))
+    confirmed = _confirmed(own, weight, doubt, wrong, clear, gear=gear)
     over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed >= 2, doubted))
     phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))
     after = own | {
@@ -115,6 +115,21 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
     after["lost"] = ca.logic_or(hopeless, changed)
     outputs = {"own_next": vector_of(OWN, after), "result": result}
     return named_function("follow_output", inputs, outputs, cse=True)
+
+
+def _confirmed(
+    own: Parts,
+    weight: Expression,
+    doubt: Expression,
+    wrong: Expression,
+    clear: Expression,
+    *,
+    gear: bool,
+) -> Expression:
+    """`confirmed` after a sample; behind a gear nothing is proved."""
+    confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
+    proven = (confirmed == PROVED - 1) * (weight >= SAMPLES_TO_PROVE) * (doubt <= DOUBT_LEFT)
+    return confirmed + proven * (not gear)
 
 
 def _tracked_output(own: Parts, output: Parts, status: Expression, limits: Parts) -> Parts:

@@ -4,6 +4,7 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import is_known
+from observers.measurement.wheel_yaw_dynamics import BLOCK_TIME
 from observers.quality.acquisition import EquivalentPatch
 from observers.quality.branches import stiffness_slope
 from observers.quality.hypothesis_mixture import VERDICT, variance_of_scale
@@ -17,8 +18,9 @@ INNOVATION_THRESHOLD, SMOOTHING_TIME = 3.0, 0.1
 """Test of a lasting innovation: threshold in model errors, and time constant of its low-pass [s]. Beyond
 it the model is wrong: what depends on time rather than on the angle, a zero that drifts or a torque that
 relaxes, is hidden in the noise of a sample and lasts."""
-CLEAR = 0.7
-"""Lasting innovation, in model errors, that a model that was handed over has to fall below once."""
+CLEAR, CLEAR_COMPUTED = 0.7, 0.5
+"""Lasting innovation, in model errors, that a model that was handed over has to fall below once; of a
+torque that is computed from the steering torque, of which there are few by then."""
 SPIKE = 12.0
 """Deviations of a torque's error beyond which an innovation counts no more: one sample lasts not."""
 NOISE_ALLOWANCE = 3.0
@@ -50,36 +52,51 @@ def torque_variance_by_k(
     return (std * by_k) ** 2
 
 
+def range_of_predictions(own: Parts, predicted: Expression) -> tuple[Expression, Expression]:
+    """Least and greatest torque that was predicted at the last two that were computed and since [N m].
+
+    A computed torque is of the time between those two.
+    """
+    before = (own["predicted"], own["predicted_before"])
+    return ca.fmin(predicted, ca.fmin(*before)), ca.fmax(predicted, ca.fmax(*before))
+
+
 def smoothed_innovation(
-    inputs: Parts, own: Parts, output: Parts, by_k: Expression
-) -> tuple[Expression, Expression, Expression]:
-    """The smoothed innovation [N m], whether it is more than is explained, and whether it is clear."""
-    known, share = is_known(inputs["M_z"]), ca.fmin(inputs["dt"] / SMOOTHING_TIME, 1)
+    inputs: Parts, own: Parts, output: Parts, by_k: Expression,
+    predictions: tuple[Expression, Expression] | None = None,
+) -> tuple[Expression, Expression, Expression]:  # fmt: skip
+    """The smoothed innovation, whether it is more than is explained, and whether it is clear.
+
+    It is in N m. Of a torque that is computed, which is known now and then, it is in deviations, and
+    those count whose `range_of_predictions` is narrower than one.
+    """
+    known, dt = is_known(inputs["M_z"]), inputs["dt"] + (predictions is not None) * BLOCK_TIME
+    share, clear = ca.fmin(dt / SMOOTHING_TIME, 1), CLEAR if predictions is None else CLEAR_COMPUTED
     slide, error = output["M_slide"] * own["scale"], named(SETTINGS, inputs["limits"])["error"]
     a = inputs["tyre"][1]
     _, variance, noisy = build_torque_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
-    innovation = ca.if_else(known, innovation_of(inputs, own, output), 0)
-    most = SPIKE * ca.sqrt(variance + by_k)
-    innovation = ca.fmax(-most, ca.fmin(most, innovation))
-    lasting = own["lasting"] + ca.if_else(known, share, 0) * (innovation - own["lasting"])
+    most, innovation = SPIKE * ca.sqrt(variance + by_k), innovation_of(inputs, own, output)
+    if predictions is not None:
+        low, high = predictions
+        innovation = inputs["M_z"] - (low + high) / 2
+        known = ca.logic_and(known, (high - low) ** 2 <= variance + by_k)
+    innovation = ca.fmax(-most, ca.fmin(most, ca.if_else(known, innovation, 0)))
     # Of the noise the smoothed innovation has but a part; it is tested often, so that more is allowed.
     noise = noisy * variance / NOISIER
-    variance -= noise * (1 - NOISE_ALLOWANCE * share / (2 - share))
-    square, variance = lasting**2, variance + by_k
-    return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= CLEAR**2 * variance
+    variance = variance - noise * (1 - NOISE_ALLOWANCE * share / (2 - share)) + by_k
+    if predictions is not None:
+        innovation, variance = innovation / ca.sqrt(variance), ca.SX(1)
+    lasting = own["lasting"] + ca.if_else(known, share, 0) * (innovation - own["lasting"])
+    square = lasting**2
+    return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= clear**2 * variance
 
 
 def update_streak(
     inputs: Parts, own: Parts, predicted: Expression, by_k: Expression, error: Expression
 ) -> Parts:
-    """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`.
-
-    A torque is of the time between the last two that were computed, so that it is held against the range
-    of the predictions since.
-    """
-    known, before = is_known(inputs["M_z"]), (own["predicted"], own["predicted_before"])
+    """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`."""
+    known, (low, high) = is_known(inputs["M_z"]), range_of_predictions(own, predicted)
     M_z = ca.if_else(known, inputs["M_z"], predicted)
-    low, high = (limit(predicted, limit(*before)) for limit in (ca.fmin, ca.fmax))
     away = ca.fmax(ca.fmax(M_z - high, low - M_z), 0)
     reach = ca.fmax(ca.fabs(M_z), ca.fabs(predicted))
     a = inputs["tyre"][1]

@@ -55,6 +55,9 @@ FROZEN_TRAVEL = 0.015
 MIN_JUMP, MIN_DIGITS = 3e-3, 1.5
 """Change before a frozen torque that no patch near full slide shows: as a share of the torque, and over
 the least change that the sensor resolves [1]."""
+JUMP_LEFT = (0.7, 0.3)
+"""Share of the change before that counts beside a change of the other sign, as noise makes them, and of
+the same, as a torque that grows into full slide [1]: of a noisy torque the last change may be small."""
 KNOWN_SCALE = 0.1
 """Standard deviation of ln s below which a scale that is not verified is named [1]."""
 CONVENTIONS = {
@@ -71,8 +74,9 @@ EVIDENCE = Layout.of(
 """State of the check. Samples in a row, up to now, beyond what is possible, `IN_A_ROW` stays: angle,
 period, friction. The last load and the first one [N], the last angle [rad], NaN before; the turn so far
 without its sign, while the torque was measured [rad]; work of the ground on the wheel, and the same with
-each sample without its sign [N m]. The last torque, its last change and the least one, 0 before [N m];
-samples for which it has been the same, and their turn [rad]; 1 once it was clipped."""
+each sample without its sign [N m]. The last torque; its last change, with its sign, no less than
+`JUMP_LEFT` of the one before, and the least one, 0 before [N m]; samples for which it has been the same,
+and their turn [rad]; 1 once it was clipped."""
 START = np.array([0.0, 0, 0, -1, -1, np.nan, 0, 0, 0, np.nan, 0, 0, 0, 0, 0])
 """The state before the first sample; a load of -1 is none."""
 
@@ -96,10 +100,13 @@ def build_evidence(channel: str) -> ca.Function:
     same = ca.logic_and(measured, change == 0)
     turned = ca.if_else(same, was["frozen_travel"] + ca.fabs(turn), 0)
     frozen = ca.if_else(same, was["frozen"] + 1, ca.if_else(measured, 0, was["frozen"]))
-    jump = ca.if_else(change == 0, was["jump"], ca.fabs(change))
-    is_least = ca.logic_or(was["digit"] == 0, jump < was["digit"])
-    digit = ca.if_else(is_least, jump, was["digit"])
-    steep = ca.logic_and(jump > MIN_JUMP * ca.fabs(torque), jump > MIN_DIGITS * digit)
+    size, earlier = ca.fabs(change), ca.fabs(was["jump"])
+    larger = ca.fmax(size, ca.if_else(change * was["jump"] < 0, *JUMP_LEFT) * earlier)
+    jump = ca.if_else(change == 0, was["jump"], ca.if_else(change < 0, -larger, larger))
+    is_least = ca.logic_and(change != 0, ca.logic_or(was["digit"] == 0, size < was["digit"]))
+    digit = ca.if_else(is_least, size, was["digit"])
+    large = ca.fabs(jump)
+    steep = ca.logic_and(large > MIN_JUMP * ca.fabs(torque), large > MIN_DIGITS * digit)
     stays = ca.logic_and(frozen >= FROZEN, turned > FROZEN_TRAVEL)
     clipped = ca.logic_and(stays, steep)
     after = {

@@ -71,15 +71,17 @@ class ModelBasis:
         holdout: number of further recordings, which judged it.
         grades: how sure each effect is, by name: strong, weak, ambiguous or stands_in.
         unexplained: whether it leaves an error with a structure.
+        loads: least and greatest load of all these recordings [N]; None where it is not told.
 
     Raises:
-        InvalidInputError: a count is no whole number of at least 0.
+        InvalidInputError: a count is no whole number of at least 0, or a load is not greater than 0.
     """
 
     training: int
     holdout: int
     grades: Mapping[str, str] = field(default_factory=dict)
     unexplained: bool = False
+    loads: tuple[float, float] | None = None
 
     @property
     def explains_nothing(self) -> bool:
@@ -92,6 +94,8 @@ class ModelBasis:
             count = getattr(self, name)
             if isinstance(count, bool) or not isinstance(count, int) or count < 0:
                 raise InvalidInputError(f"{name} must be a whole number of at least 0, got {count}")
+        if self.loads is not None and not 0 < self.loads[0] <= self.loads[1] < math.inf:
+            raise InvalidInputError(f"loads must be greater than 0, in order, got {list(self.loads)}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,6 +17,8 @@ from symbolic.tables.parsing import excerpt, floats, naming, shown
 
 MODEL_VERSION = 1
 """Version of the model files that are read and written."""
+LOADS = ("least", "greatest")
+"""Order of the loads of a basis."""
 
 
 def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> FoundModel:
@@ -25,7 +27,7 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
     It holds `version`, `effects` (names), `tyre` (values by name; `shared` in older files), and may hold
     `grounds`, `recordings` and `rig` (a table of values for each ground or recording), `units` (by
     name), which must be those of the parameters: nothing is converted, `model_error` (`spread`,
-    `correlation_time`), `basis` (`training`, `holdout`, `grades`), and `std` (that of `k`).
+    `correlation_time`), `basis` (`training`, `holdout`, `grades`, `loads`), and `std` (that of `k`).
 
     Args:
         document: the tables.
@@ -130,9 +132,10 @@ def _basis(document: Mapping[str, Any]) -> ModelBasis | None:
     if table is None:
         return None
     required = {"training", "holdout", "grades"}
-    if not isinstance(table, dict) or not required <= set(table) <= required | {"unexplained"}:
+    if not isinstance(table, dict) or not required <= set(table) <= required | {"unexplained", "loads"}:
         raise InvalidInputError(
-            "'basis' must hold training, holdout and grades, and may hold unexplained, nothing else"
+            "'basis' must hold training, holdout and grades, and may hold unexplained and loads, nothing"
+            " else"
         )
     if not isinstance(table.get("unexplained", False), bool):
         raise InvalidInputError("'basis.unexplained' must be true or false")
@@ -140,5 +143,9 @@ def _basis(document: Mapping[str, Any]) -> ModelBasis | None:
     if not isinstance(grades, dict) or not all(isinstance(grade, str) for grade in grades.values()):
         raise InvalidInputError("'basis.grades' must be a table of texts")
     _check_names("basis.grades", grades, document["effects"], "the model has")
+    loads = table.get("loads")
+    if loads is not None and not (isinstance(loads, list) and len(loads) == len(LOADS)):
+        raise InvalidInputError("'basis.loads' must be a list of two numbers")
+    named = None if loads is None else floats("basis.loads", dict(zip(LOADS, loads, strict=True)))
     with naming("basis"):
-        return ModelBasis(**table)
+        return ModelBasis(**{**table, "loads": named and (named["least"], named["greatest"])})

@@ -325,6 +325,23 @@ def test_says_what_a_model_gives(estimate: Run, simulated: Path, tmp_path: Path)
     )
 
 
+@pytest.mark.parametrize(
+    ("loads", "is_told"),
+    [([350.0, 450.0], False), ([280.0, 290.0], False), ([250.0, 260.0], True), ([610.0, 700.0], True)],
+)
+def test_a_load_far_from_those_behind_the_model_is_told(
+    estimate: Run, simulated: Path, tmp_path: Path, loads: list[float], is_told: bool
+) -> None:
+    basis = {"training": 1, "holdout": 0, "grades": {}, "loads": loads}
+    (tmp_path / "model.json").write_text(json.dumps({**json.loads(MODEL), "basis": basis}))
+    told = estimate(simulated, "--model", "model.json", "--summary", "all.csv").out
+    line = f"load far from the model's: 400 N, found at {loads[0]:.0f} to {loads[1]:.0f} N"
+
+    assert ("1 of 1: load far from the model's" in told) == is_told
+    assert (line in (tmp_path / "all.csv").read_text()) == is_told
+    assert (f"run: {line}" in estimate(simulated, "--model", "model.json").out) == is_told
+
+
 def test_a_k_that_is_off_is_told_and_part_of_the_band(
     simulated: Path, run: Run, rig: Path, tmp_path: Path
 ) -> None:

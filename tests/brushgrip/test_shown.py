@@ -92,6 +92,17 @@ def test_a_diagnosis_as_a_table() -> None:
     assert cells(make_diagnosis(found=False, unexplained=False))[1]["effects"] == "none is missing"
 
 
+def test_a_diagnosis_tells_its_loads() -> None:
+    """Those of every recording count, but for a lifted wheel and what is rare."""
+    diagnosis = make_diagnosis(("a",), ("b",))
+    assert diagnosis.basis.loads == (400.0, 400.0)
+    F_N = np.full(600, 380.0)
+    F_N[:200], F_N[200:210], F_N[300:400], F_N[400:410] = 0.0, np.nan, 900.0, 2000.0
+    series = tuple(replace(one, F_N=F_N) if one.held_out else one for one in diagnosis.series)
+    assert replace(diagnosis, series=series).basis.loads == (380.0, 900.0)
+    assert replace(diagnosis, series=()).basis.loads is None
+
+
 @pytest.mark.parametrize("name", [EVIL, "_hidden"])
 def test_any_name_is_shown_as_it_is(recording: Recording, name: str) -> None:
     named = replace(recording, name=name, ground=name)

@@ -43,7 +43,7 @@ def write(folder: Path, content: Any) -> Path:
 def test_round_trip(tmp_path: Path) -> None:
     model = Model(effects=effects_named(CONTENT["effects"]), corners=16)
     error = ModelError(spread=0.03, correlation_time=0.4)
-    basis = ModelBasis(training=2, holdout=0, grades={"carcass_torsion": "weak"})
+    basis = ModelBasis(training=2, holdout=0, grades={"carcass_torsion": "weak"}, loads=(380.0, 420.5))
     diagnosis = SimpleNamespace(
         model=model, values=Values(tyre=SHARED, own=OWN), model_error=error, basis=basis,
         parameters={"k": ParameterEstimate(value=2.4e6, std=5e4, unit="N/m^2")},
@@ -54,6 +54,7 @@ def test_round_trip(tmp_path: Path) -> None:
     table = {"spread": 0.03, "correlation_time": 0.4}
     expected = {**CONTENT, "grounds": {}, "rig": {}, "units": UNITS, "model_error": table}
     told = {"training": 2, "holdout": 0, "grades": {"carcass_torsion": "weak"}, "unexplained": False}
+    told["loads"] = [380.0, 420.5]
     assert json.loads(text) == {**expected, "basis": told, "std": {"k": 5e4}}
     assert (found.error, found.basis, found.k_std) == (error, basis, 5e4)
     assert text.endswith("}\n")
@@ -263,6 +264,16 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
         ({"basis": {"training": -1, "holdout": 0, "grades": {}}}, "basis: training must be a whole"),
         ({"basis": {"training": 1, "holdout": 0, "grades": {"x": "weak"}}}, "basis.grades holds an"),
         ({"basis": {"training": 1, "holdout": 0, "grades": {"torque_offset": 1}}}, "'basis.grades'"),
+        *(
+            ({"basis": {"training": 1, "holdout": 0, "grades": {}, "loads": loads}}, message)
+            for loads, message in (
+                (400.0, "'basis.loads' must be a list of two"),
+                ([400.0], "'basis.loads' must be a list of two"),
+                (["a", 400.0], "basis.loads.least must be a number"),
+                ([0.0, 400.0], "basis: loads must be greater than 0, in order"),
+                ([500.0, 400.0], "basis: loads must be greater than 0, in order"),
+            )
+        ),
         ({"std": {"mu": 0.1}}, "std holds an unknown 'mu'; allowed: k"),
         ({"std": {"k": -1}}, "k_std must be a finite number of at least 0, got -1"),
         ({**GROUNDS, "std": {"k": 1e5}}, "std holds an unknown 'k'; allowed: "),

@@ -45,6 +45,11 @@ _VALUES = {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
 EFFECTS: dict[str, Any] = {"model": Model(effects=_EFFECTS), "values": _VALUES}
 FEW_BRISTLES: dict[str, Any] = {"model": Model(effects=_EFFECTS, bristles=8), "values": _VALUES}
 """The same effects for tests of the code, in which the number of bristles does not matter."""
+RELAXING: dict[str, Any] = {
+    "model": Model(effects=effects_named(["viscoelastic_relaxation"]), bristles=8),
+    "values": {"k": K, "viscoelastic_relaxation.gain": 0.3, "viscoelastic_relaxation.time": 0.5},
+}
+"""Bristles without a compliance, each with a Maxwell branch."""
 CREEP: dict[str, Any] = {
     "model": Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), bristles=12),
     "values": {"k": K, "frictional_creep.c": 0.14, "carcass_torsion.k_t": 330.0},
@@ -82,7 +87,7 @@ SPRING: dict[str, Any] = {
 """Effects that add to the torque of the patch."""
 KINDS: dict[str, Any] = {"ekf": Ekf, "mhe": Mhe}
 MODELS = {
-    "declared": DECLARED, "effects": EFFECTS, "few": FEW_BRISTLES, "creep": CREEP,
+    "declared": DECLARED, "effects": EFFECTS, "few": FEW_BRISTLES, "relaxing": RELAXING, "creep": CREEP,
     "measured": MEASURED_RUN, "torsion": TORSION, "found": FOUND,
     "spring": SPRING,
 }  # fmt: skip

@@ -16,7 +16,7 @@ from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
     DECLARED,
-    FEW_BRISTLES,
+    MODELS,
     assert_same,
     cases,
     needs_compiler,
@@ -167,12 +167,14 @@ def test_outliers_and_changes_of_the_ground(
     assert sum(status & Status.REJECTED > 0 for status in flags) > 5, "there were no outliers"
 
 
+# The bristles turn with the wheel, or less than it behind a compliance: the code of either is its own.
+@pytest.mark.parametrize("model", ["few", "relaxing"])
 @pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=LONG)])
-def test_a_change_of_the_ground_under_bristles(generated: Generate, kind: Any) -> None:
+def test_a_change_of_the_ground_under_bristles(generated: Generate, kind: Any, model: str) -> None:
     t, psi, F_N, M_z = change_of_ground()
     rows = np.column_stack([psi, np.full(t.size, np.nan), M_z, F_N, np.full(t.size, 0.01)])[:1000]
     tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3)
-    observer = kind(**FEW_BRISTLES, rig=RIG, tuning=tuning)
+    observer = kind(**MODELS[model], rig=RIG, tuning=tuning)
     expected = python_estimates(observer, rows)
 
     np.testing.assert_allclose(generated(observer, DOUBLE).run(rows), expected, rtol=1e-7, atol=1e-9)

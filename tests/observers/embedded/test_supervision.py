@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.faults import relaxed
+from benchmarks.faulty_inputs import relaxed
 from observers import ESTIMATE, AligningTorque, Status
 from observers.embedded import DOUBLE, SINGLE
 from reference_rig import (

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from benchmarks.faults import relaxed
+from benchmarks.faulty_inputs import relaxed
 from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, covariance_of, run
 from observers.quality.acquisition import build_search
 from observers.quality.branches import (
@@ -355,6 +355,26 @@ def test_a_torque_that_depends_on_time_is_no_friction(fault: str) -> None:
 
     assert np.mean(wrong_and_usable(estimates, 0.05)) < 0.01
     assert (estimates.status & Status.INCONSISTENT != 0).any()
+
+
+@pytest.mark.parametrize(
+    ("fault", "seed", "mu"),
+    [("drifts", 595001, 0.05), ("rolls", 595000, 0.8), ("drifts more", 595001, 0.8)],
+)
+def test_a_steering_torque_that_depends_on_time_is_no_friction(fault: str, seed: int, mu: float) -> None:
+    """It is told by what lasts of the torques computed from it; a zero that moves is no new ground."""
+    rate, duration = (0.5, 14.0) if fault == "drifts more" else (0.1, 5.0)
+    made = make_steering_recording(seed, tyre=RigTyre(k=K, mu=mu), duration=duration, rate=500.0)
+    M = made.M + rate * made.t
+    if fault == "rolls":
+        M = made.M + made.M_z_true - relaxed(made.M_z_true, 1.0, 0.002)
+    observer = Ekf(model=Model(), values={"k": K}, rig=RIG, measurement_model=SteeringTorque())
+    honest, estimates = (run(observer, made.t, made.psi, made.F_N, M=torque) for torque in (made.M, M))
+
+    assert np.mean(wrong_and_usable(estimates, mu)) < 0.01
+    assert (estimates.status & Status.INCONSISTENT != 0).any()
+    assert honest.usable.mean() > 0.3
+    assert not wrong_and_usable(honest, mu).any()
 
 
 @pytest.mark.parametrize("off", [0.8, pytest.param(1.2, marks=pytest.mark.long)])

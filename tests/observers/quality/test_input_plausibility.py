@@ -86,6 +86,28 @@ def test_a_torque_in_coarse_steps_is_no_clipped_one(recording: RigRecording, ste
     assert not any("the same" in cause for cause in loop.suspicions)
 
 
+@pytest.mark.parametrize(
+    ("changes", "is_told"),
+    [
+        ((0.5, -0.02, 0.06, -0.08, 0.09, 0.005), True),
+        ((0.5, 0.06, -0.02, 0.03, -0.005), True),
+        ((0.5, 0.06, 0.03, 0.005), False),
+        ((0.5, -0.3, 0.2, 0.1, 0.06, 0.03, 0.005), False),
+    ],
+    ids=["noise", "noise turned", "full slide", "full slide after a turn back"],
+)
+def test_of_a_noisy_torque_the_last_change_before_a_limit_may_be_small(
+    changes: tuple[float, ...], is_told: bool
+) -> None:
+    torques = 4.0 + np.cumsum([*changes, *[0.0] * 12])
+    psi = -0.004 * np.arange(torques.size)
+    samples = [
+        Sample(psi=p, psi_dot=-0.4, F_N=400.0, dt=0.01, M_z=m) for p, m in zip(psi, torques, strict=True)
+    ]
+
+    assert any("the same" in cause for cause in suspicions_of(samples, RIG, "M_z")) == is_told
+
+
 @pytest.mark.parametrize("step", [0.0, 0.02, 0.1])
 def test_a_torque_that_was_clipped_stays_suspected(recording: RigRecording, step: float) -> None:
     columns = columns_of(recording)
