@@ -17,13 +17,13 @@ OPENING = """# Verdicts
 
 `python examples/verdicts.py CASE... --out docs/evidence/verdicts.md` writes this page.
 
-A case is a folder of recordings from a rig that is not ours. What was planted in it is not known here.
-Two rules of the search were corrected after a look at case_1: one law of a family goes before two that
+A case is a folder of recordings from a rig that is not ours; what was planted in it is not known here.
+After a look at case_1 two rules of the search were corrected: one law of a family goes before two that
 do as well; no exchange makes a second law of a family. Nothing else was adjusted.
 
 "Error" is that of the fit to all recordings, "left out" that of each by the shared parameters of the
-others: root mean squares of the torque over its range, averaged over recordings. A stand-in is no
-finding: it explains less than what is left, or a parameter of it is at the end of its range."""
+others: root mean squares of the torque over its range, averaged. A stand-in is no finding: it explains
+less than what is left, or a parameter of it is at the end of its range."""
 HEADER = (
     "| case | the assumed model lacks | indistinguishable from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"
@@ -59,12 +59,19 @@ def row(name: str, diagnosis: Diagnosis) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def details(name: str, diagnosis: Diagnosis) -> list[str]:
-    """k, and what is left."""
-    lines = [f"**{name}**: k = {quantity(diagnosis.parameters['k'])}."]
-    if diagnosis.unexplained.present:
-        lines.append(f"Left: {sentence(diagnosis.unexplained.evidence)}")
-    return lines + [f"Note: {sentence(note)}" for note in diagnosis.notes]
+def details(diagnoses: dict[str, Diagnosis]) -> list[str]:
+    """A paragraph a case: k, what is left, its notes; first one with the notes that all cases have."""
+    shared = [
+        n for n in next(iter(diagnoses.values())).notes if all(n in d.notes for d in diagnoses.values())
+    ]
+    paragraphs = [" ".join(f"In every case: {sentence(note)}" for note in shared)] if shared else []
+    for name, diagnosis in diagnoses.items():
+        lines = [f"**{name}**: k = {quantity(diagnosis.parameters['k'])}."]
+        if diagnosis.unexplained.present:
+            lines.append(f"Left: {sentence(diagnosis.unexplained.evidence)}")
+        lines += [f"Note: {sentence(note)}" for note in diagnosis.notes if note not in shared]
+        paragraphs.append(" ".join(lines))
+    return paragraphs
 
 
 def main() -> None:
@@ -74,16 +81,15 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--jobs", type=int)
     options = parser.parse_args()
-    rows, paragraphs = [], []
+    rows, diagnoses = [], {}
     print(HEADER)
     for folder in options.cases:
-        diagnosis = case(folder, options.jobs)
-        rows.append(row(folder.name, diagnosis))
+        diagnoses[folder.name] = case(folder, options.jobs)
+        rows.append(row(folder.name, diagnoses[folder.name]))
         print(rows[-1], flush=True)
-        paragraphs.append(" ".join(details(folder.name, diagnosis)))
     if options.out:
         table = "\n".join([HEADER, *rows])
-        text = "\n\n".join([OPENING, table, *paragraphs])
+        text = "\n\n".join([OPENING, table, *details(diagnoses)])
         options.out.write_text(f"{text}\n", encoding="utf-8", newline="\n")
 
 
