@@ -1,4 +1,4 @@
-"""The results for somebody who knows no tyre model: friction by ground, and a paragraph for a mail."""
+"""The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
 from collections.abc import Iterable
 from math import sqrt
@@ -7,9 +7,22 @@ from statistics import fmean
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_summary import band_shares, last_usable_friction
-from brushgrip.report.scope import missing_effects, reservation, several_mechanisms, validity
+from brushgrip.report.scope import (
+    LEFT_OUT,
+    missing_effects,
+    reservation,
+    several_mechanisms,
+    validity,
+)
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed, rest_is_larger
-from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
+from brushgrip.wording.formatting import (
+    band_decimals,
+    listed,
+    percent,
+    plain,
+    sentence,
+    unrefitted_error,
+)
 from brushgrip.wording.friction import further_recording, narrowed_by, prediction_band
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import OFF_STIFFNESS, UNRECORDED_LOAD
@@ -20,6 +33,8 @@ from observers.quality.tolerances import OF_LENGTHS
 
 MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
+MAX_STEPS = 3
+"""What to do next that is told."""
 IN_FURTHER = "in 95 of 100 further recordings of this kind on this ground"
 ADDRESSED = {SLOPE: (SLOPE, OF_LENGTHS)}
 """Parts of a band that a remedy lowers, where they are more than the one that it is of."""
@@ -69,13 +84,10 @@ def _next_recording(outcome: FrictionOutcome, ground: str, friction: GroundFrict
     # Of the rounded figures, so that they agree with the ± beside them.
     middle, half = round(friction.mu_eff, 2), round(half, 2)
     low, high = max(0.0, middle - half), middle + half
-    tracks = [outcome.tracks_of(EKF_FOUND)[name] for name in outcome.grounds[ground]]
-    known = [float(t.mu[t.last_usable]) for t in tracks if t.last_usable is not None]
-    early = "".join(f", {t.name} up to {t.t[t.last_usable]:.1f} s" for t in _ending_early(tracks))
-    return (
-        f"between {low:.2f} and {high:.2f} {IN_FURTHER}; its {friction.recordings} recordings gave"
-        f" {min(known):.2f} to {max(known):.2f}{early}"
-    )
+    values = _last_values(outcome, ground)
+    gave = f"its {friction.recordings} recordings gave {min(values):.2f} to {max(values):.2f}"
+    why = ", which makes most of the ±" * bool(_differences(outcome, ground, friction))
+    return f"between {low:.2f} and {high:.2f} {IN_FURTHER}; {gave}{why}"
 
 
 def _ending_early(tracks: Iterable[FrictionTrack]) -> list[FrictionTrack]:
@@ -83,77 +95,109 @@ def _ending_early(tracks: Iterable[FrictionTrack]) -> list[FrictionTrack]:
     return [track for track in tracks if track.last_usable not in (None, track.t.size - 1)]
 
 
-def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> str:
-    """Friction by ground, what it holds for, the cause, what is not known; a warning goes before all."""
-    count, further = len(outcome.before), outcome.further()
-    on_grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
-    friction = (
-        f"Friction between tyre and ground{at_speed(outcome)} is {on_grounds}; from {count}"
-        f" recording{'s' * (count != 1)}"
-    )
+def lines_to_send(
+    diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = ""
+) -> list[tuple[str, str]]:
+    """A mail, each line a label and a text: friction, how sure, what for, cause, what is open, to do."""
+    count = len(outcome.before)
+    grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     known = any(track.last_usable is not None for track in outcome.tracks_of(EKF_FOUND).values())
-    if known:
-        bands = [one.further is not None for one in further.values()]
-        within = [IN_FURTHER] * any(bands)
-        if len(further) < len(outcome.grounds) or not all(bands):
-            named = " where a recording is named" * any(bands)
-            within.append(f"the true value{named} in 95 of 100 cases")
-        friction += f" (ice has about 0.1, dry asphalt about 1); the ± holds {', and '.join(within)}"
-    sentences = [
-        warning,
-        f"{friction}.",
-        reservation(diagnosis) * known,
-        validity(diagnosis),
-        missing_effects(diagnosis),
-        _open_and_next(diagnosis, outcome),
+    scale = "; ice has about 0.1, dry asphalt about 1" * known
+    friction = f"{grounds}{at_speed(outcome)} (from {count} recording{'s' * (count != 1)}{scale})."
+    steps = next_steps(diagnosis, outcome)
+    numbered = [f"({i}) " * (len(steps) > 1) + step for i, step in enumerate(steps, 1)]
+    lines = {
+        "Note": warning,
+        "Friction between tyre and ground": friction,
+        "How sure": f"{_holds(outcome)} {reservation(diagnosis)}" * known,
+        "Valid for": validity(diagnosis),
+        LEFT_OUT: missing_effects(diagnosis),
+        "Not known": sentence("; ".join(_open_questions(diagnosis, outcome))),
+        "To do": sentence("; ".join(numbered)),
+    }
+    return [(label, text) for label, text in lines.items() if text]
+
+
+def _holds(outcome: FrictionOutcome) -> str:
+    """How often the ± of the grounds and of the recordings that are named holds, and why it is wide."""
+    further = outcome.further()
+    bands = [one.further is not None for one in further.values()]
+    within = [IN_FURTHER] * any(bands)
+    if len(further) < len(outcome.grounds) or not all(bands):
+        named = " where a recording is named" * any(bands)
+        within.append(f"the true value{named} in 95 of 100 cases")
+    wide = [
+        f" Most of the ±{f' on {ground}' * bool(ground)} comes from {differ}."
+        for ground, one in further.items()
+        if (differ := _differences(outcome, ground, one))
     ]
-    return " ".join(filter(None, sentences))
+    return f"The ± holds {', and '.join(within)}.{''.join(wide)}"
 
 
-def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
-    """The measurement or the action that comes next, the most urgent alone, in one sentence."""
+def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:
+    """How recordings on a ground differ, where that is most of its band's variance; else empty."""
+    if (friction.scatter_share or 0.0) <= 0.5:
+        return ""
+    values = _last_values(outcome, ground)
+    return f"how {len(values)} recordings differ ({min(values):.2f} to {max(values):.2f})"
+
+
+def _last_values(outcome: FrictionOutcome, ground: str) -> list[float]:
+    """Friction at the last usable sample of each recording on a ground that has one [1]."""
+    tracks = [outcome.tracks_of(EKF_FOUND)[name] for name in outcome.grounds[ground]]
+    return [float(t.mu[t.last_usable]) for t in tracks if t.last_usable is not None]
+
+
+def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+    """Measurements or actions that come next, the most urgent first, at most `MAX_STEPS`, each a phrase.
+
+    Where nothing is open, what narrows the ± of friction.
+    """
     tracks = outcome.tracks_of(EKF_FOUND)
+    steps = []
+    if any(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes):
+        steps.append("check the torque with a weight, the load and the half-length, and declare k")
     never = [name for name, track in tracks.items() if track.last_usable is None]
     # A model that misses more than it has found is why friction is not known.
     if never and not rest_is_larger(diagnosis):
-        return (
-            f"Next: record {listed(never)} again, turning to and fro until the wheel slides both ways."
+        steps.append(
+            f"record {listed(never)} again, turning to and fro until the wheel slides both ways"
         )
-    if any(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes):
-        return "Next: check the torque with a weight, the load and the half-length, and declare k."
     if len(tracks) == 1:
-        return "Next: a second recording, without which nothing judges the result."
+        steps.append("make a second recording, without which nothing judges the result")
     if like_load := [
         plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from
     ]:
-        return (
-            "Next: record the load, as one that changes with the angle would look like"
-            f" {listed(like_load)}."
+        steps.append(
+            f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )
+    apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
+    proposed = f"the report proposes, which would tell {apart}"
     if diagnosis.unexplained.present:
-        proposed = any(e.experiment and e.experiment.feasible for e in diagnosis.effects)
-        return (
-            "Next: recordings at other speeds, angles and loads"
-            f"{', such as the report proposes,' * proposed} as something unknown remains."
+        steps.append(
+            "as something unknown remains, record at other speeds, angles and loads"
+            + f", first what {proposed}" * bool(apart)
         )
-    if (error := unrefitted_error(diagnosis)) is not None:
-        return (
-            "Next: check that the validation recordings are of the same wheel, load and ground, as with"
-            f" nothing adjusted to them the error is {percent(error)} of range."
+    elif unrefitted is not None:
+        steps.append(
+            "check that the validation recordings are of the same wheel, load and ground, as with"
+            f" nothing adjusted to them the error is {percent(unrefitted)} of range"
         )
-    tests = [e for e in diagnosis.effects if e.experiment and e.experiment.feasible]
-    if tests:
-        rivals = listed(
-            [plain(name) for name in (tests[0].name, *tests[0].indistinguishable_from)], "or"
-        )
-        return f"Next: the recording that the report proposes, which tells {rivals} apart."
+    elif apart:
+        steps.append(f"record what {proposed}")
     if unconfirmed := [plain(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
-        return (
-            "Next: fit a recording of each ground (with --holdout, leave that out), which settles"
-            f" whether {listed(unconfirmed)} is there."
+        steps.append(
+            "fit a recording of each ground (with --holdout, leave that out), which settles whether"
+            f" {listed(unconfirmed)} is there"
         )
-    if weak := [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]:
-        return f"Next: more recordings, which settle whether {listed(weak)} is there."
+    weak = [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
+    if weak and not steps:
+        steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
+    return steps[:MAX_STEPS] or [_to_narrow(diagnosis, outcome)]
+
+
+def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+    """What narrows the ± of friction, and what no recording would settle."""
     cause = next(iter(band_shares(outcome)), "")
     narrower = (
         f"to narrow the ±, {narrowed_by(cause, with_model=True)}{_at_best(outcome, cause)}"
@@ -163,7 +207,7 @@ def next_step(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     rest = [not_separable(e) for e in diagnosis.effects if e.experiment]
     if all(e.grade != "ambiguous" for e in diagnosis.effects):
         rest.append("no further recording is needed to find the model")
-    return f"Next: {'; '.join([narrower, *rest])}."
+    return "; ".join([narrower, *rest])
 
 
 def not_separable(effect: FoundEffect) -> str:
@@ -210,8 +254,8 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     return (listed(values) or "not known") + where
 
 
-def _open_and_next(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
-    """Open questions, where there are any, and what comes next, in one sentence."""
+def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+    """What the recordings leave open, each in a phrase."""
     parts = []
     tracks = outcome.tracks_of(EKF_FOUND).values()
     if never := [track.name for track in tracks if track.last_usable is None]:
@@ -231,5 +275,4 @@ def _open_and_next(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
         parts.append(f"what {listed(odd)} stand{'s' * (len(odd) == 1)} in for")
     if diagnosis.unexplained.present and not missing_effects(diagnosis):
         parts.append(f"what makes {percent(diagnosis.unexplained.structured)} of range")
-    then = next_step(diagnosis, outcome)
-    return f"Not known: {'; '.join(parts)}; n{then[1:]}" if parts else then
+    return parts

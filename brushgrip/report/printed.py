@@ -10,7 +10,7 @@ from brushgrip.report.friction_summary import (
     ground_spreads,
     widest_causes,
 )
-from brushgrip.report.plain_summary import friction_and_notes, paragraph_to_send
+from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
 from brushgrip.report.scope import notes_beside
 from brushgrip.report.tables import friction_by_ground
 from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism, use_of
@@ -90,14 +90,16 @@ def print_diagnosis(
         if spreads := ground_spreads(outcome):
             print_text(spreads)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
-    to_send = paragraph_to_send(diagnosis, outcome, warning) if outcome else ""
-    for note in notes_beside(diagnosis, to_send):
+    to_send = lines_to_send(diagnosis, outcome, warning) if outcome else []
+    for note in notes_beside(diagnosis, " ".join(text for _, text in to_send)):
         print_text(f"note: {note}")
     for line in own_rejected(diagnosis):
         print_text(line)
     print_text(use_of(diagnosis, found_model(diagnosis)))
     if to_send:
-        print_text(f"To send: {to_send}")
+        print_text("To send", style="bold")
+        for label, text in to_send:
+            print_text(f"{label}: {text}")
 
 
 def own_rejected(diagnosis: Diagnosis) -> list[str]:

@@ -23,6 +23,8 @@ from identification.diagnosis.found_effects import ASSUMED, OFF_STIFFNESS
 from observers.estimates import BAND_STDS
 from symbolic import EFFECTS, InvalidInputError
 
+LEFT_OUT = "What the assumed tyre model leaves out"
+"""Label of `missing_effects`."""
 OVER_SPEED = "friction over speed"
 MECHANISMS = {
     OVER_SPEED: "friction changes with the speed of sliding",
@@ -56,7 +58,7 @@ def simulated_warning(made: Mapping[str, Any] | None) -> str:
 
 
 def validity(diagnosis: Diagnosis) -> str:
-    """What the friction holds for, in one line."""
+    """What the friction is valid for, and what not (after “Valid for”)."""
     loads = [series.F_N[np.isfinite(series.F_N)] for series in diagnosis.series]
     known = np.concatenate(loads) if loads else np.empty(0)
     at = ""
@@ -64,9 +66,14 @@ def validity(diagnosis: Diagnosis) -> str:
         low, high = f"{known.min():.0f}", f"{known.max():.0f}"
         at = f", at a load of {low} N" if low == high else f", at loads of {low} to {high} N"
     return (
-        f"Valid for a wheel that stands still and is turned as in these recordings{at}. Not for driving"
-        " speed, rain or other ground."
+        f"a wheel that stands still and is turned as in these recordings{at}; not for driving speed,"
+        " rain or other ground."
     )
+
+
+def doubts(diagnosis: Diagnosis) -> list[str]:
+    """What makes friction itself doubtful, each in a sentence."""
+    return [sentence(note) for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)]
 
 
 def reservation(diagnosis: Diagnosis) -> str:
@@ -82,7 +89,7 @@ def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
 
 
 def missing_effects(diagnosis: Diagnosis) -> str:
-    """What the assumed model leaves out, in one sentence; empty where nothing is certain."""
+    """What the assumed model leaves out (`LEFT_OUT`); empty where nothing is certain."""
     clear, weak = (
         [effect for effect in diagnosis.effects if effect.grade in grades]
         for grades in (CLEAR, ("weak",))
@@ -95,10 +102,12 @@ def missing_effects(diagnosis: Diagnosis) -> str:
         causes.setdefault(cause, _sureness(effect, cause))
     told = [f"{cause} ({sure})" for cause, sure in causes.items()]
     if diagnosis.unexplained.present:
-        unknown = f"something unknown ({percent(diagnosis.unexplained.structured)} of range)"
+        unknown = (
+            f"something unknown, worth {percent(diagnosis.unexplained.structured)} of the torque's range"
+        )
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
     numbers = [f"({i}) " * (len(told) > 1) for i in range(1, len(told) + 1)]
-    return f"What the assumed tyre model leaves out: {'; '.join(map(add, numbers, told))}."
+    return f"{'; '.join(map(add, numbers, told))}."
 
 
 def _sureness(effect: FoundEffect, cause: str) -> str:

@@ -36,6 +36,13 @@ class GroundFriction:
     scatter: float | None = None
     further: float | None = None
 
+    @property
+    def scatter_share(self) -> float | None:
+        """Share of the square of `further` that the scatter makes [1]; None where there is none."""
+        if self.scatter is None or not self.further:
+            return None
+        return (_scatter_half_width(self.recordings, self.scatter) / self.further) ** 2
+
 
 def ground_friction(mu_eff: Sequence[float], mu_eff_std: Sequence[float]) -> GroundFriction:
     """Friction of a ground and the prediction interval for a further recording, by Student's t.
@@ -60,6 +67,10 @@ def ground_friction(mu_eff: Sequence[float], mu_eff_std: Sequence[float]) -> Gro
         return GroundFriction(recordings=n, mu_eff=mean)
     scatter, further = float(values.std(ddof=1)), None
     if n >= MIN_RECORDINGS:
-        between = stdtrit(n - 1, 0.975) * scatter * np.sqrt(1 + 1 / n)
-        further = float(np.hypot(between, BAND_95 * np.sqrt(np.mean(own**2))))
+        further = float(np.hypot(_scatter_half_width(n, scatter), BAND_95 * np.sqrt(np.mean(own**2))))
     return GroundFriction(recordings=n, mu_eff=mean, scatter=scatter, further=further)
+
+
+def _scatter_half_width(n: int, scatter: float) -> float:
+    """Half-width of the 95 % interval for one more of n values with a standard deviation [1]."""
+    return float(stdtrit(n - 1, 0.975) * scatter * np.sqrt(1 + 1 / n))

@@ -1,6 +1,5 @@
 """Friction before and after: what belongs to training and held-out recordings, and the offline fit."""
 
-import re
 import runpy
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, offline_friction
+from brushgrip.estimation.friction_before_and_after import (
+    EKF_DECLARED,
+    FrictionOutcome,
+    offline_friction,
+)
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.report.friction_summary import (
@@ -24,8 +27,8 @@ from brushgrip.report.plain_summary import (
     at_speed,
     friction_and_notes,
     friction_statements,
-    next_step,
-    paragraph_to_send,
+    lines_to_send,
+    next_steps,
 )
 from brushgrip.report.scope import (
     benefit,
@@ -36,7 +39,7 @@ from brushgrip.report.scope import (
     simulated_warning,
 )
 from brushgrip.report.tables import friction_by_ground
-from identification import Curve, FoundFamily, FoundModel
+from identification import Curve, Diagnosis, FoundFamily, FoundModel
 from identification.diagnosis.found_effects import assumed_tolerances
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
@@ -56,6 +59,10 @@ def test_training_and_held_out_recordings_are_reported_apart() -> None:
     rows = {label: values for label, values, _ in friction_quality_rows(make_outcome("c", "d"))}
     assert friction_group_labels(make_outcome("c", "d")) == ["validation", "training"]
     assert rows["time to settle"] == ["7.0 s → 1.0 s", "1.5 s → 1.0 s"]
+
+
+def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> str:
+    return "\n".join(map(": ".join, lines_to_send(diagnosis, outcome, warning)))
 
 
 def test_without_held_out_recordings_all_are_training() -> None:
@@ -100,24 +107,25 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
         "The ± of a recording comes from (shares of the variance): how well the load is known, 64 %; how"
         " well the lengths of contact and caster are known, 36 %. All recordings share the errors"
     )
-    text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
+    text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
-    assert "is 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice; from 4 recordings" in text
-    assert "the ± holds the true value in 95 of 100 cases. " in text
+    assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings;" in text
+    assert "How sure: The ± holds the true value in 95 of 100 cases. If a declared" in text
     assert "9.00" not in text
-    assert "Not for driving speed" in text
-    assert "Not known: friction in c and d; friction in b after 7.0 s; next: record c" in text
-    assert "something unknown (1.20 % of range). Not known" in text
-    assert len(re.findall(r"[^.]\. [A-Z]", text)) == 5
-    assert text.endswith(
-        "next: record c and d again, turning to and fro until the wheel slides both ways."
-    )
+    assert "not for driving speed" in text
+    assert "\nNot known: Friction in c and d; friction in b after 7.0 s.\n" in text
+    assert "something unknown, worth 1.20 % of the torque's range.\n" in text
+    again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
+    assert again == "record c and d again, turning to and fro until the wheel slides both ways"
+    assert other.startswith("as something unknown remains, record at other speeds")
+    assert rest == []
+    assert text.endswith(f"To do: (1) {again}; (2) {other}.")
     note = "note on ice: no band for a further recording yet, which takes 3 recordings with usable"
     assert friction_and_notes(judged) == ([], [f"{note} friction; here 2 of 4"])
     assert friction_statements(judged) == []
     unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
-    text = paragraph_to_send(make_diagnosis(("d",), ("c",)), unknown)
-    assert "between tyre and ground is not known on ice; from 4 recordings. " in text
+    text = mail(make_diagnosis(("d",), ("c",)), unknown)
+    assert "between tyre and ground: not known on ice (from 4 recordings).\n" in text
     assert "so is the ±" not in text
     assert "95 of 100" not in text
     assert [value for value, _ in friction_statements(unknown)] == ["ice: friction not known"]
@@ -138,18 +146,21 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     within = "in 95 of 100 further recordings of this kind on this ground"
     low, high = 1.2 - round(half, 2), 1.2 + round(half, 2)
     assert ends == (
-        f"between {low:.2f} and {high:.2f} {within}; its 3 recordings gave 1.10 to 1.30, b up to 7.0 s"
+        f"between {low:.2f} and {high:.2f} {within}; its 3 recordings gave 1.10 to 1.30, which makes"
+        " most of the ±"
     )
     assert others == []
-    text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
-    assert f"is 1.20 ± {half:.2f} on ice; not known; from 4" in text
+    text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
+    assert f": 1.20 ± {half:.2f} on ice; not known (from 4" in text
     assert (
-        f"the ± holds {within}, and the true value where a recording is named in 95 of 100 cases. "
-        in text
+        f"The ± holds {within}, and the true value where a recording is named in 95 of 100 cases. Most"
+        " of the ± on ice comes from how 3 recordings differ (1.10 to 1.30). " in text
     )
+    like = tuple(replace(track, mu=np.full(11, 1.2)) for track in tracks)
+    assert "most of the" not in friction_statements(replace(judged, tracks=like))[0][1]
     alone = replace(judged, grounds={"ice": ("a", "b", "c")})
-    text = paragraph_to_send(make_diagnosis(("a", "b"), ("c",)), alone)
-    assert f"; the ± holds {within}. " in text, "one meaning of 95 of 100, on top and in the paragraph"
+    text = mail(make_diagnosis(("a", "b"), ("c",)), alone)
+    assert f"The ± holds {within}. " in text, "one meaning of 95 of 100, on top and in the paragraph"
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
 
@@ -160,7 +171,7 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     graded = replace(
         diagnosis, effects=(replace(torsion, grade="ambiguous"), replace(offset, grade="weak"))
     )
-    text = paragraph_to_send(graded, replace(make_outcome("c"), tracks=TRACKS))
+    text = mail(graded, replace(make_outcome("c"), tracks=TRACKS))
 
     assert (
         "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise (one of"
@@ -168,9 +179,7 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     )
     assert "which of carcass torsion" not in text
     drift = replace(torsion, grade="ambiguous", indistinguishable_from=("friction_drift",))
-    other = paragraph_to_send(
-        replace(graded, effects=(drift,)), replace(make_outcome("c"), tracks=TRACKS)
-    )
+    other = mail(replace(graded, effects=(drift,)), replace(make_outcome("c"), tracks=TRACKS))
     assert (
         "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise or friction"
         " changes with time or with the angle turned (one of these, not known which); (2) some" in other
@@ -178,28 +187,37 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert "which of carcass torsion or friction drift it is" in other
     assert "whether the weak signs of torque offset are chance" in text
     known = replace(make_outcome("c"), tracks=TRACKS[:2])
-    assert "as something unknown remains" in next_step(graded, known)
+    assert next_steps(graded, known)[0].startswith("as something unknown remains")
     never = replace(make_outcome("c"), tracks=TRACKS)
     little = replace(graded, unexplained=replace(graded.unexplained, structured=0.0))
     much = replace(graded, unexplained=replace(graded.unexplained, structured=1.0))
-    assert "turning to and fro" in next_step(little, never)
-    assert "as something unknown remains" in next_step(much, never), "why friction is not known"
+    assert "turning to and fro" in next_steps(little, never)[0]
+    assert "as something unknown" in next_steps(much, never)[0], "why friction is not known"
+    stiff = replace(graded, notes=("the stiffness k is 4·10⁶ N/m², 1.8 times the declared one",))
+    assert [step[:16] for step in next_steps(stiff, never)] == [
+        "check the torque",
+        "record c and d a",
+        "as something unk",
+    ]
     clear = replace(graded, unexplained=replace(graded.unexplained, present=False))
-    assert "proposes, which tells carcass torsion or patch width apart" in next_step(clear, known)
+    assert next_steps(clear, known)[0].startswith(
+        "record what the report proposes, which would tell carcass torsion from patch width"
+    )
     nothing = replace(clear, effects=())
-    assert next_step(nothing, known).startswith("Next: nothing; no further recording is needed")
+    assert next_steps(nothing, known) == ["nothing; no further recording is needed to find the model"]
     load = replace(offset, grade="ambiguous", indistinguishable_from=("unrecorded_load",))
-    assert next_step(replace(graded, effects=(load,)), known).startswith("Next: record the load, as one")
+    first, *_ = next_steps(replace(graded, effects=(load,)), known)
+    assert first.startswith("record the load, as one")
     hidden = replace(nothing, after=replace(nothing.after, unrefitted={"c": 0.07}))
-    assert next_step(hidden, known).startswith("Next: check that the validation recordings are of the")
+    assert next_steps(hidden, known)[0].startswith("check that the validation recordings are of the")
     loose = replace(known, tracks=(replace(TRACKS[0], budget={OF_LOAD: 0.04}), TRACKS[1]))
-    assert next_step(nothing, loose).startswith("Next: to narrow the ±, weigh the load")
+    assert next_steps(nothing, loose)[0].startswith("to narrow the ±, weigh the load")
     assert "weigh" not in widest_causes(loose)
     far = replace(torsion.experiment, times=None)
     unsettled = replace(clear, effects=(replace(torsion, grade="ambiguous", experiment=far),))
-    assert next_step(unsettled, known) == (
-        "Next: nothing; more recordings on this rig would not tell carcass torsion from patch width."
-    )
+    assert next_steps(unsettled, known) == [
+        "nothing; more recordings on this rig would not tell carcass torsion from patch width"
+    ]
 
 
 def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> None:
@@ -207,11 +225,13 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
     torsion, offset = diagnosis.effects
     weak = replace(offset, grade="weak", standard_errors=2.5, deviations=136.6)
     diagnosis = replace(diagnosis, effects=(replace(torsion, experiment=None), weak))
-    text = paragraph_to_send(diagnosis, replace(make_outcome("c"), tracks=TRACKS[:2]))
-    assert "next: fit a recording of each ground (with --holdout, leave that out), which settles" in text
+    text = mail(diagnosis, replace(make_outcome("c"), tracks=TRACKS[:2]))
+    assert (
+        "To do: Fit a recording of each ground (with --holdout, leave that out), which settles" in text
+    )
     assert "whether torque offset is there, as only the fitted recordings demand it" in text
     assert "chance" not in text
-    assert "has a zero error (not confirmed). " in text
+    assert "has a zero error (not confirmed)." in text
 
 
 def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
@@ -239,7 +259,7 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
         " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 %. If that or the model is wrong,"
         " so is the ±."
     )
-    text = paragraph_to_send(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
+    text = mail(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
     assert reservation(diagnosis) in text
     assert notes_beside(diagnosis, text) == ["c got worse"]
     assert notes_beside(diagnosis, "") == [note, "c got worse"]
@@ -248,8 +268,8 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
 
 def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:
     outcome = replace(make_outcome("c"), slide_speed=0.00182)
-    text = paragraph_to_send(make_diagnosis(), outcome)
-    assert text.startswith("Friction between tyre and ground at 1.8 mm/s sliding is ")
+    text = mail(make_diagnosis(), outcome)
+    assert " at 1.8 mm/s sliding (from 4 recordings)" in text
     assert at_speed(outcome) == " at 1.8 mm/s sliding"
     assert at_speed(make_outcome("c")) == ""
 
@@ -280,8 +300,7 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
 
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(found,))) == (
-        f"What the assumed tyre model leaves out: (1) {told} (clear); (2) something unknown (1.20 % of"
-        " range)."
+        f"(1) {told} (clear); (2) something unknown, worth 1.20 % of the torque's range."
     )
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")
@@ -299,10 +318,10 @@ def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
     text = (
         f"± {np.hypot(between, own):.2f} to ± {np.hypot(between, np.sqrt(0.11) * own):.2f} at best; no"
     )
-    assert f"which brings {text}" in next_step(nothing, outcome)
+    assert f"which brings {text}" in next_steps(nothing, outcome)[0]
     assert "The ± of a ground also covers how its recordings differ." in widest_causes(outcome)
     two = replace(outcome, grounds={"ice": ("a", "b", "c"), "snow": ()})
-    assert "at best" not in next_step(nothing, two)
+    assert "at best" not in next_steps(nothing, two)[0]
 
 
 def test_the_demo_states_the_friction_that_it_simulates() -> None:
@@ -333,10 +352,8 @@ def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_fro
     assert "all recordings come" in simulated_warning(provenance_of([copied, module]))
     assert "1 of 2 recordings come" in simulated_warning(provenance_of([copied, own]))
     assert simulated_warning(provenance_of([own])) == simulated_warning(None) == ""
-    text = paragraph_to_send(
-        make_diagnosis(), make_outcome("c"), simulated_warning(provenance_of([copied]))
-    )
-    assert text.startswith("Simulated, not measured")
+    text = mail(make_diagnosis(), make_outcome("c"), simulated_warning(provenance_of([copied])))
+    assert text.startswith("Note: Simulated, not measured")
 
 
 def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:

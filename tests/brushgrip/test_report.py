@@ -160,8 +160,8 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
     assert page.headings == [
         "What the assumed tyre model leaves out: (1) the tyre's body yields, or its pressure is spread"
-        " otherwise (clear); (2) the torque channel has a zero error (clear); (3) something unknown"
-        " (1.20 % of range).",
+        " otherwise (clear); (2) the torque channel has a zero error (clear); (3) something unknown,"
+        " worth 1.20 % of the torque's range.",
         "What was found",
         "Contents",
         "Friction over time",
@@ -192,8 +192,8 @@ def test_the_first_screen_says_what_friction_is(tmp_path: Path) -> None:
     first, rest = page.text.split("What was found", 1)
 
     assert "1.20 ± 0.10" in first
-    assert "Valid for a wheel that stands still" in first
-    assert "Not for driving speed" in first
+    assert "Valid for: a wheel that stands still" in first
+    assert "not for driving speed" in first
     assert "Torque error, refitted → found, on 1 recording kept out of the fit (though used" in first
     assert "4.30 % → 2.37 % of range with each one's own friction adjusted." in first
     assert "Simulated" not in first
