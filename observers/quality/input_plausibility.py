@@ -101,7 +101,8 @@ def build_evidence(channel: str) -> ca.Function:
     turned = ca.if_else(same, was["frozen_travel"] + ca.fabs(turn), 0)
     frozen = ca.if_else(same, was["frozen"] + 1, ca.if_else(measured, 0, was["frozen"]))
     size, earlier = ca.fabs(change), ca.fabs(was["jump"])
-    larger = ca.fmax(size, ca.if_else(change * was["jump"] < 0, *JUMP_LEFT) * earlier)
+    left = ca.if_else(change * was["jump"] < 0, *JUMP_LEFT) * earlier
+    larger = ca.if_else(size > left, size, left)
     jump = ca.if_else(change == 0, was["jump"], ca.if_else(change < 0, -larger, larger))
     is_least = ca.logic_and(change != 0, ca.logic_or(was["digit"] == 0, size < was["digit"]))
     digit = ca.if_else(is_least, size, was["digit"])
