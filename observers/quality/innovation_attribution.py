@@ -84,11 +84,15 @@ def smoothed_innovation(
     # Of the noise the smoothed innovation has but a part; it is tested often, so that more is allowed.
     noise = noisy * variance / NOISIER
     variance = variance - noise * (1 - NOISE_ALLOWANCE * share / (2 - share)) + by_k
+    zero = ca.SX(0)
     if predictions is not None:
+        # The zero in the predictions is that of an acquisition, after which it may have been dragged.
+        var_zero = named(VERDICT, inputs["verdict"])["var_zero"]
+        zero = 4 * (own["again"] > 0) * var_zero / variance
         innovation, variance = innovation / ca.sqrt(variance), ca.SX(1)
     lasting = own["lasting"] + ca.if_else(known, share, 0) * (innovation - own["lasting"])
     square = lasting**2
-    return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= clear**2 * variance
+    return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= clear**2 * variance + zero
 
 
 def update_streak(
