@@ -9,6 +9,8 @@ from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOu
 from brushgrip.report.friction_summary import band_shares, last_usable_friction
 from brushgrip.report.scope import (
     LEFT_OUT,
+    benefit,
+    error_to_quote,
     missing_effects,
     reservation,
     several_mechanisms,
@@ -112,6 +114,7 @@ def lines_to_send(
         "How sure": f"{_holds(outcome)} {reservation(diagnosis)}" * known,
         "Valid for": validity(diagnosis),
         LEFT_OUT: missing_effects(diagnosis),
+        "Gain": " ".join(filter(None, (benefit(diagnosis, outcome), error_to_quote(diagnosis)))),
         "Not known": sentence("; ".join(_open_questions(diagnosis, outcome))),
         "To do": sentence("; ".join(numbered)),
     }
@@ -156,7 +159,10 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     tracks = outcome.tracks_of(EKF_FOUND)
     steps = []
     if any(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes):
-        steps.append("check the torque with a weight, the load and the half-length, and declare k")
+        steps.append(
+            "check the torque with a known weight, the load and the contact's half-length; if all are"
+            " right, declare the stiffness k that was found"
+        )
     never = [name for name, track in tracks.items() if track.last_usable is None]
     # A model that misses more than it has found is why friction is not known.
     if never and not rest_is_larger(diagnosis):
@@ -172,7 +178,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
             f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )
     apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
-    proposed = f"the report proposes, which would tell {apart}"
+    proposed = f"stands under “Next recording”, which would tell {apart}"
     if diagnosis.unexplained.present:
         steps.append(
             "as something unknown remains, record at other speeds, angles and loads"

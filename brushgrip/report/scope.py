@@ -25,6 +25,7 @@ from symbolic import EFFECTS, InvalidInputError
 
 LEFT_OUT = "What the assumed tyre model leaves out"
 """Label of `missing_effects`."""
+CERTAIN = "practically certain"
 OVER_SPEED = "friction over speed"
 MECHANISMS = {
     OVER_SPEED: "friction changes with the speed of sliding",
@@ -115,10 +116,10 @@ def _sureness(effect: FoundEffect, cause: str) -> str:
     if effect.grade == "weak":
         return "not confirmed" if is_unconfirmed(effect) else "may be chance"
     if effect.grade != "ambiguous":
-        return "clear"
+        return CERTAIN
     if not effect.indistinguishable_from:
         return "how much of it is open"
-    return "one of these, not known which" if " or " in cause else "clear"
+    return "one of these, not known which" if " or " in cause else CERTAIN
 
 
 def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:

@@ -266,7 +266,7 @@ def stiffness_note(k: float, recording: Recording) -> str:
     note = (
         f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {k / declared:.2g} times the declared one: if that is"
         " not the tyre's, the torque's unit or gear, the load or the half-length is wrong, and friction"
-        " by as much"
+        " may be off by that factor"
     )
     refused = is_of_other_scale(k, declared, tolerance)
     return f"{note}; estimate refuses this model" if refused else note

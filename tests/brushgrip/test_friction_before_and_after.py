@@ -114,7 +114,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert "\nNot known: Friction in c and d; friction in b after 7.0 s.\n" in text
-    assert "something unknown, worth 1.20 % of the torque's range.\n" in text
+    assert "something unknown, worth 1.20 % of the torque's range.\nGain: Torque error" in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other speeds")
@@ -201,7 +201,7 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     ]
     clear = replace(graded, unexplained=replace(graded.unexplained, present=False))
     assert next_steps(clear, known)[0].startswith(
-        "record what the report proposes, which would tell carcass torsion from patch width"
+        "record what stands under “Next recording”, which would tell carcass torsion from patch width"
     )
     nothing = replace(clear, effects=())
     assert next_steps(nothing, known) == ["nothing; no further recording is needed to find the model"]
@@ -300,7 +300,7 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
 
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(found,))) == (
-        f"(1) {told} (clear); (2) something unknown, worth 1.20 % of the torque's range."
+        f"(1) {told} (practically certain); (2) something unknown, worth 1.20 % of the torque's range."
     )
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")

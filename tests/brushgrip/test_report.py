@@ -160,8 +160,8 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
     assert page.headings == [
         "What the assumed tyre model leaves out: (1) the tyre's body yields, or its pressure is spread"
-        " otherwise (clear); (2) the torque channel has a zero error (clear); (3) something unknown,"
-        " worth 1.20 % of the torque's range.",
+        " otherwise (practically certain); (2) the torque channel has a zero error (practically"
+        " certain); (3) something unknown, worth 1.20 % of the torque's range.",
         "What was found",
         "Contents",
         "Friction over time",
