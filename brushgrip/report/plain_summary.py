@@ -10,6 +10,7 @@ from brushgrip.report.friction_summary import band_shares, last_usable_friction
 from brushgrip.report.scope import (
     LEFT_OUT,
     benefit,
+    doubts,
     error_to_quote,
     missing_effects,
     reservation,
@@ -27,7 +28,7 @@ from brushgrip.wording.formatting import (
 )
 from brushgrip.wording.friction import further_recording, narrowed_by, prediction_band
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import OFF_STIFFNESS, UNRECORDED_LOAD
+from identification.diagnosis.found_effects import UNRECORDED_LOAD
 from observers import GroundFriction
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
@@ -158,7 +159,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """
     tracks = outcome.tracks_of(EKF_FOUND)
     steps = []
-    if any(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes):
+    if doubts(diagnosis):
         steps.append(
             "check the torque with a known weight, the load and the contact's half-length; if all are"
             " right, declare the stiffness k that was found"

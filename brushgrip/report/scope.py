@@ -26,6 +26,7 @@ from symbolic import EFFECTS, InvalidInputError
 LEFT_OUT = "What the assumed tyre model leaves out"
 """Label of `missing_effects`."""
 CERTAIN = "practically certain"
+"""Of a gain that is as good as certainly no chance."""
 OVER_SPEED = "friction over speed"
 MECHANISMS = {
     OVER_SPEED: "friction changes with the speed of sliding",
