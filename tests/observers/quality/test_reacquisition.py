@@ -19,10 +19,10 @@ from observers.quality.acquisition import (
     build_handover,
 )
 from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _known_before
-from observers.quality.branch_consistency import build_branch_consistency
+from observers.quality.branch_consistency import NEW_GROUND, build_branch_consistency
 from observers.quality.branches import TRACK, build_new_ground_branches
 from observers.quality.hypothesis_mixture import VERDICT
-from observers.quality.innovation_attribution import smoothed_innovation
+from observers.quality.innovation_attribution import IN_A_ROW, smoothed_innovation
 from observers.quality.ratio_hypotheses import (
     RESTART_STD,
     SETTINGS,
@@ -176,7 +176,7 @@ def test_a_zero_that_drifts_is_never_usable_and_wrong() -> None:
     assert (np.abs(found.mu - 0.3)[found.usable] < 3 * found.mu_std[found.usable]).all()
 
 
-def _tracked(**own: float) -> dict[str, float]:
+def _tracked(*, is_computed: bool = False, var_zero: float = 0.0, **own: float) -> dict[str, float]:
     """The supervision's own numbers after a sample whose torque is predicted while the patch slides."""
     before = dict.fromkeys(OWN, 0.0) | {"scale": 1, "F_N": 400.0, "phase": OVER} | own
     output = dict.fromkeys(OUTPUT, 1.0) | {
@@ -185,11 +185,35 @@ def _tracked(**own: float) -> dict[str, float]:
         "M_slide": 6.75,
         "nis": 0.1,
     }
-    follow = build_branch_consistency(DECLARED_PATCH, is_computed=False, gear=False)
+    follow = build_branch_consistency(DECLARED_PATCH, is_computed=is_computed, gear=False)
+    verdict = [var_zero * (name == "var_zero") for name in VERDICT]
     limits = [getattr(Tuning(stiffness_std=0.1), name) for name in SETTINGS]
-    given: list[Any] = [[*before.values()], [0.0] * len(VERDICT), [*output.values()], 0.1, 0.3, 1e-3]
+    given: list[Any] = [[*before.values()], verdict, [*output.values()], 0.1, 0.3, 1e-3]
     after, _ = follow(*given, 3.0, 1e-4, 1, [K, RIG.a, RIG.e], limits, 1)
     return dict(zip(OWN, np.asarray(after).ravel(), strict=True))
+
+
+def test_a_new_ground_by_the_steering_torque_leaves_the_model_doubted() -> None:
+    """A zero that drifts makes torques in a row that differ, too: it is no new ground time and again."""
+    predicted = {"scale": 2.0, "predicted": 6.0, "predicted_before": 6.0}
+    after = _tracked(is_computed=True, streak=IN_A_ROW - 1, confirmed=PROVED, **predicted)
+
+    assert after["lost"]
+    assert after["doubt"] == NEW_GROUND
+
+
+def test_a_zero_that_was_dragged_does_not_keep_friction_from_being_confirmed_for_ever() -> None:
+    known = {
+        "is_computed": True,
+        "weight": 10.0,
+        "lasting": 1.0,
+        "predicted": 3.0,
+        "predicted_before": 3.0,
+    }
+
+    assert _tracked(**known, again=1, var_zero=0.1)["confirmed"] == PROVED
+    assert _tracked(**known, again=1)["confirmed"] == 1, "the zero is known"
+    assert _tracked(**known, var_zero=0.1)["confirmed"] == 1, "the zero is of the first acquisition"
 
 
 def test_a_model_that_has_failed_for_long_explains_no_other_ground() -> None:
