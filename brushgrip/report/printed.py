@@ -13,7 +13,15 @@ from brushgrip.report.friction_summary import (
 from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
 from brushgrip.report.scope import notes_beside
 from brushgrip.report.tables import friction_by_ground
-from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism, use_of
+from brushgrip.wording.diagnosis_in_words import (
+    GRADES,
+    experiment_in_words,
+    explained_grade,
+    headline,
+    mechanism,
+    proposed_recordings,
+    use_of,
+)
 from brushgrip.wording.formatting import (
     candidate_reason,
     error_columns,
@@ -78,10 +86,12 @@ def print_diagnosis(
     for effect in diagnosis.effects:
         if effect.grade != "strong":
             print_text(f"{plain(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
+    letters = {effect.name: letter for letter, effect in proposed_recordings(diagnosis).items()}
     for effect in diagnosis.effects:
         if effect.experiment:
-            label = "next recording" if effect.experiment.feasible else "not separable"
-            print_text(f"{label}: {sentence(effect.experiment.sentence)}")
+            letter = letters.get(effect.name)
+            label = f"next recording {letter}" if letter else "not separable"
+            print_text(f"{label}: {experiment_in_words(effect.experiment)}")
     if outcome:
         figures = [(label, *values) for label, values, _ in friction_quality_rows(outcome)]
         headings = ("figure", *friction_group_labels(outcome))

@@ -2,6 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from string import ascii_uppercase
+
+import numpy as np
 
 from brushgrip.wording.formatting import (
     judged_error_percentages,
@@ -10,10 +13,14 @@ from brushgrip.wording.formatting import (
     percent,
     plain,
     quantity,
+    sentence,
     unrefitted_error,
+    with_degrees,
 )
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
 from identification.diagnosis.found_effects import CLEAR_ERRORS, UNRECORDED_LOAD
+from identification.experiments.proposals import Proposal
+from identification.reading.shortened_recordings import MIN_REVERSAL
 
 GRADES: Mapping[str, str] = {
     "strong": "identified",
@@ -22,6 +29,8 @@ GRADES: Mapping[str, str] = {
     "stands_in": "stand-in",
 }
 """Words for the grades; a stand-in takes the place of something unknown."""
+UNPROVEN = "unproven, not to be built on"
+"""Of a stand-in."""
 CLEAR = ("strong", "ambiguous")
 """Grades of effects that are said to be missing."""
 COMMON_NAMES = {
@@ -120,8 +129,8 @@ def explained_grade(effect: FoundEffect) -> str:
     match effect.grade:
         case "stands_in":
             if effect.at_bound:
-                return "Its best value is at the allowed limit."
-            return "It removes less error than remains unexplained."
+                return f"Its best value is at the allowed limit: {UNPROVEN}."
+            return f"It removes less error than remains unexplained: {UNPROVEN}."
         case "weak":
             return _why_weak(effect)
         case "ambiguous":
@@ -130,6 +139,23 @@ def explained_grade(effect: FoundEffect) -> str:
             return f"{fall}, but {listed(rivals, 'or')} would explain as much."
         case "strong":
             return f"{fall}, and no other effect with as few parameters does as well."
+
+
+def proposed_recordings(diagnosis: Diagnosis) -> dict[str, FoundEffect]:
+    """The effects that a recording would tell from a rival, by a letter for that recording."""
+    effects = [e for e in diagnosis.effects if e.experiment and e.experiment.feasible]
+    return dict(zip(ascii_uppercase, effects, strict=False))
+
+
+def experiment_in_words(proposal: Proposal) -> str:
+    """A proposed experiment with angles in degrees too, and which way to turn first."""
+    words, psi = with_degrees(sentence(proposal.sentence)), proposal.manoeuvre.psi
+    if not proposal.feasible:
+        return words
+    way = psi[np.argmax(np.abs(psi - psi[0]) > MIN_REVERSAL)] - psi[0]
+    back = np.flatnonzero(way * np.diff(psi) < 0)
+    begin, to = (f"{np.degrees(angle):.0f}°" for angle in (psi[0], psi[back[0] if back.size else -1]))
+    return f"{words} It begins at {begin} and turns to {to} first.".replace("-", "−")
 
 
 def is_unconfirmed(effect: FoundEffect) -> bool:
@@ -193,8 +219,10 @@ def taken_from_model(found: FoundModel) -> str:
         parts.append("k of the ground")
     kept = basis is not None and basis.explains_nothing
     if found.error is not None and not kept:
-        whole = "the torque of full slide" if found.error.relative is None else "half the torque range"
-        parts.append(f"the model's error, {percent(found.error.share)} of {whole}")
+        full_slide = found.error.relative is None
+        whole = "the torque of full slide" if full_slide else "the torque's range"
+        share = found.error.share * (1 if full_slide else 0.5)
+        parts.append(f"the model's error, {percent(share)} of {whole}")
     line = listed(parts)
     if own:
         line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"

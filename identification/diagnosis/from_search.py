@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.diagnosis.error_stages import error_on_unseen_of, errors_of
 from identification.diagnosis.family_curves import found_families
-from identification.diagnosis.found_effects import found_effects, notes_on
+from identification.diagnosis.found_effects import found_effects, notes_on, stiffness_ratio
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, Errors, Series
 from identification.experiments.proposals import Proposal
@@ -60,6 +60,7 @@ def build_diagnosis(
     estimates = _estimates(after, training, holdout)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
     effects = found_effects(steps, estimates, training, proposals, left)
+    ratios = [stiffness_ratio(fitted.values.of(recording)["k"], recording) for recording in training]
     return Diagnosis(
         recordings=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
@@ -82,6 +83,7 @@ def build_diagnosis(
         series=_series(before, after, everything, holdout),
         notes=notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),
         criteria=criteria,
+        stiffness_ratio=max(ratios, key=lambda ratio: max(ratio, 1 / ratio)),
         model_error_before=error_before,
         model_error=error_after,
     )

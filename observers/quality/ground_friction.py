@@ -43,6 +43,26 @@ class GroundFriction:
             return None
         return (_scatter_half_width(self.recordings, self.scatter) / self.further) ** 2
 
+    def further_with(self, recordings: int) -> float:
+        """What `further` would be of so many recordings that scatter as these do; nan if unknown [1]."""
+        if self.scatter is None or self.further is None:
+            return float("nan")
+        own = self.further**2 - _scatter_half_width(self.recordings, self.scatter) ** 2
+        return float(np.sqrt(_scatter_half_width(recordings, self.scatter) ** 2 + max(0.0, own)))
+
+    def differs_from(self, other: "GroundFriction", comparisons: int = 1) -> bool:
+        """Whether the means differ by more than chance, of both more than one recording.
+
+        Welch's test; by chance one of so many comparisons would differ in 5 of 100 cases at most.
+        """
+        squares = [(one.scatter or 0.0) ** 2 / one.recordings for one in (self, other)]
+        whole, difference = sum(squares), abs(self.mu_eff - other.mu_eff)
+        if not whole:
+            return difference > 0
+        counts = (self.recordings - 1, other.recordings - 1)
+        freedom = whole**2 / sum(square**2 / n for square, n in zip(squares, counts, strict=True))
+        return bool(difference > stdtrit(freedom, 1 - 0.025 / comparisons) * np.sqrt(whole))
+
 
 def ground_friction(mu_eff: Sequence[float], mu_eff_std: Sequence[float]) -> GroundFriction:
     """Friction of a ground and the prediction interval for a further recording, by Student's t.
