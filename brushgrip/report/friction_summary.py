@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from itertools import combinations
-from math import ceil
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
 from identification import Diagnosis
 from observers import Status
 from observers.planning.uncertainty_budget import REST, SLOPE
+from observers.quality.ground_friction import order_by_chance
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
 IN_PLAIN_WORDS = {
@@ -88,38 +88,30 @@ def usable_until(track: FrictionTrack) -> str:
 
 
 def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
-    """That friction goes with the load from recording to recording, in sentences; else empty.
-
-    Kendall's test over the pairs of recordings of each named ground [Kendall, Biometrika 30 (1938) 81]:
-    by chance every order is as likely, and so many pairs are inverted as of orders drawn by lot.
-    """
+    """That friction goes with the load from recording to recording, in sentences; else empty."""
     tracks, loads = outcome.tracks_of(EKF_FOUND), median_loads(diagnosis)
-    inversions, falls, pairs, grounds = np.ones(1), 0.0, 0, []
-    for ground in filter(None, outcome.grounds):
-        own = [tracks[name] for name in outcome.grounds[ground] if loads.get(name)]
-        known = sorted((loads[t.name], t.mu[t.last_usable]) for t in own if t.last_usable is not None)
-        # A pair of one load or one friction counts for either way.
-        falls += sum((np.sign(a[1] - b[1]) * (a[0] < b[0]) + 1) / 2 for a, b in combinations(known, 2))
-        pairs += len(known) * (len(known) - 1) // 2
-        grounds += [ground] * (len(known) > 1)
-        for place in range(2, len(known) + 1):
-            inversions = np.convolve(inversions, np.full(place, 1 / place))
-    chance = 2 * float(inversions[: ceil(min(falls, pairs - falls)) + 1].sum())
+    known = {
+        ground: [
+            (loads[n], t.mu[t.last_usable])
+            for n in names
+            if n in loads and (t := tracks.get(n)) and t.last_usable is not None
+        ]
+        for ground, names in outcome.grounds.items()
+        if ground
+    }
+    chance, falls = order_by_chance(list(known.values()))
     if chance > LEAST_TOLD:
         return ""
-    law = next((c for c in diagnosis.candidates if c.name == "load_dependent_friction"), None)
-    tried = (
-        ""
-        if law is None
-        else (
-            f" Within a recording, all that the search sees of it, load dependent friction was tried:"
-            f" {candidate_reason(diagnosis, law)}."
-        )
-    )
+    law = [c for c in diagnosis.candidates if c.name == "load_dependent_friction"]
+    tried = [
+        f" Within a recording, all that the search sees of it, load dependent friction was tried:"
+        f" {candidate_reason(diagnosis, c)}."
+        for c in law
+    ]
     return (
-        f"On {listed(grounds)}, friction {'falls' if 2 * falls > pairs else 'rises'} from recording to"
-        f" recording with the load, in an order that chance gives in 1 of {1 / chance:.0f} cases."
-        f"{tried}"
+        f"On {listed([ground for ground, own in known.items() if len(own) > 1])}, friction"
+        f" {'falls' if falls else 'rises'} from recording to recording with the load, in an order that"
+        f" chance gives in 1 of {1 / chance:.0f} cases.{''.join(tried)}"
     )
 
 
@@ -204,19 +196,3 @@ def friction_quality_rows(outcome: FrictionOutcome) -> list[tuple[str, list[str]
             cells.append(pair + f" ({known} of {len(names)})" * (known < len(names)))
         rows.append((label, cells, words))
     return rows
-
-
-def ground_spreads(outcome: FrictionOutcome) -> str:
-    """How much the recordings on each ground differ, in a sentence; empty where that is not known."""
-    before, after = (outcome.spread(stage) for stage in outcome.stages.values())
-    parts = [
-        f"{_percent(before[ground], 1)} → {_percent(after[ground], 1)} on {ground}"
-        for ground in before
-        if before[ground] is not None
-    ]
-    if not parts:
-        return ""
-    return (
-        f"Between recordings the last estimates differ by {listed(parts)}: their standard deviation over"
-        " their mean, all recordings."
-    )

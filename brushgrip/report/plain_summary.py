@@ -94,7 +94,7 @@ def lines_to_send(
         "Note": warning,
         **({FRICTION: _friction(diagnosis, told, known=known)} if outcome else finding),
         "How sure": sure,
-        "To do": sentence("; ".join(numbered)),
+        "To do": sentence(";\n".join(numbered)),
         "Valid for": validity(diagnosis),
         **finding,
         "Gain": " ".join(filter(None, gain)),
@@ -209,8 +209,8 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
     ground, one = max(wide.items(), key=lambda own: own[1].further or 0.0)
     count, half = one.recordings, one.further or 0.0
     return [
-        f"record {ground} {count} more times, all at one load: ± {half:.2f} would come to about"
-        f" ± {one.further_with(2 * count):.2f}, or less where the load is why they differ"
+        f"record {ground} {count} more times, at one load: ± {half:.2f} would come to about"
+        f" ± {one.further_with(2 * count):.2f} if they differ as much"
     ]
 
 

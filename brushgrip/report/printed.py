@@ -7,7 +7,6 @@ from brushgrip.outputs.console import print_table, print_text, say
 from brushgrip.report.friction_summary import (
     friction_group_labels,
     friction_quality_rows,
-    ground_spreads,
     widest_causes,
 )
 from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
@@ -97,8 +96,6 @@ def print_diagnosis(
         headings = ("figure", *friction_group_labels(outcome))
         title = "Friction by the assumed model → by the model found, mean over recordings"
         print_table(title, headings, figures, right=True)
-        if spreads := ground_spreads(outcome):
-            print_text(spreads)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     to_send = lines_to_send(diagnosis, outcome, warning) if outcome else []
     for note in notes_beside(diagnosis, " ".join(text for _, text in to_send)):

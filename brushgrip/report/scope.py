@@ -102,7 +102,8 @@ def missing_effects(diagnosis: Diagnosis) -> str:
         effects = [effect for effect, _ in group]
         fall, before = f"{before}→ {percent(effects[-1].holdout_nrmse_after)}", ""
         if cause:
-            told.append(f"{cause} (error {fall}; {_sureness(effects[0], cause)})")
+            clearest = min(effects, key=lambda effect: effect.grade not in CLEAR)
+            told.append(f"{cause} (error {fall}; {_sureness(clearest, cause)})")
         else:
             names = listed([plain(effect.name) for effect in effects])
             told.append(f"{names} in place of something unknown (error {fall}; {UNPROVEN})")
@@ -203,8 +204,8 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
     kind, *adjusted = judged_error_percentages(diagnosis)
     count = len(diagnosis.holdout)
     judged = {
-        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit, by which the effects"
-        " were chosen, so that they judge too kindly",
+        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit (though used to pick"
+        " the effects, so not independent)",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
@@ -213,6 +214,9 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
     changes = [" → ".join(pair if diagnosis.effects else pair[1:]) for pair in (nothing, adjusted)]
     stage = ", assumed model with k refitted → model found," * bool(diagnosis.effects)
     scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
-    own = listed(["friction", *map(plain, sorted(scopes)), "lengths and load within their tolerances"])
-    unrefitted = f"{changes[0]} of range with nothing adjusted, " * bool(diagnosis.after.unrefitted)
-    return f"Torque error{stage} on {judged}: {unrefitted}{changes[1]} with each one's {own} adjusted."
+    own = listed(["friction", *map(plain, sorted(scopes))])
+    unrefitted = f"{changes[0]} with nothing adjusted, " * bool(diagnosis.after.unrefitted)
+    return (
+        f"Torque error{stage} on {judged}: {unrefitted}{changes[1]} of range with each one's {own}"
+        " adjusted, lengths and load within their tolerances."
+    )

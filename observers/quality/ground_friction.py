@@ -8,6 +8,7 @@ scatter, and comes on top of it undivided.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy.special import stdtrit
@@ -94,3 +95,24 @@ def ground_friction(mu_eff: Sequence[float], mu_eff_std: Sequence[float]) -> Gro
 def _scatter_half_width(n: int, scatter: float) -> float:
     """Half-width of the 95 % interval for one more of n values with a standard deviation [1]."""
     return float(stdtrit(n - 1, 0.975) * scatter * np.sqrt(1 + 1 / n))
+
+
+def order_by_chance(grounds: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, bool]:
+    """How likely chance orders friction by load so clearly, and whether friction falls with the load.
+
+    Kendall's test (Biometrika 30 (1938) 81), its pairs within grounds alone: by chance every order of the
+    recordings of a ground is as likely, which gives the exact distribution of its inversions.
+
+    Args:
+        grounds: load [N] and friction [1] of each recording, ground by ground.
+    """
+    chances, falls, pairs = np.ones(1), 0.0, 0
+    for own in grounds:
+        for one, other in combinations(own, 2):
+            # A pair of one load or one friction counts for either way.
+            falls += (1 - np.sign((one[0] - other[0]) * (one[1] - other[1]))) / 2
+        pairs += len(own) * (len(own) - 1) // 2
+        for place in range(2, len(own) + 1):
+            chances = np.convolve(chances, np.full(place, 1 / place))
+    tail = float(chances[: int(np.ceil(min(falls, pairs - falls))) + 1].sum())
+    return min(1.0, 2 * tail), bool(2 * falls > pairs)
