@@ -154,7 +154,8 @@ def experiment_in_words(proposal: Proposal) -> str:
         return words
     way = psi[np.argmax(np.abs(psi - psi[0]) > MIN_REVERSAL)] - psi[0]
     back = np.flatnonzero(way * np.diff(psi) < 0)
-    begin, to = (f"{np.degrees(angle):.0f}°" for angle in (psi[0], psi[back[0] if back.size else -1]))
+    ends = psi[0], psi[back[0] if back.size else -1]
+    begin, to = (f"{round(float(np.degrees(angle)))}°" for angle in ends)
     return f"{words} It begins at {begin} and turns to {to} first.".replace("-", "−")
 
 

@@ -57,8 +57,8 @@ def with_degrees(text: str) -> str:
     """The text with every angle and rate in rad in degrees behind it."""
 
     def degrees(found: re.Match[str]) -> str:
-        own = re.sub(r"[\d.]+", lambda one: f"{math.degrees(float(one[0])):.2g}", found[1])
-        return f"{found[0]} ({own}°{found[2] or ''})"
+        own = re.sub(r"[\d.]+", lambda one: f"{math.degrees(float(one[0])):.2g}°", found[1])
+        return f"{found[0]} ({own}{found[2] or ''})"
 
     number = r"[−±]?\d[\d.]*"
     return re.sub(rf"({number}(?:(?:, | and | to ){number})*) rad(/s)?", degrees, text)

@@ -100,8 +100,8 @@ def _scatter_half_width(n: int, scatter: float) -> float:
 def order_by_chance(grounds: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, bool]:
     """How likely chance orders friction by load so clearly, and whether friction falls with the load.
 
-    Kendall's test (Biometrika 30 (1938) 81), its pairs within grounds alone: by chance every order of the
-    recordings of a ground is as likely, which gives the exact distribution of its inversions.
+    Kendall's test (Biometrika 30 (1938) 81), its pairs within grounds alone: by chance every order of
+    the recordings of a ground is as likely, which gives the exact distribution of its inversions.
 
     Args:
         grounds: load [N] and friction [1] of each recording, ground by ground.
