@@ -21,7 +21,8 @@ from brushgrip.wording.formatting import (
     sentence,
 )
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import ASSUMED, OFF_STIFFNESS
+from identification.diagnosis.found_effects import ASSUMED
+from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from symbolic import EFFECTS, InvalidInputError
 
 LEFT_OUT = "What the assumed tyre model leaves out"

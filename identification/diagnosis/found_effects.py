@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.diagnosis.found_stiffness import stiffness_notes
 from identification.diagnosis.result_parts import Errors, FoundEffect, Grade
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
@@ -21,15 +22,14 @@ from identification.selection.criteria import (
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
-from symbolic.tables.found_model import is_of_other_scale
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which the judged error has to fall, and deviations that a parameter has to be off
 its neutral value, for a finding."""
 CLEAR_BIC = -6.0
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
-ASSUMED, OFF_STIFFNESS = "assumed, as nobody declared a tolerance", "the stiffness k is"
-"""How the notes on what counts as known within the usual tolerance, and on k beyond its own, begin."""
+ASSUMED = "assumed, as nobody declared a tolerance"
+"""How the note on what counts as known within the usual tolerance begins."""
 UNRECORDED_LOAD = "unrecorded_load"
 """Stands beside the effects that one may be, where the recorded load is constant."""
 LIKE_LOAD = ("steering_return", "torque_offset", "asymmetric_friction")
@@ -208,7 +208,7 @@ def notes_on(
     fits to held-out recordings, too), k beyond its own, a load that may be what an effect seems to be, a
     stiffness that no spring has, and a fit that did not converge.
     """
-    notes = _stiffness(fitted, recordings)
+    notes = stiffness_notes(fitted, recordings)
     notes += [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
         for when, old, new in (
@@ -250,41 +250,6 @@ def assumed_tolerances(recordings: Sequence[Recording]) -> str:
     if not missing:
         return ""
     return f"{ASSUMED}: {', '.join(missing)}"
-
-
-def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
-    """Notes on k beyond its tolerance; see `OFF_STIFFNESS`."""
-    notes = [stiffness_note(fitted.values.of(recording)["k"], recording) for recording in recordings]
-    return list(dict.fromkeys(filter(None, notes)))
-
-
-def stiffness_ratio(k: float, recording: Recording) -> float:
-    """A found stiffness [N/m^2] over the declared one [1]; 1 within its tolerance."""
-    declared, tolerance = recording.tyre.k, recording.rig.tolerances.k
-    within = USUAL["k"] * declared if tolerance is None else tolerance
-    return k / declared if abs(k - declared) > max(within, AT_BOUND * declared) else 1.0
-
-
-def stiffness_note(k: float, recording: Recording) -> str:
-    """What a found stiffness [N/m^2] beyond the tolerance of the declared one means; empty within.
-
-    Before anything slides the torque goes with k a (a^2 + 3 e^2), in full slide with mu and an arm that
-    grows no faster than a. So a wrong a moves mu by the cube root of the ratio of k at most.
-    """
-    ratio, declared = stiffness_ratio(k, recording), recording.tyre.k
-    if ratio == 1:
-        return ""
-    off = f"{100 * abs(ratio - 1):.0f} % {'above' if ratio > 1 else 'below'}"
-    high, low, long = ("high", "low", "short") if ratio > 1 else ("low", "high", "long")
-    note = (
-        f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {off if 0.1 < ratio < 2 else f'{ratio:.2g} times'} the"
-        f" declared one: if the torque reads too {high} (unit, gear ratio between sensor and wheel),"
-        f" friction is told too {high} by up to that factor; if the declared half-length of the contact"
-        f" is too {long}, by a factor of {max(ratio, 1 / ratio) ** (1 / 3):.2g} at most; if the tyre is"
-        f" like that, or the angle reads too {low}, friction is right"
-    )
-    refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
-    return f"{note}; estimate refuses this model" if refused else note
 
 
 def _at_their_tolerances(fitted: Fit) -> list[str]:

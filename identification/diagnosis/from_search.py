@@ -7,7 +7,8 @@ import numpy as np
 
 from identification.diagnosis.error_stages import error_on_unseen_of, errors_of
 from identification.diagnosis.family_curves import found_families
-from identification.diagnosis.found_effects import found_effects, notes_on, stiffness_ratio
+from identification.diagnosis.found_effects import found_effects, notes_on
+from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, Errors, Series
 from identification.experiments.proposals import Proposal
@@ -50,17 +51,12 @@ def build_diagnosis(
     everything = [*training, *holdout]
     trials = before, after = steps[0].before, steps[-1].before
     fitted = after.fitted
-    errors_before, errors_after = (
-        errors_of(trial, training, holdout, left) for trial, left in zip(trials, left_out, strict=True)
-    )
-    error_before, error_after = (
-        error_on_unseen_of(trial, training, holdout, left)
-        for trial, left in zip(trials, left_out, strict=True)
-    )
+    judged = [(trial, training, holdout, left) for trial, left in zip(trials, left_out, strict=True)]
+    errors_before, errors_after = (errors_of(*one) for one in judged)
+    error_before, error_after = (error_on_unseen_of(*one) for one in judged)
     estimates = _estimates(after, training, holdout)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
     effects = found_effects(steps, estimates, training, proposals, left)
-    ratios = [stiffness_ratio(fitted.values.of(recording)["k"], recording) for recording in training]
     return Diagnosis(
         recordings=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
@@ -83,7 +79,7 @@ def build_diagnosis(
         series=_series(before, after, everything, holdout),
         notes=notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),
         criteria=criteria,
-        stiffness_ratio=max(ratios, key=lambda ratio: max(ratio, 1 / ratio)),
+        stiffness_ratio=farthest_stiffness_ratio(fitted, training),
         model_error_before=error_before,
         model_error=error_after,
     )

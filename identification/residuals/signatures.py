@@ -26,6 +26,7 @@ from identification.residuals.signals import (
     check_signatures,
     effects_leaving,
     motion_and_model_torque,
+    reading_of,
 )
 from symbolic import EFFECTS, Effect
 from symbolic.array_alias import Array
@@ -252,28 +253,10 @@ def _correlate(
                 else float(slopes[0]),
                 size=abs(value) * noise.rows.rms,
                 effects=effects_leaving(signal, 1 if value >= 0 else -1, effects),
-                reading=_reading(signal, value, effects, added),
+                reading=reading_of(signal, value, effects, added),
             )
         )
     return tuple(every)
-
-
-def _reading(
-    signal: Signal, correlation: float, effects: Sequence[Effect], added: Sequence[Effect]
-) -> str:
-    """What a correlation with a signal means beside the effects that the model has."""
-    sign = 1 if correlation >= 0 else -1
-    signs = {e.name: {s.sign for s in e.signatures if s.signal == signal.name} for e in added}
-    against = [name for name, own in signs.items() if own == {-sign}]
-    if against and not signal.differs_by_recording:
-        return f"{_plain(against)} may be too strong there"
-    tried = effects_leaving(signal, sign, [e for e in effects if e not in added] if added else ())
-    beside = f" (tried, not added: {_plain(tried)})" * bool(tried)
-    return f"usually {signal.usual_cause(correlation)}{beside}"
-
-
-def _plain(effects: Iterable[str]) -> str:
-    return " and ".join(effects).replace("_", " ")
 
 
 def _followed(

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.diagnosis.found_effects import notes_on, stiffness_note, stiffness_ratio
+from identification.diagnosis.found_effects import notes_on
+from identification.diagnosis.found_stiffness import stiffness_note, stiffness_ratio
 from identification.diagnosis.result_parts import Errors
 from identification.fits.fitting import Fit
 from identification.fits.values import Values

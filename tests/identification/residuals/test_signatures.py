@@ -15,8 +15,9 @@ from identification.residuals.signals import (
     Signal,
     effects_leaving,
     motion_and_model_torque,
+    reading_of,
 )
-from identification.residuals.signatures import Signature, Signatures, _reading, signatures
+from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.selection.trials import model_of
 from reference_rig import RigTyre, make_recording
 from symbolic import EFFECTS, Effect, InvalidInputError, ResidualSignature
@@ -244,19 +245,19 @@ def test_a_cause_is_usual_and_what_was_tried_or_overdone_is_named() -> None:
     every, creep = tuple(EFFECTS.values()), (EFFECTS["frictional_creep"],)
     rate, direction = by_name[RATE], by_name[DIRECTION]
     kingpin = "usually dry friction in the kingpin or the sensor's mount"
-    assert _reading(direction, 0.5, every, ()) == kingpin
-    assert _reading(direction, 0.5, every, creep) == (
+    assert reading_of(direction, 0.5, every, ()) == kingpin
+    assert reading_of(direction, 0.5, every, creep) == (
         f"{kingpin} (tried, not added: bearing friction and rate friction)"
     )
     only = (EFFECTS["bearing_friction"],)
-    assert _reading(direction, 0.5, (), creep) == kingpin, "what no search tried"
-    assert _reading(direction, 0.5, only, only) == kingpin, "what the model has"
+    assert reading_of(direction, 0.5, (), creep) == kingpin, "what no search tried"
+    assert reading_of(direction, 0.5, only, only) == kingpin, "what the model has"
     # Friction that grows with speed was added, and the residual says that it falls.
-    assert _reading(rate, -0.5, every, creep) == "frictional creep may be too strong there"
-    assert _reading(rate, 0.5, every, creep).startswith("usually viscous damping")
+    assert reading_of(rate, -0.5, every, creep) == "frictional creep may be too strong there"
+    assert reading_of(rate, 0.5, every, creep).startswith("usually viscous damping")
     # Of either sign, or of each recording's own, nothing is overdone.
     either = (EFFECTS["asymmetric_friction"],)
-    assert _reading(by_name[SIZE], -0.5, (), either).startswith("usually friction differs")
+    assert reading_of(by_name[SIZE], -0.5, (), either).startswith("usually friction differs")
 
 
 def test_nothing_but_noise_where_nothing_is_missing() -> None:
