@@ -96,18 +96,20 @@ def missing_effects(diagnosis: Diagnosis) -> str:
     """What the assumed model leaves out (`LEFT_OUT`); empty where nothing is certain."""
     if not any(effect.grade in CLEAR for effect in diagnosis.effects):
         return ""
-    told, (before, after) = [], judged_error_percentages(diagnosis)[1:]
+    told, (kind, before, after) = [], judged_error_percentages(diagnosis)
     before += " "
     causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
     for cause, group in groupby(causes, key=itemgetter(1)):
         effects = [effect for effect, _ in group]
-        fall, before = f"{before}→ {percent(effects[-1].holdout_nrmse_after)}", ""
+        # What each left out in turn shows is not known step by step.
+        fall = f"error {before}→ {percent(effects[-1].holdout_nrmse_after)}; " * (kind != "left-out")
+        before = ""
         if cause:
             clearest = min(effects, key=lambda effect: effect.grade not in CLEAR)
-            told.append(f"{cause} (error {fall}; {_sureness(clearest, cause)})")
+            told.append(f"{cause} ({fall}{_sureness(clearest, cause)})")
         else:
             names = listed([plain(effect.name) for effect in effects])
-            told.append(f"{names} in place of something unknown (error {fall}; {UNPROVEN})")
+            told.append(f"{names} in place of something unknown ({fall}{UNPROVEN})")
     if diagnosis.unexplained.present:
         unknown = f"something unknown, in the {after} of the torque's range that remain"
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
@@ -216,8 +218,9 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
     stage = ", assumed model with k refitted → model found," * bool(diagnosis.effects)
     scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
     own = listed(["friction", *map(plain, sorted(scopes))])
-    unrefitted = f"{changes[0]} with nothing adjusted, " * bool(diagnosis.after.unrefitted)
+    unrefitted = f"{changes[0]} of range with nothing adjusted, " * bool(diagnosis.after.unrefitted)
+    whole = "" if unrefitted else " of range"
     return (
-        f"Torque error{stage} on {judged}: {unrefitted}{changes[1]} of range with each one's {own}"
+        f"Torque error{stage} on {judged}: {unrefitted}{changes[1]}{whole} with each one's {own}"
         " adjusted, lengths and load within their tolerances."
     )

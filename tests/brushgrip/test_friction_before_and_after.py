@@ -368,6 +368,14 @@ def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:
     assert offline_friction(found, plain) == pytest.approx(1.2, rel=1e-6)  # type: ignore[arg-type]
 
 
+def test_an_error_step_by_step_is_told_where_one_judge_gave_them_all() -> None:
+    told = missing_effects(make_diagnosis(("a", "b"), ()))
+    assert told.startswith(
+        "(1) the tyre's body yields, or its pressure is spread otherwise (the gain is not luck"
+    )
+    assert "(error 4.20 % → 3.00 %; the gain" in missing_effects(make_diagnosis(("a", "b"), ("c",)))
+
+
 def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -> None:
     tracks = (*TRACKS[:2], replace(TRACKS[0], name="c", mu=np.full(11, 1.3)))
     outcome = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c")})
