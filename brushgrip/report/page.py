@@ -190,7 +190,6 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
     environment.filters |= words
     environment.globals |= words | {
         "grades": diagnosis_in_words.GRADES,
-        "LEFT_OUT": scope.LEFT_OUT,
         "picture": lambda name: _data_address(folder / name, drawings.get(name)),
     }
     return environment

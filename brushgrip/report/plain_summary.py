@@ -1,10 +1,8 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
-from collections.abc import Iterable
 from math import sqrt
 from statistics import fmean
 
-from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
 from brushgrip.report.friction_summary import band_shares, grounds_alike, last_usable_friction
 from brushgrip.report.scope import (
@@ -43,13 +41,11 @@ MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 MAX_STEPS = 4
 """What to do next that is told."""
-FRICTION = "Friction between tyre and ground"
 CHECKS = (
     "at the rig, check three things: the torque, with a known weight on a lever; the gear ratio between"
     " sensor and wheel; the half-length of the contact, on a print. If one is wrong, correct it and run"
     " this again, as the result is then void; if all are right, declare the stiffness found"
 )
-IN_FURTHER = "in 95 of 100 further recordings of this kind on this ground"
 ADDRESSED = {SLOPE: (SLOPE, OF_LENGTHS)}
 """Parts of a band that a remedy lowers, where they are more than the one that it is of."""
 
@@ -68,16 +64,6 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
     return known, notes
 
 
-def at_speed(outcome: FrictionOutcome) -> str:
-    """The sliding speed that friction is stated at, behind a blank; empty where unknown."""
-    return f" at {1e3 * outcome.slide_speed:.2g} mm/s sliding" if outcome.slide_speed else ""
-
-
-def _ending_early(tracks: Iterable[FrictionTrack]) -> list[FrictionTrack]:
-    """Tracks whose last usable sample is not their last."""
-    return [track for track in tracks if track.last_usable not in (None, track.t.size - 1)]
-
-
 def lines_to_send(
     diagnosis: Diagnosis, outcome: FrictionOutcome | None, warning: str = ""
 ) -> list[tuple[str, str]]:
@@ -87,17 +73,20 @@ def lines_to_send(
     steps = next_steps(diagnosis, told)
     numbered = [f"({i}) " * (len(steps) > 1) + step for i, step in enumerate(steps, 1)]
     sure = f"{_holds(told)} {reservation(diagnosis)}" if known else " ".join(doubts(diagnosis))
-    gain = benefit(diagnosis, told), error_to_quote(diagnosis)
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": headline(diagnosis)}
     lines = {
         "Note": warning,
-        **({FRICTION: _friction(diagnosis, told, known=known)} if outcome else finding),
+        **(
+            {"Friction between tyre and ground": _friction(diagnosis, told, known=known)}
+            if outcome
+            else finding
+        ),
         "How sure": sure,
         "To do": sentence(";\n".join(numbered)),
         "Valid for": validity(diagnosis),
         **finding,
-        "Gain": " ".join(filter(None, gain)),
+        "Gain": " ".join(filter(None, (benefit(diagnosis, told), error_to_quote(diagnosis)))),
         "Not known": sentence("; ".join(_open_questions(diagnosis, told))),
     }
     return [(label, text) for label, text in lines.items() if text]
@@ -106,8 +95,9 @@ def lines_to_send(
 def _friction(diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool) -> str:
     """Friction of every ground, and what it is where the torque reads as wrong as k seems to say."""
     count, ratio = len(outcome.before), diagnosis.stiffness_ratio
+    speed = f" at {1e3 * outcome.slide_speed:.2g} mm/s sliding" if outcome.slide_speed else ""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
-    line = f"{grounds}{at_speed(outcome)} (from {count} recording{'s' * (count != 1)})"
+    line = f"{grounds}{speed} (from {count} recording{'s' * (count != 1)})"
     if not known or ratio == 1:
         return f"{line}."
     bands = {g: one for g, one in outcome.further().items() if one.further is not None}
@@ -121,7 +111,7 @@ def _holds(outcome: FrictionOutcome) -> str:
     """How often the ± of the grounds and of the recordings that are named holds, and why it is wide."""
     further = outcome.further()
     bands = [one.further is not None for one in further.values()]
-    within = [IN_FURTHER] * any(bands)
+    within = ["in 95 of 100 further recordings of this kind on this ground"] * any(bands)
     if len(further) < len(outcome.grounds) or not all(bands):
         named = " where a recording is named" * any(bands)
         within.append(f"the true value{named} in 95 of 100 cases")
@@ -238,11 +228,8 @@ def not_separable(effect: FoundEffect) -> str:
 def told_apart(diagnosis: Diagnosis) -> str:
     """Which effects the proposed recordings would tell from which, and from which not."""
     proposed = proposed_recordings(diagnosis)
-    rivals = {letter: e.experiment.rival for letter, e in proposed.items() if e.experiment}
-    pairs = [
-        f"{plain(proposed[letter].name)} from {plain(rivals[letter])} ({letter})" for letter in rivals
-    ]
-    more = any(set(proposed[letter].indistinguishable_from) - {rivals[letter]} for letter in rivals)
+    pairs = [f"{plain(e.name)} from {plain(p.rival)} ({at})" for at, (e, p) in proposed.items()]
+    more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
     return listed(pairs) + "; rivals less near stay open" * more
 
 
@@ -281,7 +268,8 @@ def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]
     tracks = outcome.tracks_of(EKF_FOUND).values()
     if never := [track.name for track in tracks if track.last_usable is None]:
         parts.append(f"friction in {listed(never)}")
-    if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in _ending_early(tracks)]:
+    ending = [t for t in tracks if t.last_usable not in (None, t.t.size - 1)]
+    if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in ending]:
         parts.append(f"friction in {listed(early)}")
     for e in diagnosis.effects:
         rivals = listed([plain(name) for name in (e.name, *e.indistinguishable_from)], "or")

@@ -85,12 +85,11 @@ def print_diagnosis(
     for effect in diagnosis.effects:
         if effect.grade != "strong":
             print_text(f"{plain(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
-    letters = {effect.name: letter for letter, effect in proposed_recordings(diagnosis).items()}
-    for effect in diagnosis.effects:
-        if effect.experiment:
-            letter = letters.get(effect.name)
-            label = f"next recording {letter}" if letter else "not separable"
-            print_text(f"{label}: {experiment_in_words(effect.experiment)}")
+    for letter, (_, proposal) in proposed_recordings(diagnosis).items():
+        print_text(f"next recording {letter}: {experiment_in_words(proposal)}")
+    for proposal in (e.experiment for e in diagnosis.effects if e.experiment):
+        if not proposal.feasible:
+            print_text(f"not separable: {experiment_in_words(proposal)}")
     if outcome:
         figures = [(label, *values) for label, values, _ in friction_quality_rows(outcome)]
         headings = ("figure", *friction_group_labels(outcome))

@@ -219,8 +219,7 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
     scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
     own = listed(["friction", *map(plain, sorted(scopes))])
     unrefitted = f"{changes[0]} of range with nothing adjusted, " * bool(diagnosis.after.unrefitted)
-    whole = "" if unrefitted else " of range"
     return (
-        f"Torque error{stage} on {judged}: {unrefitted}{changes[1]}{whole} with each one's {own}"
-        " adjusted, lengths and load within their tolerances."
+        f"Torque error{stage} on {judged}: {unrefitted}{changes[1]}{' of range' * (not unrefitted)}"
+        f" with each one's {own} adjusted, lengths and load within their tolerances."
     )

@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from string import ascii_uppercase
 
-import numpy as np
-
 from brushgrip.wording.formatting import (
     judged_error_percentages,
     judged_errors,
@@ -20,7 +18,6 @@ from brushgrip.wording.formatting import (
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
 from identification.diagnosis.found_effects import CLEAR_ERRORS, UNRECORDED_LOAD
 from identification.experiments.proposals import Proposal
-from identification.reading.shortened_recordings import MIN_REVERSAL
 
 GRADES: Mapping[str, str] = {
     "strong": "identified",
@@ -141,22 +138,16 @@ def explained_grade(effect: FoundEffect) -> str:
             return f"{fall}, and no other effect with as few parameters does as well."
 
 
-def proposed_recordings(diagnosis: Diagnosis) -> dict[str, FoundEffect]:
-    """The effects that a recording would tell from a rival, by a letter for that recording."""
-    effects = [e for e in diagnosis.effects if e.experiment and e.experiment.feasible]
-    return dict(zip(ascii_uppercase, effects, strict=False))
+def proposed_recordings(diagnosis: Diagnosis) -> dict[str, tuple[FoundEffect, Proposal]]:
+    """Recordings that would tell an effect from a rival, by letters."""
+    pairs = [(e, e.experiment) for e in diagnosis.effects if e.experiment and e.experiment.feasible]
+    return dict(zip(ascii_uppercase, pairs, strict=False))
 
 
 def experiment_in_words(proposal: Proposal) -> str:
     """A proposed experiment with angles in degrees too, and which way to turn first."""
-    words, psi = with_degrees(sentence(proposal.sentence)), proposal.manoeuvre.psi
-    if not proposal.feasible:
-        return words
-    way = psi[np.argmax(np.abs(psi - psi[0]) > MIN_REVERSAL)] - psi[0]
-    back = np.flatnonzero(way * np.diff(psi) < 0)
-    ends = psi[0], psi[back[0] if back.size else -1]
-    begin, to = (f"{round(float(np.degrees(angle)))}°" for angle in ends)
-    return f"{words} It begins at {begin} and turns to {to} first.".replace("-", "−")
+    words = with_degrees(sentence(proposal.sentence))
+    return f"{words} {proposal.manoeuvre.first_stroke}" if proposal.feasible else words
 
 
 def is_unconfirmed(effect: FoundEffect) -> bool:
