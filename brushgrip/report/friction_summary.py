@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.wording.formatting import candidate_reason, listed
+from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
 from identification import Diagnosis
 from observers import Status
@@ -102,16 +102,11 @@ def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     chance, falls = order_by_chance(list(known.values()))
     if chance > LEAST_TOLD:
         return ""
-    law = [c for c in diagnosis.candidates if c.name == "load_dependent_friction"]
-    tried = [
-        f" Within a recording, all that the search sees of it, load dependent friction was tried:"
-        f" {candidate_reason(diagnosis, c)}."
-        for c in law
-    ]
+    on = listed([ground for ground, own in known.items() if len(own) > 1])
     return (
-        f"On {listed([ground for ground, own in known.items() if len(own) > 1])}, friction"
-        f" {'falls' if falls else 'rises'} from recording to recording with the load, in an order that"
-        f" chance gives in 1 of {1 / chance:.0f} cases.{''.join(tried)}"
+        f"On {on}, recordings at higher load"
+        f" gave {'lower' if falls else 'higher'} friction (by chance in 1 of {1 / chance:.0f} cases);"
+        " whether load is the cause is not known."
     )
 
 

@@ -4,7 +4,12 @@ from math import sqrt
 from statistics import fmean
 
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.report.friction_summary import band_shares, grounds_alike, last_usable_friction
+from brushgrip.report.friction_summary import (
+    band_shares,
+    grounds_alike,
+    last_usable_friction,
+    order_with_load,
+)
 from brushgrip.report.scope import (
     LEFT_OUT,
     benefit,
@@ -44,7 +49,8 @@ MAX_STEPS = 4
 CHECKS = (
     "at the rig, check three things: the torque, with a known weight on a lever; the gear ratio between"
     " sensor and wheel; the half-length of the contact, on a print. If one is wrong, correct it and run"
-    " this again, as the result is then void; if all are right, declare the stiffness found"
+    " this again, as the result is then void, before anything else; if all are right, declare the"
+    " stiffness found"
 )
 ADDRESSED = {SLOPE: (SLOPE, OF_LENGTHS)}
 """Parts of a band that a remedy lowers, where they are more than the one that it is of."""
@@ -72,7 +78,8 @@ def lines_to_send(
     known = any(track.last_usable is not None for track in told.tracks_of(EKF_FOUND).values())
     steps = next_steps(diagnosis, told)
     numbered = [f"({i}) " * (len(steps) > 1) + step for i, step in enumerate(steps, 1)]
-    sure = f"{_holds(told)} {reservation(diagnosis)}" if known else " ".join(doubts(diagnosis))
+    certainty = (_holds(told), order_with_load(told, diagnosis), reservation(diagnosis))
+    sure = " ".join(filter(None, certainty if known else doubts(diagnosis)))
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": headline(diagnosis)}
     lines = {
@@ -95,16 +102,19 @@ def lines_to_send(
 def _friction(diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool) -> str:
     """Friction of every ground, and what it is where the torque reads as wrong as k seems to say."""
     count, ratio = len(outcome.before), diagnosis.stiffness_ratio
-    speed = f" at {1e3 * outcome.slide_speed:.2g} mm/s sliding" if outcome.slide_speed else ""
+    speed = f"at {1e3 * outcome.slide_speed:.2g} mm/s sliding, " if known and outcome.slide_speed else ""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
-    line = f"{grounds}{speed} (from {count} recording{'s' * (count != 1)})"
+    in_all = " in all" * (len(outcome.grounds) > 1)
+    line = f"{speed}{grounds} (from {count} recording{'s' * (count != 1)}{in_all})"
     if not known or ratio == 1:
-        return f"{line}."
+        return sentence(line)
     bands = {g: one for g, one in outcome.further().items() if one.further is not None}
     other = [f"{one.mu_eff / ratio:.2f} on {ground}" for ground, one in bands.items()]
     value = listed(other) if len(bands) == len(outcome.grounds) else f"{1 / ratio:.2g} times as much"
-    until = f"{'down' if ratio > 1 else 'up'} to {value} if the torque's scale is wrong"
-    return f"Provisional until torque and half-length are checked: {line}; {until}."
+    return (
+        f"Provisional until torque and half-length are checked: {line}; if the torque's scale is wrong"
+        f" by as much as k suggests, about {value}."
+    )
 
 
 def _holds(outcome: FrictionOutcome) -> str:
@@ -185,7 +195,8 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     if weak and not steps:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
     assumed = any(note.startswith(ASSUMED) for note in diagnosis.notes)
-    to_declare = ["at the rig, measure what is assumed, and declare it with its tolerance"] * assumed
+    what = "the other values that are" if doubts(diagnosis) else "what is"
+    to_declare = [f"at the rig, measure {what} assumed, and declare the tolerance"] * assumed
     more = _more_recordings(outcome)
     steps = steps[: MAX_STEPS - len(more)] or [_to_narrow(diagnosis, outcome)]
     return [*steps, *more, *to_declare][:MAX_STEPS]
@@ -199,7 +210,7 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
     ground, one = max(wide.items(), key=lambda own: own[1].further or 0.0)
     count, half = one.recordings, one.further or 0.0
     return [
-        f"record {ground} {count} more times, at one load: ± {half:.2f} would come to about"
+        f"record {ground} {count} more times, at the load that matters: ± {half:.2f} would come to about"
         f" ± {one.further_with(2 * count):.2f} if they differ as much"
     ]
 
@@ -230,7 +241,7 @@ def told_apart(diagnosis: Diagnosis) -> str:
     proposed = proposed_recordings(diagnosis)
     pairs = [f"{plain(e.name)} from {plain(p.rival)} ({at})" for at, (e, p) in proposed.items()]
     more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
-    return listed(pairs) + "; rivals less near stay open" * more
+    return listed(pairs) + "; other explanations stay possible" * more
 
 
 def _at_best(outcome: FrictionOutcome, cause: str) -> str:

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from operator import add, itemgetter
-from statistics import fmean
 from typing import Any
 
 import numpy as np
@@ -71,7 +70,7 @@ def validity(diagnosis: Diagnosis) -> str:
         at = f", at a load of {low} N" if low == high else f", at momentary loads of {low} to {high} N"
     return (
         f"a wheel that stands still and is turned as in these recordings{at}; not for driving speed,"
-        " rain or other ground (for orientation, at driving speed ice has about 0.1, dry asphalt 1)."
+        " rain or other ground."
     )
 
 
@@ -83,8 +82,11 @@ def doubts(diagnosis: Diagnosis) -> list[str]:
 def reservation(diagnosis: Diagnosis) -> str:
     """What the bands of friction rest on that no recording tells, in one or two sentences."""
     notes = [note for note in diagnosis.notes if note.startswith((ASSUMED, OFF_STIFFNESS))]
-    rests_on = "that" if notes else "a declared tolerance"
-    return " ".join([*map(sentence, notes), f"If {rests_on} or the model is wrong, so is the ±."])
+    counted = (
+        "The ± counts the tolerances and, by its size, what the model leaves out; if a value is off by"
+        " more, so is friction."
+    )
+    return " ".join([*map(sentence, notes), counted])
 
 
 def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
@@ -109,9 +111,9 @@ def missing_effects(diagnosis: Diagnosis) -> str:
             told.append(f"{cause} ({fall}{_sureness(clearest, cause)})")
         else:
             names = listed([plain(effect.name) for effect in effects])
-            told.append(f"{names} in place of something unknown ({fall}{UNPROVEN})")
+            told.append(f"{names} in place of a cause that is not known ({fall}{UNPROVEN})")
     if diagnosis.unexplained.present:
-        unknown = f"something unknown, in the {after} of the torque's range that remain"
+        unknown = f"the rest, {after} of the torque's range, without an explanation"
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
     numbers = [f"({i}) " * (len(told) > 1) for i in range(1, len(told) + 1)]
     return f"{'; '.join(map(add, numbers, told))}."
@@ -184,22 +186,22 @@ def benefit(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     declared, found = (list(outcome.tracks_of(label).values()) for label in (EKF_DECLARED, EKF_FOUND))
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
         return ""
-    settling = [[quality.settling for quality in stage.values()] for stage in outcome.stages.values()]
-    settles = ""
-    if None not in settling[0] + settling[1]:
-        before, after = (fmean(filter(None, own)) for own in settling)
-        settles = f"; it settles after {after:.1f} s (assumed model: {before:.1f} s)"
     return (
         f"Recordings with a friction to rely on: by the assumed model {_known(declared)}, by the model"
-        f" found {_known(found)}{settles}."
+        f" found {_known(found)}."
     )
 
 
 def _known(tracks: Sequence[FrictionTrack]) -> str:
-    """In how many recordings friction is known, and in how many of them to the end."""
-    ends = [track.last_usable for track in tracks if track.last_usable is not None]
-    to_end = sum(track.last_usable == track.t.size - 1 for track in tracks)
-    return f"{len(ends)} of {len(tracks)}" + f" ({to_end} to the end)" * (to_end < len(ends))
+    """In how many recordings friction is known, since when, and in how many of them not to the end."""
+    known = [track for track in tracks if track.last_usable is not None]
+    if not known:
+        return f"none of {len(tracks)}"
+    first = sorted(float(track.t[np.argmax(track.usable)]) for track in known)
+    since = " to ".join(dict.fromkeys(f"{at:.1f}" for at in (first[0], first[-1])))
+    part = sum(track.last_usable != track.t.size - 1 for track in known)
+    ends = f"; {part} not to the end" * bool(part)
+    return f"{len(known)} of {len(tracks)} (first after {since} s{ends})"
 
 
 def error_to_quote(diagnosis: Diagnosis) -> str:

@@ -39,13 +39,14 @@ def stiffness_note(k: float, recording: Recording) -> str:
     ratio, declared = stiffness_ratio(k, recording), recording.tyre.k
     if ratio == 1:
         return ""
+    factor = max(ratio, 1 / ratio)
     off = f"{100 * abs(ratio - 1):.0f} % {'above' if ratio > 1 else 'below'}"
     high, low, long = ("high", "low", "short") if ratio > 1 else ("low", "high", "long")
     note = (
         f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {off if 0.1 < ratio < 2 else f'{ratio:.2g} times'} the"
         f" declared one: if the torque reads too {high} (unit, gear ratio between sensor and wheel),"
-        f" friction is told too {high} by up to that factor; if the declared half-length of the contact"
-        f" is too {long}, by a factor of {max(ratio, 1 / ratio) ** (1 / 3):.2g} at most; if the tyre is"
+        f" friction is told too {high} by up to a factor of {factor:.2f}; if the declared half-length of"
+        f" the contact is too {long}, by a factor of {factor ** (1 / 3):.2g} at most; if the tyre is"
         f" like that, or the angle reads too {low}, friction is right"
     )
     refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)

@@ -106,7 +106,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert text.endswith("\nNot known: Friction in c and d; friction in b after 7.0 s.")
-    assert "(3) something unknown, in the 2.37 % of the torque's range that remain.\nGain: T" in text
+    assert "(3) the rest, 2.37 % of the torque's range, without an explanation.\nGain: T" in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other speeds")
@@ -116,7 +116,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert friction_and_notes(judged) == ([], [f"{note} friction; here 2 of 4"])
     unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
     text = mail(make_diagnosis(("d",), ("c",)), unknown)
-    assert "between tyre and ground: not known on ice (from 4 recordings).\n" in text
+    assert "between tyre and ground: Not known on ice (from 4 recordings).\n" in text
     assert "so is the ±" not in text
     assert "95 of 100" not in text
 
@@ -142,8 +142,8 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     # Six of the same scatter: t of five degrees of freedom is 2.5706.
     wider = np.hypot(2.5706 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
     assert (
-        f"record ice 3 more times, at one load: ± {half:.2f} would come to about ± {wider:.2f} if"
-        in text
+        f"record ice 3 more times, at the load that matters: ± {half:.2f} would come to about"
+        f" ± {wider:.2f} if" in text
     )
     like = tuple(replace(track, mu=np.full(11, 1.2)) for track in tracks)
     same = mail(make_diagnosis(("a", "b", "d"), ("c",)), replace(judged, tracks=like))
@@ -176,7 +176,7 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert (
         "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise or friction"
         " changes with time or with the angle turned (error 4.20 % → 3.00 %; one of these, not known"
-        " which); (2) some" in other
+        " which); (2) the rest" in other
     )
     assert "which of carcass torsion or friction drift it is" in other
     assert "whether the weak signs of torque offset are chance" in text
@@ -232,12 +232,12 @@ def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
     assert benefit(make_diagnosis(), outcome) == (
-        "Recordings with a friction to rely on: by the assumed model 2 of 2 (1 to the end), by the model"
-        " found 2 of 2 (1 to the end); it settles after 1.0 s (assumed model: 4.2 s)."
+        "Recordings with a friction to rely on: by the assumed model 2 of 2 (first after 5.0 s; 1 not to"
+        " the end), by the model found 2 of 2 (first after 5.0 s; 1 not to the end)."
     )
     never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
-    assert "assumed model 1 of 2, by" in benefit(make_diagnosis(), once)
+    assert "assumed model 1 of 2 (first after 5.0 s), by" in benefit(make_diagnosis(), once)
     none = replace(outcome, tracks=(*never, *TRACKS[:2]))
     assert "assumed model 0 of 2, by" in benefit(make_diagnosis(), none)
     assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
@@ -257,14 +257,14 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     assert reservation(diagnosis) in text
     assert notes_beside(diagnosis, text) == ["c got worse"]
     assert notes_beside(diagnosis, "") == [note, "c got worse"]
-    assert reservation(make_diagnosis()).startswith("If a declared tolerance or the model is wrong,")
+    assert reservation(make_diagnosis()).startswith("The ± counts the tolerances")
 
 
 def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:
-    outcome = replace(make_outcome("c"), slide_speed=0.00182)
-    text = mail(make_diagnosis(), outcome)
-    assert " at 1.8 mm/s sliding (from 4 recordings)" in text
-    assert "mm/s sliding" not in mail(make_diagnosis(), make_outcome("c"))
+    known = replace(make_outcome("c"), tracks=TRACKS)
+    text = mail(make_diagnosis(), replace(known, slide_speed=0.00182))
+    assert "At 1.8 mm/s sliding, " in text
+    assert "mm/s sliding" not in mail(make_diagnosis(), known)
 
 
 @pytest.mark.parametrize(
@@ -294,7 +294,7 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(found,))) == (
         f"(1) {told} (error 4.30 % → 3.00 %; the gain is not luck, this cause likely but not proven);"
-        " (2) something unknown, in the 2.37 % of the torque's range that remain."
+        " (2) the rest, 2.37 % of the torque's range, without an explanation."
     )
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")
@@ -377,14 +377,14 @@ def test_an_error_step_by_step_is_told_where_one_judge_gave_them_all() -> None:
 def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -> None:
     tracks = (*TRACKS[:2], replace(TRACKS[0], name="c", mu=np.full(11, 1.3)))
     outcome = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c")})
-    for ratio, way in ((1.6, "down to 0.75 on ice"), (0.5, "up to 2.40 on ice")):
+    for ratio, way in ((1.6, "about 0.75 on ice"), (0.5, "about 2.40 on ice")):
         diagnosis = replace(make_diagnosis(("a", "b"), ("c",)), stiffness_ratio=ratio)
         (label, line), *_ = lines_to_send(diagnosis, outcome)
         assert label == "Friction between tyre and ground"
         assert line.startswith("Provisional until torque and half-length are checked: 1.20 ± ")
-        assert line.endswith(f"; {way} if the torque's scale is wrong.")
+        assert line.endswith(f"is wrong by as much as k suggests, {way}.")
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
-    assert "; up to 2 times as much if the torque's" in mail(diagnosis, alone)
+    assert "k suggests, about 2 times as much." in mail(diagnosis, alone)
     sound = replace(diagnosis, stiffness_ratio=1.0)
     assert "Provisional" not in mail(sound, outcome)
     # Where no friction was estimated, what was found comes first.
@@ -425,8 +425,7 @@ def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_
     outcome = replace(make_outcome(), tracks=(*tracks, *more), grounds=both)
     told = order_with_load(outcome, replace(diagnosis, series=series))
     assert told.startswith(
-        "On ice and snow, friction falls from recording to recording with the load, in an order that"
-        " chance gives in 1 of 7200 cases. Within a recording, all that the search sees of it, load"
+        "On ice and snow, recordings at higher load gave lower friction (by chance in 1 of 7200 cases);"
     )
     unnamed = replace(outcome, grounds={"": (*names, *both["snow"])})
     assert order_with_load(unnamed, replace(diagnosis, series=series)) == ""
