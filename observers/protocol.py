@@ -99,8 +99,12 @@ class Status(IntFlag):
 
     @property
     def remedy(self) -> str:
-        """Meaning and remedy, one clause per flag; empty for `USED`."""
-        return "; ".join(text for flag, text in _REMEDIES.items() if flag in self)
+        """Meaning and remedy, one clause per flag; empty for `USED`.
+
+        On its bound mu tells something only once it is acquired.
+        """
+        told = self & ~Status.BOUND if Status.ACQUIRING in self else self
+        return "; ".join(text for flag, text in _REMEDIES.items() if flag in told)
 
 
 UNINFORMED = int(Status.ACQUIRING | Status.SUSPECT)
@@ -166,7 +170,7 @@ class Estimate:
             `Rig.slide_rate` and the present load over that of the declared patch with mu = 1; mu itself
             on the declared model. NaN before the first load, and where an observer does not state it.
         mu_eff_std: its standard deviation, from that of mu [1].
-        M_slide: the torque of that full slide [N m].
+        M_slide: the torque of that full slide [N m], as mu_eff the mean of both directions.
         nis: normalised innovation squared, the square of measured minus predicted over its variance; 1
             on average where model and tuning are right [1]. NaN without a measurement.
         status: how the sample was treated.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from brushgrip.estimation.scale_by_direction import single_friction, with_checked_scale
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.settings import ChosenTuning
-from brushgrip.wording.friction import last_uncontradicted
+from brushgrip.wording.friction import last_uncontradicted, unexplained
 from identification import FoundModel, Recording, Standstills
 from observers import (
     AligningTorque,
@@ -101,7 +101,7 @@ def model_observer(
         model, values, rig = Model(), {"k": recording.tyre.k}, recording.rig
     elif recording.standstills is not None:
         raise InvalidInputError(
-            "--model is of a wheel on a rig; a car has the declared one, leave it out"
+            "a car takes no model.json: its model is the vehicle file; leave the model out"
         )
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
@@ -293,7 +293,7 @@ def friction_track(
         mu_std=estimates.mu_eff_std,
         usable=estimates.usable,
         changes=estimates.t[estimates.status & Status.RESET != 0],
-        inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.measured,
+        inconsistent=unexplained(estimates),
         reference=recording.tyre.mu,
         last_status=Status(int(estimates.status[-1])),
         usable_share=estimates.usable_share,

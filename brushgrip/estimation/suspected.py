@@ -60,6 +60,19 @@ def suspected_cause(
     return causes_with_map(recording, loop.suspicions, "M_z" if has_aligning_torque(recording) else "M")
 
 
+def hardly_turned(recording: Recording) -> str:
+    """That the wheel did not turn as far as any patch takes to slide; empty where it did."""
+    turn, seconds = np.ptp(recording.psi), recording.t[-1] - recording.t[0]
+    if turn >= LEAST_TURN:
+        return ""
+    return (
+        f"the wheel hardly turned: by {turn:.2g} rad in {seconds:.2g} s, where a patch slides after 0.05"
+        " to 0.3 rad (ice: less); record more, or check the unit of psi"
+    )
+
+
+LEAST_TURN = 0.02
+"""Range of the angle below which nothing can be acquired but on ice [rad]."""
 BEYOND = 1.5
 """Noise seen over noise stated from which on it is told, and residual over its white noise [1]."""
 OTHER_RATE, REGULAR = 1.5, 0.9

@@ -22,6 +22,7 @@ from brushgrip.estimation.estimates import (
 from brushgrip.estimation.suspected import (
     differing_rates,
     far_load,
+    hardly_turned,
     inconsistency_remedy,
     require_plausible,
     suspected_cause,
@@ -202,6 +203,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     of_car = recording.standstills is not None
     rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
     cause = "" if at is not None else suspected_cause(factory, recording, found, estimates)
+    if not (cause or estimates.usable.any()):
+        cause = hardly_turned(recording)
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
     if task.budget and not task.smooth:

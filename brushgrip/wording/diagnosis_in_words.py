@@ -13,7 +13,7 @@ from brushgrip.wording.formatting import (
     unrefitted_error,
 )
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
-from identification.diagnosis.found_effects import CLEAR_ERRORS, UNRECORDED_LOAD
+from identification.diagnosis.found_effects import CLEAR_BIC, CLEAR_ERRORS, UNRECORDED_LOAD
 
 GRADES: Mapping[str, str] = {
     "strong": "identified",
@@ -150,6 +150,8 @@ def _why_weak(effect: FoundEffect) -> str:
             f" ({gain[0]}; {CLEAR_ERRORS:g} are asked for): fit a recording of each ground, or judge"
             " without --holdout."
         )
+    if min(errors or 0.0, off or 0.0) >= CLEAR_ERRORS and effect.delta_bic <= CLEAR_BIC:
+        return f"Only the fit to one log demands it ({listed([*gain, *size])}), none confirms it."
     figures = f" ({listed([*gain, *size])}; {CLEAR_ERRORS:g} of each are asked for)"
     return f"It may be chance{figures * bool(gain or size)}."
 
@@ -171,7 +173,8 @@ def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
         return f"With model.json the command estimate uses {taken_from_model(found)}."
     return (
         "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
-        " a car. Declare what was found, with its tolerance, in the vehicle file."
+        " a car. Its vehicle file takes a return torque as inclination, gear friction as gear_friction,"
+        " damping as damping, each measured on plates: brushgrip identify --plates --write-vehicle."
     )
 
 

@@ -19,6 +19,8 @@ SLIPPERY = 0.15
 """Friction below which dry friction of a sensor matters [1]."""
 MIN_REPORTED_SHARE = 0.01
 """Least share of the samples for which a suspicion, or a friction on its bound, is reported [1]."""
+MIN_TOLD_TIME = 0.1
+"""Time that the torque is not explained after the last usable sample from which on it is told [s]."""
 REASONS = {
     Status.SUSPECT: "an input looks wrong",
     Status.INCONSISTENT: "the model does not explain the torque",
@@ -100,8 +102,12 @@ def last_usable(estimates: Estimates) -> int | None:
     """The last usable sample on the last ground, unless what follows contradicts it; None for none."""
     changes = np.flatnonzero(estimates.status & Status.RESET)
     begin = int(changes[-1]) if changes.size else 0
-    inconsistent = (estimates.status & Status.INCONSISTENT != 0) & estimates.measured
-    return last_uncontradicted(estimates.usable, inconsistent, begin)
+    return last_uncontradicted(estimates.usable, unexplained(estimates), begin)
+
+
+def unexplained(estimates: Estimates) -> NDArray[np.bool_]:
+    """True where model and stated error do not explain a torque that was measured, shape (n,)."""
+    return np.asarray((estimates.status & Status.INCONSISTENT != 0) & estimates.measured, dtype=np.bool_)
 
 
 def last_uncontradicted(
@@ -171,7 +177,7 @@ def estimates_summary(
         estimates: of a recording.
         noise: what mends a torque that the model does not explain, before other remedies.
         rates: of torque and angle where they differ; a sample without a torque is then no fault.
-        cause: of what looks wrong with an input, in place of all that may.
+        cause: of what looks wrong with an input, or why nothing is usable, in place of all that may.
         of_car: remedies name what a vehicle file declares.
     """
     parts = [_last_friction(estimates)]
@@ -211,7 +217,7 @@ def not_usable(
     # Whether the deviation can be believed goes before what happened to samples.
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
     flag = max(first or counts, key=lambda one: counts[one])
-    if flag is Status.SUSPECT and cause:
+    if cause:
         return counts[flag], cause
     unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
     mends = noise and not (flag is Status.SUSPECT and noise.startswith(LACKING))
@@ -253,6 +259,9 @@ def _last_friction(estimates: Estimates) -> str:
     mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
     friction = f"mu_eff = {with_95_band(mu, std)} (95 % band)"
     where = "at the end" if at == estimates.t.size - 1 else f"at {estimates.t[at]:.4g} s, last usable"
+    after = np.mean(unexplained(estimates)[at + 1 :]) if at < estimates.t.size - 1 else 0.0
+    if (seconds := float(after * (estimates.t[-1] - estimates.t[at]))) >= MIN_TOLD_TIME:
+        where += f", then not explained for {seconds:.2g} s"
     line = f"{friction} {where}, {share}"
     # On the declared model the two are the same.
     if abs(mu - estimates.mu[at]) > 5e-4:

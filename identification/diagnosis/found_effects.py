@@ -11,6 +11,7 @@ from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
+from identification.reading.vehicle_torques import return_torque_note
 from identification.residuals.residual_tests import Unexplained
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
@@ -46,13 +47,20 @@ def found_effects(
     recordings: Sequence[Recording],
     proposals: Mapping[Effects, Proposal],
     left: Unexplained,
+    *,
+    judged_apart: bool,
 ) -> tuple[FoundEffect, ...]:
-    """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`."""
+    """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`.
+
+    `judged_apart` says whether recordings were held out.
+    """
     final = steps[-1].before.fitted
     added = [step for step in steps if _adds(step, final)]
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, _ in effects_at_bounds(final)}
     standing_in = _stand_ins(added, at_bounds, left, of_car=of_car)
+    # The fit of one log of a car that leaves something open is judged by nothing.
+    unjudged = of_car and left.present and not judged_apart and len(recordings) == 1
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
     effects = []
     for step in added:
@@ -71,7 +79,7 @@ def found_effects(
         effects.append(
             FoundEffect(
                 name=effect.name,
-                summary=effect.summary,
+                summary=_summary_by_sign(effect, own),
                 family=effect.name if effect.family == "other" else effect.family,
                 scope=scope,
                 grade=grade_of(
@@ -80,6 +88,7 @@ def found_effects(
                     distance,
                     has_rivals=bool(step.indistinguishable) or like_load,
                     stands_in=effect.name in standing_in,
+                    unjudged=unjudged,
                 ),
                 standard_errors=errors,
                 deviations=distance,
@@ -92,6 +101,13 @@ def found_effects(
             )
         )
     return tuple(effects)
+
+
+def _summary_by_sign(effect: Effect, own: Mapping[str, ParameterEstimate]) -> str:
+    """What an effect is, a return torque of a car by the sign of what was found."""
+    stiffness = own.get("stiffness")
+    more = "greater" if stiffness is not None and stiffness.value > 0 else "less"
+    return effect.summary.replace("other than", f"{more} than")
 
 
 def _rivals_outside(step: SearchStep, final: Effects) -> tuple[str, ...]:
@@ -169,6 +185,7 @@ def grade_of(
     *,
     has_rivals: bool,
     stands_in: bool,
+    unjudged: bool = False,
 ) -> Grade:
     """How sure it is that an effect that was found is the one that is missing.
 
@@ -180,16 +197,18 @@ def grade_of(
         has_rivals: whether the judged data cannot distinguish it from other effects.
         stands_in: whether one of its parameters ends where its range does, or it explains less than what
             the final model leaves unexplained, see `_stand_ins`.
+        unjudged: whether nothing but the fit speaks for it, beside something unexplained.
 
     Returns:
         stands_in: it may stand in place of something unknown;
-        weak: what it gains may be chance; ambiguous: what it gains is clear, but others gain as much;
+        weak: what it gains may be chance, or nothing judges it;
+        ambiguous: what it gains is clear, but others gain as much;
         strong: none of these.
     """
     if stands_in:
         return "stands_in"
     off = math.inf if distance is None else distance
-    if not (min(standard_errors, off) >= CLEAR_ERRORS and delta_bic <= CLEAR_BIC):
+    if unjudged or not (min(standard_errors, off) >= CLEAR_ERRORS and delta_bic <= CLEAR_BIC):
         return "weak"
     return "ambiguous" if has_rivals else "strong"
 
@@ -225,7 +244,15 @@ def notes_on(
     for effect in effects:
         if UNRECORDED_LOAD in effect.indistinguishable_from:
             notes.append(f"{effect.name}: it is this, or a load that changes with the angle: record it")
-        if "stiffness" in effect.parameters and effect.parameters["stiffness"].value < 0:
+        if (stiffness := effect.parameters.get("stiffness")) is None:
+            continue
+        if recordings and (car := recordings[0].standstills) is not None:
+            own = (recordings[0].name, "return_share")
+            share = fitted.values.at(own) if own in fitted.labels else 1.0
+            judged = effect.grade in ("strong", "ambiguous")
+            found = return_torque_note(car, stiffness.value, stiffness.std or 0.0, share, judged=judged)
+            notes.append(f"{effect.name}: {found}")
+        elif stiffness.value < 0:
             notes.append(
                 f"{effect.name}: a negative stiffness, so no spring: it turns the wheel outward"
             )

@@ -5,6 +5,7 @@ import re
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from math import inf
 from pathlib import Path
 
@@ -21,6 +22,11 @@ DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""
 MIN_FACTOR, MAX_FACTOR = 1e-12, 1e12
 """Size of a factor, beyond which no unit is."""
+_WHOLE = (
+    *({"psi", "F_N", torque} for torque in ("M_z", "M")),
+    *({angle, force} for angle, force in product(("rack", "handwheel"), ("F_rack", "T_bar"))),
+)
+"""Columns without time that describe a recording."""
 _SOURCE = re.compile(
     r"(?P<sign>[+-]?)(?:(?P<factor>\d+\.?\d*(?:[eE][+-]?\d+)?)(?:/(?P<over>\d+\.?\d*))?\*)?(?P<channel>.+?)(?::(?P<unit>[^:]*))?"
 )
@@ -129,6 +135,11 @@ class SignalMap:
         return bool(self.signals or self.others or self.steering_ratio)
 
     @property
+    def is_whole(self) -> bool:
+        """Whether it names an angle, a torque and, of a wheel on a rig, its load."""
+        return any(both <= self.signals.keys() for both in _WHOLE)
+
+    @property
     def each(self) -> tuple["SignalMap", ...]:
         """This map without the others, then these."""
         return (replace(self, others=()), *self.others)
@@ -139,13 +150,16 @@ class SignalMap:
         return replace(source, ratio=self.steering_ratio)
 
     def updated(self, other: "SignalMap") -> "SignalMap":
-        """This map where the other is silent; of several maps each with each."""
-        first, *more = (
-            replace(one, signals={**mine.signals, **one.signals}, dbc=one.dbc or mine.dbc)
-            for mine in self.each
-            for one in other.each
-        )
-        return replace(first, others=tuple(more))
+        """This map where the other is silent; of several maps each with each, alike ones once.
+
+        One of the other's that is whole stands alone beside several of this.
+        """
+        joined = list[SignalMap]()
+        for mine, one in product(self.each, other.each):
+            below = {} if self.others and one.is_whole else mine.signals
+            new = replace(one, signals={**below, **one.signals}, dbc=one.dbc or mine.dbc)
+            joined += [new] * (new not in joined)
+        return replace(joined[0], others=tuple(joined[1:]))
 
     def to_dict(self) -> dict[str, object]:
         """As in a rig file."""
