@@ -1,6 +1,6 @@
 """What looks wrong with a recording, in words: its inputs, the noise of its torque, and its rates."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import islice
 
 import numpy as np
@@ -123,6 +123,19 @@ def far_load(recording: Recording, found: FoundModel) -> str:
     return (
         f"load far from the model's: {load:.0f} N, found at {least:.0f} to {greatest:.0f} N;"
         " half-length, k and effects may be others here: diagnose with a recording at this load"
+    )
+
+
+def weaker_direction(values: Mapping[str, float]) -> str:
+    """How far below mu_eff the weaker direction of a found model is; empty for less than 1 %."""
+    ratio = values.get("asymmetric_friction.ratio", 1.0)
+    below = abs(1 - ratio) / (1 + ratio)
+    if below < MIN_REPORTED_SHARE:
+        return ""
+    side = "positive" if ratio < 1 else "negative"
+    return (
+        f"friction differs by direction: mu_eff and M_slide are the mean of both; turning to {side} psi"
+        f" the ground holds {100 * below:.0f} % less"
     )
 
 
