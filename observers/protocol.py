@@ -23,8 +23,7 @@ _NUMBERS = attrgetter(*SAMPLE)
 OUTPUT = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide", "nis", "status")
 """Order of the output of an observer's step Function."""
 ESTIMATE = (*OUTPUT[:3], "informed", "usable", *OUTPUT[3:])
-"""Order of an estimate's numbers; `informed` and `usable` are 0 or 1, `status` the number of a
-`Status`."""
+"""Order of an estimate's numbers; `informed` and `usable` are 0 or 1, `status` that of a `Status`."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -99,10 +98,7 @@ class Status(IntFlag):
 
     @property
     def remedy(self) -> str:
-        """Meaning and remedy, one clause per flag; empty for `USED`.
-
-        On its bound mu tells something only once it is acquired.
-        """
+        """Meaning and remedy, one clause per flag; of `BOUND` once mu is acquired, of `USED` none."""
         told = self & ~Status.BOUND if Status.ACQUIRING in self else self
         return "; ".join(text for flag, text in _REMEDIES.items() if flag in told)
 

@@ -124,9 +124,11 @@ class PlanRequest:
             "least": self.least.value, "over": self.over.value, "observer": self.observer.value,
             "torque": self.torque.value, "tuning": tuning and tuning.to_dict(),
         }  # fmt: skip
-        chosen = {"mus": mus, "objective": self.least.value, "over": self.over.value}
         with staged_tables(inputs, finals, settings) as stages, progress() as report:
-            planned = plan(observer, target, limits, F_N, **chosen, progress=report)
+            planned = plan(
+                observer, target, limits, F_N, mus=mus, objective=self.least.value, over=self.over.value,
+                progress=report,
+            )  # fmt: skip
             if stages:
                 write_utf8(stages[0], plan_csv(planned, self.vehicle, F_N))
                 draw_plan_and_forecast(stages[1], planned)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from brushgrip.estimation.scale_by_direction import single_friction, with_checked_scale
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.settings import ChosenTuning
-from brushgrip.wording.friction import last_uncontradicted, unexplained
+from brushgrip.wording.friction import last_uncontradicted
 from identification import FoundModel, Recording, Standstills
 from observers import (
     AligningTorque,
@@ -293,7 +293,7 @@ def friction_track(
         mu_std=estimates.mu_eff_std,
         usable=estimates.usable,
         changes=estimates.t[estimates.status & Status.RESET != 0],
-        inconsistent=unexplained(estimates),
+        inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.measured,
         reference=recording.tyre.mu,
         last_status=Status(int(estimates.status[-1])),
         usable_share=estimates.usable_share,

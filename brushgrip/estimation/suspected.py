@@ -61,20 +61,15 @@ def suspected_cause(
 
 
 def hardly_turned(recording: Recording) -> str:
-    """That the wheel did not turn as far as any patch takes to slide; empty where it did."""
-    turn, seconds = np.ptp(recording.psi), recording.t[-1] - recording.t[0]
-    if turn >= LEAST_TURN:
-        return ""
-    return (
-        f"the wheel hardly turned: by {turn:.2g} rad in {seconds:.2g} s, where a patch slides after 0.05"
-        " to 0.3 rad (ice: less); record more, or check the unit of psi"
-    )
+    """That the wheel turned too little for anything but ice to slide; empty where it did."""
+    turn, seconds = np.ptp(recording.psi), np.ptp(recording.t)
+    told = f"the wheel hardly turned: by {turn:.2g} rad in {seconds:.2g} s; it slides after 0.05 rad"
+    return told * bool(turn < LEAST_TURN)
 
 
-LEAST_TURN = 0.02
-"""Range of the angle below which nothing can be acquired but on ice [rad]."""
-BEYOND = 1.5
-"""Noise seen over noise stated from which on it is told, and residual over its white noise [1]."""
+BEYOND, LEAST_TURN = 1.5, 0.02
+"""Noise seen over noise stated from which on it is told, and residual over its white noise [1]; range
+of the angle below which nothing but ice slides [rad]."""
 OTHER_RATE, REGULAR = 1.5, 0.9
 """Ratio of two rates that differ [1]; share of the periods that are alike in a rate [1]."""
 FAR_LOAD = 1.5
@@ -129,14 +124,10 @@ def far_load(recording: Recording, found: FoundModel) -> str:
 def weaker_direction(values: Mapping[str, float]) -> str:
     """How far below mu_eff the weaker direction of a found model is; empty for less than 1 %."""
     ratio = values.get("asymmetric_friction.ratio", 1.0)
-    below = abs(1 - ratio) / (1 + ratio)
-    if below < MIN_REPORTED_SHARE:
-        return ""
-    side = "positive" if ratio < 1 else "negative"
-    return (
-        f"friction differs by direction: mu_eff and M_slide are the mean of both; turning to {side} psi"
-        f" the ground holds {100 * below:.0f} % less"
-    )
+    below, side = abs(1 - ratio) / (1 + ratio), "positive" if ratio < 1 else "negative"
+    told = "friction differs by direction: mu_eff and M_slide are the mean of both; turning to"
+    told += f" {side} psi the ground holds {100 * below:.0f} % less"
+    return told * bool(below >= MIN_REPORTED_SHARE)
 
 
 def differing_rates(recording: Recording) -> str:

@@ -194,7 +194,7 @@ def locate_inputs(
     if vehicle is not None and model is not None:
         raise InvalidInputError(
             "a car takes no model.json: its model is the vehicle file; leave --model out, and declare"
-            " there what a diagnosis found (report.html names the key)"
+            " what was found there (report.html names the key)"
         )
     warn_of_another_rig(rig, model)
     own = user_effects(effects)

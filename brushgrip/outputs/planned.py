@@ -54,10 +54,7 @@ def turning(plan: Plan, vehicle: Path | None, angle: SignalSource) -> str:
 
 
 def rows_by_ground(plan: Plan, vehicle: Path | None = None) -> list[list[str]]:
-    """Friction, travel, time, greatest angle and (least) deviation of each ground; a dash for never.
-
-    Travel and angle are those of the wheel [rad], or of a car's handwheel [degrees].
-    """
+    """Rows by ground, turns of the wheel [rad] or of a car's handwheel [deg]; a dash for never."""
     table, digits = [], 3 if vehicle is None else 0
     turn = np.append(plan.path.begin, plan.path.psi)
     turn = turn if vehicle is None else np.degrees(handwheel(turn, vehicle))
@@ -72,10 +69,7 @@ _REACHED = ("travel", "time", "angle")
 
 
 def plan_document(plan: Plan, turn: Array | None = None) -> dict[str, Any]:
-    """The plan as JSON values; None where the target is not reached, and where mu is never usable.
-
-    Travel and angle count `turn`, from its beginning and at each sample, or the wheel's angle [rad].
-    """
+    """The plan as JSON values by `turn` (at the beginning, each sample) or the wheel; None for never."""
     path, grounds = plan.path, []
     turn = np.append(path.begin, path.psi) if turn is None else turn
     travel, angle = np.cumsum(np.abs(np.diff(turn))), np.abs(turn[1:] - turn[0])

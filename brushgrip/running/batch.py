@@ -204,8 +204,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     of_car = recording.standstills is not None
     rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
     cause = "" if estimates.usable.any() else hardly_turned(recording)
-    if not cause and at is None:
-        cause = suspected_cause(factory, recording, found, estimates)
+    if at is None:
+        cause = cause or suspected_cause(factory, recording, found, estimates)
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
     if task.budget and not task.smooth:

@@ -19,8 +19,6 @@ SLIPPERY = 0.15
 """Friction below which dry friction of a sensor matters [1]."""
 MIN_REPORTED_SHARE = 0.01
 """Least share of the samples for which a suspicion, or a friction on its bound, is reported [1]."""
-MIN_TOLD_TIME = 0.1
-"""Time that the torque is not explained after the last usable sample from which on it is told [s]."""
 REASONS = {
     Status.SUSPECT: "an input looks wrong",
     Status.INCONSISTENT: "the model does not explain the torque",
@@ -102,12 +100,8 @@ def last_usable(estimates: Estimates) -> int | None:
     """The last usable sample on the last ground, unless what follows contradicts it; None for none."""
     changes = np.flatnonzero(estimates.status & Status.RESET)
     begin = int(changes[-1]) if changes.size else 0
-    return last_uncontradicted(estimates.usable, unexplained(estimates), begin)
-
-
-def unexplained(estimates: Estimates) -> NDArray[np.bool_]:
-    """True where model and stated error do not explain a torque that was measured, shape (n,)."""
-    return np.asarray((estimates.status & Status.INCONSISTENT != 0) & estimates.measured, dtype=np.bool_)
+    inconsistent = (estimates.status & Status.INCONSISTENT != 0) & estimates.measured
+    return last_uncontradicted(estimates.usable, inconsistent, begin)
 
 
 def last_uncontradicted(
@@ -259,8 +253,9 @@ def _last_friction(estimates: Estimates) -> str:
     mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
     friction = f"mu_eff = {with_95_band(mu, std)} (95 % band)"
     where = "at the end" if at == estimates.t.size - 1 else f"at {estimates.t[at]:.4g} s, last usable"
-    after = np.mean(unexplained(estimates)[at + 1 :]) if at < estimates.t.size - 1 else 0.0
-    if (seconds := float(after * (estimates.t[-1] - estimates.t[at]))) >= MIN_TOLD_TIME:
+    after = (estimates.status & Status.INCONSISTENT != 0)[at + 1 :]
+    if after.sum() > MIN_REPORTED_SHARE * estimates.t.size:
+        seconds = after.mean() * (estimates.t[-1] - estimates.t[at])
         where += f", then not explained for {seconds:.2g} s"
     line = f"{friction} {where}, {share}"
     # On the declared model the two are the same.

@@ -47,20 +47,15 @@ def found_effects(
     recordings: Sequence[Recording],
     proposals: Mapping[Effects, Proposal],
     left: Unexplained,
-    *,
-    judged_apart: bool,
 ) -> tuple[FoundEffect, ...]:
-    """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`.
-
-    `judged_apart` says whether recordings were held out.
-    """
+    """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`."""
     final = steps[-1].before.fitted
     added = [step for step in steps if _adds(step, final)]
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, _ in effects_at_bounds(final)}
     standing_in = _stand_ins(added, at_bounds, left, of_car=of_car)
-    # The fit of one log of a car that leaves something open is judged by nothing.
-    unjudged = of_car and left.present and not judged_apart and len(recordings) == 1
+    # Nothing judges the fit of one log of a car, which leaves something open.
+    alone = of_car and left.present and len(recordings) == 1 and not steps[-1].before.held_out
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
     effects = []
     for step in added:
@@ -75,20 +70,20 @@ def found_effects(
         distance = distance_from_neutral(effect, own)
         like_load = hidden_load and effect.name in LIKE_LOAD
         rivals = (*_rivals_outside(step, final.model.effects), *[UNRECORDED_LOAD] * like_load)
+        less = all(one.value < 0 for one in own.values())
         proposal = proposals.get(step.after.effects)
         effects.append(
             FoundEffect(
                 name=effect.name,
-                summary=_summary_by_sign(effect, own),
+                summary=effect.summary.replace("other than", f"{'less' if less else 'more'} than"),
                 family=effect.name if effect.family == "other" else effect.family,
                 scope=scope,
                 grade=grade_of(
-                    errors,
+                    0.0 if alone else errors,
                     bic,
                     distance,
                     has_rivals=bool(step.indistinguishable) or like_load,
                     stands_in=effect.name in standing_in,
-                    unjudged=unjudged,
                 ),
                 standard_errors=errors,
                 deviations=distance,
@@ -101,13 +96,6 @@ def found_effects(
             )
         )
     return tuple(effects)
-
-
-def _summary_by_sign(effect: Effect, own: Mapping[str, ParameterEstimate]) -> str:
-    """What an effect is, a return torque of a car by the sign of what was found."""
-    stiffness = own.get("stiffness")
-    more = "greater" if stiffness is not None and stiffness.value > 0 else "less"
-    return effect.summary.replace("other than", f"{more} than")
 
 
 def _rivals_outside(step: SearchStep, final: Effects) -> tuple[str, ...]:
@@ -185,7 +173,6 @@ def grade_of(
     *,
     has_rivals: bool,
     stands_in: bool,
-    unjudged: bool = False,
 ) -> Grade:
     """How sure it is that an effect that was found is the one that is missing.
 
@@ -197,18 +184,16 @@ def grade_of(
         has_rivals: whether the judged data cannot distinguish it from other effects.
         stands_in: whether one of its parameters ends where its range does, or it explains less than what
             the final model leaves unexplained, see `_stand_ins`.
-        unjudged: whether nothing but the fit speaks for it, beside something unexplained.
 
     Returns:
         stands_in: it may stand in place of something unknown;
-        weak: what it gains may be chance, or nothing judges it;
-        ambiguous: what it gains is clear, but others gain as much;
+        weak: what it gains may be chance; ambiguous: what it gains is clear, but others gain as much;
         strong: none of these.
     """
     if stands_in:
         return "stands_in"
     off = math.inf if distance is None else distance
-    if unjudged or not (min(standard_errors, off) >= CLEAR_ERRORS and delta_bic <= CLEAR_BIC):
+    if not (min(standard_errors, off) >= CLEAR_ERRORS and delta_bic <= CLEAR_BIC):
         return "weak"
     return "ambiguous" if has_rivals else "strong"
 
@@ -244,15 +229,14 @@ def notes_on(
     for effect in effects:
         if UNRECORDED_LOAD in effect.indistinguishable_from:
             notes.append(f"{effect.name}: it is this, or a load that changes with the angle: record it")
-        if (stiffness := effect.parameters.get("stiffness")) is None:
-            continue
-        if recordings and (car := recordings[0].standstills) is not None:
-            own = (recordings[0].name, "return_share")
-            share = fitted.values.at(own) if own in fitted.labels else 1.0
-            judged = effect.grade in ("strong", "ambiguous")
-            found = return_torque_note(car, stiffness.value, stiffness.std or 0.0, share, judged=judged)
-            notes.append(f"{effect.name}: {found}")
-        elif stiffness.value < 0:
+        stiffness = effect.parameters.get("stiffness")
+        if stiffness and recordings and (car := recordings[0].standstills) is not None:
+            label = (recordings[0].name, "return_share")
+            share = fitted.values.at(label) if label in fitted.labels else 1.0
+            doubt = "; have a second log confirm it before you declare it" * (effect.grade == "weak")
+            told = return_torque_note(car, stiffness.value, stiffness.std or 0.0, share)
+            notes.append(f"{effect.name}: {told}{doubt}")
+        elif stiffness and stiffness.value < 0:
             notes.append(
                 f"{effect.name}: a negative stiffness, so no spring: it turns the wheel outward"
             )

@@ -59,7 +59,7 @@ def build_diagnosis(
     )
     estimates = _estimates(after, training, holdout)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
-    effects = found_effects(steps, estimates, training, proposals, left, judged_apart=bool(holdout))
+    effects = found_effects(steps, estimates, training, proposals, left)
     return Diagnosis(
         recordings=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),

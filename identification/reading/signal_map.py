@@ -22,11 +22,8 @@ DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""
 MIN_FACTOR, MAX_FACTOR = 1e-12, 1e12
 """Size of a factor, beyond which no unit is."""
-_WHOLE = (
-    *({"psi", "F_N", torque} for torque in ("M_z", "M")),
-    *({angle, force} for angle, force in product(("rack", "handwheel"), ("F_rack", "T_bar"))),
-)
-"""Columns without time that describe a recording."""
+_WHOLE = [{"psi", "F_N", "M_z"}, {"psi", "F_N", "M"}, {"rack", "F_rack"}, {"handwheel", "T_bar"}]
+"""Columns that describe a recording, beside its time."""
 _SOURCE = re.compile(
     r"(?P<sign>[+-]?)(?:(?P<factor>\d+\.?\d*(?:[eE][+-]?\d+)?)(?:/(?P<over>\d+\.?\d*))?\*)?(?P<channel>.+?)(?::(?P<unit>[^:]*))?"
 )
@@ -135,11 +132,6 @@ class SignalMap:
         return bool(self.signals or self.others or self.steering_ratio)
 
     @property
-    def is_whole(self) -> bool:
-        """Whether it names an angle, a torque and, of a wheel on a rig, its load."""
-        return any(both <= self.signals.keys() for both in _WHOLE)
-
-    @property
     def each(self) -> tuple["SignalMap", ...]:
         """This map without the others, then these."""
         return (replace(self, others=()), *self.others)
@@ -150,13 +142,11 @@ class SignalMap:
         return replace(source, ratio=self.steering_ratio)
 
     def updated(self, other: "SignalMap") -> "SignalMap":
-        """This map where the other is silent; of several maps each with each, alike ones once.
-
-        One of the other's that is whole stands alone beside several of this.
-        """
+        """This map where the other is silent; of several each with each, or one that is whole alone."""
         joined = list[SignalMap]()
         for mine, one in product(self.each, other.each):
-            below = {} if self.others and one.is_whole else mine.signals
+            alone = self.others and any(whole <= one.signals.keys() for whole in _WHOLE)
+            below = {} if alone else mine.signals
             new = replace(one, signals={**below, **one.signals}, dbc=one.dbc or mine.dbc)
             joined += [new] * (new not in joined)
         return replace(joined[0], others=tuple(joined[1:]))

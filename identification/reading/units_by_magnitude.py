@@ -1,6 +1,6 @@
 """Unit and sign of channels that may be columns, by the numbers in them: for a map that is proposed."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -30,11 +30,7 @@ def unit_of_period(period: float) -> str:
 
 
 def infer_units_and_sign(
-    sources: Mapping[str, SignalSource],
-    values: Mapping[str, Array],
-    geared: set[str],
-    certain: set[str],
-    mapped: Collection[str] = (),
+    sources: Mapping[str, SignalSource], values: Mapping[str, Array], geared: set[str], certain: set[str]
 ) -> tuple[dict[str, SignalSource], set[str]]:
     """The sources with inferred units and torque sign, and the columns that need a steering ratio.
 
@@ -43,7 +39,6 @@ def infer_units_and_sign(
         values: of the channels, by column, in SI where the unit is known; columns may lack.
         geared: columns whose channel belongs to the steering wheel by its name.
         certain: columns whose unit is known; it stays.
-        mapped: columns whose sign is known; it stays.
     """
     found, geared, known = (
         dict(sources),
@@ -74,7 +69,7 @@ def infer_units_and_sign(
     torque = "M_z" if "M_z" in known else "M"
     if {torque, "F_N"} <= {*known} and largest[torque] > MAX_LEVER_ARM * np.nanmedian(known["F_N"]):
         convert(torque, "mNm", 1e-3)
-    if torque not in mapped and {torque, "psi"} <= {*known} and known[torque].size == known["psi"].size:
+    if {torque, "psi"} <= {*known} and known[torque].size == known["psi"].size:
         turn, middle = np.diff(known["psi"]), (known[torque][1:] + known[torque][:-1]) / 2
         work = middle * turn * (1 if torque == "M_z" else -1)
         if np.nansum(np.abs(turn)) >= MIN_SIGN_TRAVEL:

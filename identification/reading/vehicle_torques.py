@@ -55,34 +55,22 @@ def vehicle_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
     return {n: DeclaredTorque(c, tol) for n, (c, tol) in declared.items() if tol > 0 and np.any(c)}
 
 
-def return_torque_note(
-    car: Standstills, stiffness: float, std: float, share: float, *, judged: bool
-) -> str:
-    """What a return torque beside that of the declared kingpin means, and the key that makes it.
-
-    Args:
-        car: whose it is.
-        stiffness: found beside the declared return torque [N m/rad].
-        std: its standard deviation [N m/rad].
-        share: of the declared return torque that was found with it [1].
-        judged: whether more than the fit to one log speaks for it.
-    """
+def return_torque_note(car: Standstills, stiffness: float, std: float, share: float) -> str:
+    """What a stiffness [N m/rad] beside this share of the declared return torque says of the kingpin."""
     vehicle, angle = car.vehicle, OF_LOCK * lock_angle(car.vehicle)
     growth = growth_of(vehicle, brakes=car.brakes[0]).torque * np.sin(angle) ** 2
     if not (declared := float(jacking_torque(vehicle, angle))):
         return "the declared kingpin makes no return torque: declare its inclination"
     by_stiffness = angle * (1 + growth) / declared
     factor, band = share + stiffness * by_stiffness, 2 * std * abs(by_stiffness)
-    note = f"{factor:.2f} ± {band:.2f} times the return torque of the declared kingpin, which is known"
-    note += f" to ± {2 * JACKING:.0%}"
+    note = f"{factor:.2f} ± {band:.2f} times the declared return torque, known to ± {2 * JACKING:.0%}"
     if abs(factor - 1) <= 2 * JACKING:
         return f"{note}: within its tolerance, declare nothing"
-    doubt = "" if judged else "; have a second log confirm it before you declare it"
     try:
-        mend = f"inclination = {inclination_of_return(vehicle, factor):.3f} in the vehicle file makes it"
-    except InvalidInputError:
-        mend = "no inclination makes it: check front_axle_load, wheel_radius and scrub_radius"
-    return f"{note}: beyond its tolerance; {mend}{doubt}"
+        inclination = inclination_of_return(vehicle, factor)
+    except InvalidInputError as error:
+        return f"{note}: beyond its tolerance; {error}"
+    return f"{note}: beyond its tolerance; inclination = {inclination:.3f} in the vehicle file makes it"
 
 
 def farthest_standstill_without_gear(recording: Recording) -> tuple[Recording, str]:

@@ -95,22 +95,21 @@ def inclination_of_return(vehicle: Vehicle, factor: float) -> float:
     Raises:
         InvalidInputError: no inclination in its range does.
     """
-    # Here, as scipy takes long to load.
     from scipy.optimize import brentq
 
     angle = OF_LOCK * lock_angle(vehicle)
-    wanted = factor * jacking_torque(vehicle, angle)
 
     def excess(inclination: float) -> float:
-        return float(jacking_torque(replace(vehicle, inclination=inclination), angle) - wanted)
+        torque = jacking_torque(replace(vehicle, inclination=inclination), angle)
+        return float(torque - factor * jacking_torque(vehicle, angle))
 
-    least, most = 0.0, RANGES["inclination"][1]
-    if excess(least) * excess(most) > 0:
+    try:
+        return float(brentq(excess, 0.0, RANGES["inclination"][1]))
+    except ValueError:
         raise InvalidInputError(
-            f"the return torque is {factor:.2f} times the declared one, which no kingpin inclined by"
-            f" {least:g} to {most:g} rad has; correct front_axle_load, wheel_radius or scrub_radius"
-        )
-    return float(brentq(excess, least, most))
+            f"the return torque is {factor:.2f} times the declared one, which no kingpin inclined by 0"
+            " to 0.5 rad has; correct front_axle_load, wheel_radius or scrub_radius"
+        ) from None
 
 
 def rack_force(vehicle: Vehicle, torsion_bar: Expression, motor: Expression = 0.0) -> Expression:

@@ -56,7 +56,6 @@ def test_distance_from_no_effect(
 def test_a_parameter_close_to_no_effect_is_a_hint() -> None:
     assert grade_of(9.0, -60.0, 1.4, has_rivals=False, stands_in=False) == "weak"
     assert grade_of(9.0, -60.0, 3.0, has_rivals=False, stands_in=False) == "strong"
-    assert grade_of(9.0, -60.0, 3.0, has_rivals=False, stands_in=False, unjudged=True) == "weak"
 
 
 @pytest.mark.parametrize(

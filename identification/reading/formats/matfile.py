@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.channel_matching import COLUMNS, ChannelFile, Samples
-from identification.reading.chosen_map import fitting_map
 from identification.reading.clock_and_units import tabulate
 from identification.reading.file_content import read_bytes, require_readable
 from identification.reading.rigfile import DECLARABLE
@@ -51,17 +50,11 @@ _MAX_ARRAY_SIZE = 8 * MAX_SAMPLES + _MAX_HEAD_SIZE
 
 def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
     """Read the table; other variables in the file are ignored."""
-    if signals.others:
-        signals = fitting_map(str(path), signals, list(_load(path, ())))
-    mapped = {signal.channel for signal in signals.signals.values()}
-    wanted = {*_SCALARS, *VARIABLES, *VARIABLES.values(), *mapped}
-    content = _load(path, wanted)
+    content = _load(path, {*_SCALARS, *VARIABLES.values()})
     scalars = {name: _scalar(path, name, content[name]) for name in _SCALARS if name in content}
     file = ChannelFile(
         names=list(content),
-        read=lambda name: Samples(
-            values=_vector(path, name, (content if name in wanted else _load(path, {name}))[name])
-        ),
+        read=lambda name: Samples(values=_vector(path, name, _load(path, {name})[name])),
         declared={name: value for name, value in scalars.items() if name in DECLARABLE},
         aliases={c: (VARIABLES[c], c) if c in VARIABLES else () for c in COLUMNS},
     )

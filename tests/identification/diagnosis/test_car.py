@@ -58,8 +58,7 @@ def test_a_return_torque_is_told_by_its_sign_with_the_key_that_has_it(tmp_path: 
     inclination = float(re.search(r"beyond its tolerance; inclination = ([\d.]+) in", note)[1])
 
     assert (
-        effect.summary
-        == f"a return torque {'greater' if sign > 0 else 'less'} than the declared kingpin's"
+        effect.summary == f"a return torque {'more' if sign > 0 else 'less'} than the declared kingpin's"
     )
     assert inclination == pytest.approx(other.inclination, abs=0.02)
     assert (effect.grade == "weak") == found.unexplained.present

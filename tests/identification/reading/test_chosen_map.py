@@ -111,7 +111,7 @@ def test_a_recording_that_fits_several_maps_is_refused(files: tuple[Path, Path])
 def test_a_recording_that_fits_no_map_is_held_against_the_nearest(tmp_path: Path) -> None:
     path = write(tmp_path / "c.csv", Time=T, Winkel=PSI, Moment=TORQUE, Load=LOAD)
     message = refused(read_recording, path, RIG, signals=parse_maps([CSV, LOG]))
-    assert "column Angle missing" in message
+    assert "channel psi (as 'Angle') missing" in message
     assert message.endswith("--map t=Time,psi=Winkel,M_z=-Moment,F_N=Load")
 
 

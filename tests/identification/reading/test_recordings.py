@@ -122,14 +122,6 @@ class TestCsv:
 @pytest.mark.parametrize(
     ("number", "row", "fault"),
     [
-        (1, "t,psi,F_N", "column M_z missing from the header 't,psi,F_N'; expected t,"),
-        (
-            1,
-            "t,psi,M_z",
-            "column F_N missing from the header 't,psi,M_z'; expected t,psi,M_z,F_N, optional psi_dot,M;"
-            " a load that was not recorded needs a column too, with its value [N] in every row",
-        ),
-        (1, "t psi M_z F_N", "columns t, psi, M_z, F_N missing from the header"),
         (1, "t,psi,M_z,F_N,t", "two columns are named t; one allowed"),
         (7, "0.05,abc,0,400", "psi = 'abc' is not a number; allowed: a finite number"),
         (7, "0.05,0,1_0,400", "M_z = '1_0' is not a number"),
@@ -155,6 +147,22 @@ def test_faults_of_a_row(tmp_path: Path, number: int, row: str, fault: str) -> N
     rows[number - 1] = row
 
     assert message_of(write(tmp_path, rows)).startswith(f"row {number}: {fault}")
+
+
+@pytest.mark.parametrize(
+    ("header", "fault"),
+    [
+        ("t,psi,F_N", "channel M_z missing; there are t, psi, F_N; say which is which"),
+        (
+            "t,psi,M_z",
+            "channel F_N missing; there are t, psi, M_z; a load that was not recorded needs a column"
+            " too, with its value [N] in every row",
+        ),
+        ("t psi M_z F_N", "channels t, psi, M_z, F_N missing; there are t psi M_z F_N; say"),
+    ],
+)
+def test_a_header_that_lacks_columns(tmp_path: Path, header: str, fault: str) -> None:
+    assert message_of(write(tmp_path, [header, *rows_of()[1:]])).startswith(fault)
 
 
 def test_a_header_with_another_delimiter(tmp_path: Path) -> None:

@@ -109,7 +109,7 @@ def test_a_comma_between_fields_is_no_decimal_sign(tmp_path: Path) -> None:
 def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "Zeit [s];Winkel [°];Moment [Nm];Last [kN]", delimiter=";")
     message = refused(read_recording, path, RIG)
-    assert "missing from the header 'Zeit [s],Winkel [°],Moment [Nm],Last" in message
+    assert "missing; there are Zeit [s], Winkel [°], Moment [Nm], Last [kN]; say" in message
     assert message.endswith("such as --map t=Zeit,psi=Winkel,M_z=Moment,F_N=Last")
     require_expected(read_recording(path, RIG, signals="t=Zeit,psi=Winkel,M_z=Moment,F_N=Last"))
     with pytest.raises(InvalidInputError, match="M_z=Moment"):
