@@ -55,11 +55,9 @@ def turning(plan: Plan, vehicle: Path | None, angle: SignalSource) -> str:
 
 def rows_by_ground(plan: Plan, vehicle: Path | None = None) -> list[list[str]]:
     """Rows by ground, turns of the wheel [rad] or of a car's handwheel [deg]; a dash for never."""
-    table, digits = [], 3 if vehicle is None else 0
-    turn = np.append(plan.path.begin, plan.path.psi)
-    turn = turn if vehicle is None else np.degrees(handwheel(turn, vehicle))
-    for row in plan_document(plan, turn)["grounds"]:
-        reached = ("–" if row[n] is None else f"{row[n]:.{max(digits, n == 'time')}f}" for n in _REACHED)
+    table, digits = [], dict(zip(_REACHED, (3, 3, 3) if vehicle is None else (0, 1, 0), strict=True))
+    for row in plan_document(plan, vehicle)["grounds"]:
+        reached = ("–" if row[n] is None else f"{row[n]:.{digits[n]}f}" for n in _REACHED)
         deviation = "–" if row["deviation"] is None else f"{row['deviation']:.1%}"
         table.append([f"{row['mu']:g}", *reached, deviation])
     return table
@@ -68,10 +66,11 @@ def rows_by_ground(plan: Plan, vehicle: Path | None = None) -> list[list[str]]:
 _REACHED = ("travel", "time", "angle")
 
 
-def plan_document(plan: Plan, turn: Array | None = None) -> dict[str, Any]:
-    """The plan as JSON values by `turn` (at the beginning, each sample) or the wheel; None for never."""
+def plan_document(plan: Plan, vehicle: Path | None = None) -> dict[str, Any]:
+    """The plan as JSON values, turns of the wheel [rad] or of a handwheel [deg]; None for never."""
     path, grounds = plan.path, []
-    turn = np.append(path.begin, path.psi) if turn is None else turn
+    turn = np.append(path.begin, path.psi)
+    turn = turn if vehicle is None else np.degrees(handwheel(turn, vehicle))
     travel, angle = np.cumsum(np.abs(np.diff(turn))), np.abs(turn[1:] - turn[0])
     for mu, at, forecast in zip(plan.mus, plan.reached, plan.forecasts, strict=True):
         reached = None if at is None else (travel[at], path.t[at], angle[: at + 1].max())

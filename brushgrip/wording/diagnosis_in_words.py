@@ -173,8 +173,8 @@ def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
         return f"With model.json the command estimate uses {taken_from_model(found)}."
     return (
         "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
-        " a car. Declare what was found as inclination (return torque), gear_friction or damping, best as"
-        " measured on plates: brushgrip identify --plates --write-vehicle."
+        " a car. Declare what was found as inclination (return torque), gear_friction or damping, or"
+        " measure these: brushgrip identify --plates --write-vehicle."
     )
 
 
