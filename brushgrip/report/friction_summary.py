@@ -1,15 +1,18 @@
 """Friction of a diagnosis in words: each recording, and what the figures mean."""
 
 from collections.abc import Callable, Mapping
+from itertools import combinations
 
 import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FIGURES, FrictionOutcome
-from brushgrip.wording.formatting import listed
+from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
+from brushgrip.wording.formatting import candidate_reason, listed
 from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
+from identification import Diagnosis
 from observers import Status
 from observers.planning.uncertainty_budget import REST, SLOPE
+from observers.quality.ground_friction import order_by_chance
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
 IN_PLAIN_WORDS = {
@@ -26,7 +29,7 @@ GROUP_LABELS = {"training": "training", "holdout": "validation"}
 
 
 LEAST_TOLD = 0.01
-"""Share of a variance below which a part of it is not told [1]."""
+"""Share of a variance from which on a part of it is told, and chance up to which an order is [1]."""
 
 
 def last_usable_friction(track: FrictionTrack) -> str:
@@ -55,8 +58,12 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     line = f"The ± of a recording comes from (shares of the variance): {'; '.join(parts)}."
     if any(one.further is not None for one in outcome.further().values()):
         line = f"The ± of a ground also covers how its recordings differ. {line}"
+    measurable = sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD))
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
-        line += " All recordings share the errors of lengths and load."
+        line += (
+            " All recordings share the errors of lengths and load; to measure these exactly would take"
+            f" off {100 * measurable:.0f} %."
+        )
     return line
 
 
@@ -71,13 +78,57 @@ def usable_until(track: FrictionTrack) -> str:
         return f"{since} to the end{gaps}"
     why = meaning(track.last_status)
     if at is None and track.usable.any() and not track.changes.size:
-        return f"{_share(track)}, but contradicted later: {meaning(Status.INCONSISTENT)}"
+        return f"{_lasted(track)}, but contradicted later: {meaning(Status.INCONSISTENT)}"
     if at is None and track.usable.any():
         since = f"{track.changes[-1]:.1f} s"
-        return f"{_share(track)}, but not since a new ground was noticed at {since}: {why}"
+        return f"{_lasted(track)}, but not since a new ground was noticed at {since}: {why}"
     if at is None:
         return f"never: {why}"
     return f"{since} to {track.t[at]:.1f} of {track.t[end]:.1f} s{gaps}; then {why}"
+
+
+def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
+    """That friction goes with the load from recording to recording, in sentences; else empty."""
+    tracks, loads = outcome.tracks_of(EKF_FOUND), median_loads(diagnosis)
+    known = {
+        ground: [
+            (loads[n], t.mu[t.last_usable])
+            for n in names
+            if n in loads and (t := tracks.get(n)) and t.last_usable is not None
+        ]
+        for ground, names in outcome.grounds.items()
+        if ground
+    }
+    chance, falls = order_by_chance(list(known.values()))
+    if chance > LEAST_TOLD:
+        return ""
+    law = [c for c in diagnosis.candidates if c.name == "load_dependent_friction"]
+    tried = [
+        f" Within a recording, all that the search sees of it, load dependent friction was tried:"
+        f" {candidate_reason(diagnosis, c)}."
+        for c in law
+    ]
+    return (
+        f"On {listed([ground for ground, own in known.items() if len(own) > 1])}, friction"
+        f" {'falls' if falls else 'rises'} from recording to recording with the load, in an order that"
+        f" chance gives in 1 of {1 / chance:.0f} cases.{''.join(tried)}"
+    )
+
+
+def grounds_alike(outcome: FrictionOutcome) -> str:
+    """Which grounds these recordings do not tell apart, in a sentence; empty for none."""
+    further = outcome.further()
+    pairs = list(combinations([g for g, one in further.items() if one.further is not None], 2))
+    same = [f"{a} from {b}" for a, b in pairs if not further[a].differs_from(further[b], len(pairs))]
+    return f" These recordings do not tell {listed(same, 'or')}: the difference may be chance." * bool(
+        same
+    )
+
+
+def median_loads(diagnosis: Diagnosis) -> dict[str, float]:
+    """The median load of each recording that has one [N]."""
+    loads = {s.name: s.F_N[np.isfinite(s.F_N)] for s in diagnosis.series}
+    return {name: float(np.median(load)) for name, load in loads.items() if load.size}
 
 
 def goes_pale(outcome: FrictionOutcome) -> bool:
@@ -86,8 +137,9 @@ def goes_pale(outcome: FrictionOutcome) -> bool:
     return any((np.diff(track.usable.astype(int)) < 0).any() for track in tracks)
 
 
-def _share(track: FrictionTrack) -> str:
-    return f"{100 * track.usable_share:.0f} %"
+def _lasted(track: FrictionTrack) -> str:
+    """How long a track is usable in all."""
+    return f"for {float(np.diff(track.t, append=track.t[-1])[track.usable].sum()):.1f} s only"
 
 
 def _percent(share: float | None, digits: int) -> str:
@@ -115,19 +167,14 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
         "As a share of μ_eff, median of the informed samples: the 95 % band reaches twice as far to"
         " either side.",
     ),
-    "coverage": (
-        "bands around the last value",
-        lambda share: _percent(share, 0),
-        "Share of the informed samples whose 95 % band holds the last estimate. Far below 95 % the bands"
-        " are too narrow; near 100 % proves nothing, as the EKF is compared with itself.",
-    ),
     "reference_coverage": (
         "bands around the fitted value",
         lambda share: _percent(share, 0),
-        "The same for the friction that was afterwards fitted to the whole recording.",
+        "Share of the informed samples whose 95 % band holds the friction that was afterwards fitted to"
+        " the whole recording, which is no independent measurement. Far below 95 % they are too narrow.",
     ),
 }
-"""Label, text and meaning of each of `FIGURES`."""
+"""Label, text and meaning of those of `FIGURES` that compare the EKF with more than itself."""
 
 
 def friction_group_labels(outcome: FrictionOutcome) -> list[str]:
@@ -140,8 +187,7 @@ def friction_quality_rows(outcome: FrictionOutcome) -> list[tuple[str, list[str]
     rows = []
     groups = list(outcome.groups().values())[::-1]
     stages = outcome.stages.values()
-    for figure in FIGURES:
-        label, text, words = _FIGURE_TEXTS[figure]
+    for figure, (label, text, words) in _FIGURE_TEXTS.items():
         cells = []
         for names in groups:
             pair = " → ".join(text(outcome.mean_figures(stage, names)[figure]) for stage in stages)
@@ -150,19 +196,3 @@ def friction_quality_rows(outcome: FrictionOutcome) -> list[tuple[str, list[str]
             cells.append(pair + f" ({known} of {len(names)})" * (known < len(names)))
         rows.append((label, cells, words))
     return rows
-
-
-def ground_spreads(outcome: FrictionOutcome) -> str:
-    """How much the recordings on each ground differ, in a sentence; empty where that is not known."""
-    before, after = (outcome.spread(stage) for stage in outcome.stages.values())
-    parts = [
-        f"{_percent(before[ground], 1)} → {_percent(after[ground], 1)} on {ground}"
-        for ground in before
-        if before[ground] is not None
-    ]
-    if not parts:
-        return ""
-    return (
-        f"Between recordings the last estimates differ by {listed(parts)}: their standard deviation over"
-        " their mean, all recordings."
-    )

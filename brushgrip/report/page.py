@@ -102,7 +102,6 @@ def _contents(
     """Anchors and titles of the sections that the page has, in order."""
     sections = [
         ("recordings", "Friction by recording", outcome is not None),
-        ("send", "To send", outcome is not None),
         ("causes", "What was found", True),
         ("friction", "Settling and coverage", outcome is not None),
         ("tracks", "Friction over time", bool(friction)),
@@ -191,7 +190,6 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
     environment.filters |= words
     environment.globals |= words | {
         "grades": diagnosis_in_words.GRADES,
-        "LEFT_OUT": scope.LEFT_OUT,
         "picture": lambda name: _data_address(folder / name, drawings.get(name)),
     }
     return environment

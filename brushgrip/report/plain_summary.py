@@ -1,12 +1,10 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
-from collections.abc import Iterable
 from math import sqrt
 from statistics import fmean
 
-from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.report.friction_summary import band_shares, last_usable_friction
+from brushgrip.report.friction_summary import band_shares, grounds_alike, last_usable_friction
 from brushgrip.report.scope import (
     LEFT_OUT,
     benefit,
@@ -17,7 +15,12 @@ from brushgrip.report.scope import (
     several_mechanisms,
     validity,
 )
-from brushgrip.wording.diagnosis_in_words import is_unconfirmed, rest_is_larger
+from brushgrip.wording.diagnosis_in_words import (
+    headline,
+    is_unconfirmed,
+    proposed_recordings,
+    rest_is_larger,
+)
 from brushgrip.wording.formatting import (
     band_decimals,
     listed,
@@ -28,7 +31,7 @@ from brushgrip.wording.formatting import (
 )
 from brushgrip.wording.friction import further_recording, narrowed_by, prediction_band
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import UNRECORDED_LOAD
+from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
 from observers import GroundFriction
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
@@ -36,9 +39,13 @@ from observers.quality.tolerances import OF_LENGTHS
 
 MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
-MAX_STEPS = 3
+MAX_STEPS = 4
 """What to do next that is told."""
-IN_FURTHER = "in 95 of 100 further recordings of this kind on this ground"
+CHECKS = (
+    "at the rig, check three things: the torque, with a known weight on a lever; the gear ratio between"
+    " sensor and wheel; the half-length of the contact, on a print. If one is wrong, correct it and run"
+    " this again, as the result is then void; if all are right, declare the stiffness found"
+)
 ADDRESSED = {SLOPE: (SLOPE, OF_LENGTHS)}
 """Parts of a band that a remedy lowers, where they are more than the one that it is of."""
 
@@ -57,99 +64,78 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
     return known, notes
 
 
-def friction_statements(outcome: FrictionOutcome | None) -> list[tuple[str, str]]:
-    """For a page: friction of each ground that has a band, and what it is of, or that none is known."""
-    if outcome is None:
-        return []
-    further = outcome.further()
-    never = [ground for ground in filter(None, outcome.grounds) if ground not in further]
-    return [
-        (
-            f"{ground}: friction {prediction_band(one)}{at_speed(outcome)}",
-            _next_recording(outcome, ground, one),
-        )
-        for ground, one in further.items()
-        if one.further is not None
-    ] + [
-        (f"{ground}: friction not known", "no recording on it ends with a value to rely on")
-        for ground in never
-    ]
-
-
-def at_speed(outcome: FrictionOutcome) -> str:
-    """The sliding speed that friction is stated at, behind a blank; empty where unknown."""
-    return f" at {1e3 * outcome.slide_speed:.2g} mm/s sliding" if outcome.slide_speed else ""
-
-
-def _next_recording(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:
-    """Ends of the band, what lies between them, and how far the recordings differ."""
-    half = friction.further or 0.0
-    # Of the rounded figures, so that they agree with the ± beside them.
-    middle, half = round(friction.mu_eff, 2), round(half, 2)
-    low, high = max(0.0, middle - half), middle + half
-    values = _last_values(outcome, ground)
-    gave = f"its {friction.recordings} recordings gave {min(values):.2f} to {max(values):.2f}"
-    why = ", which makes most of the ±" * bool(_differences(outcome, ground, friction))
-    return f"between {low:.2f} and {high:.2f} {IN_FURTHER}; {gave}{why}"
-
-
-def _ending_early(tracks: Iterable[FrictionTrack]) -> list[FrictionTrack]:
-    """Tracks whose last usable sample is not their last."""
-    return [track for track in tracks if track.last_usable not in (None, track.t.size - 1)]
-
-
 def lines_to_send(
-    diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = ""
+    diagnosis: Diagnosis, outcome: FrictionOutcome | None, warning: str = ""
 ) -> list[tuple[str, str]]:
-    """A mail, each line a label and a text: friction, how sure, what for, cause, what is open, to do."""
-    count = len(outcome.before)
-    grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
-    known = any(track.last_usable is not None for track in outcome.tracks_of(EKF_FOUND).values())
-    scale = "; ice has about 0.1, dry asphalt about 1" * known
-    friction = f"{grounds}{at_speed(outcome)} (from {count} recording{'s' * (count != 1)}{scale})."
-    steps = next_steps(diagnosis, outcome)
+    """A mail, each line a label and a text: friction, how sure, to do, what for, cause, what is open."""
+    told = outcome or FrictionOutcome(before={}, after={}, grounds={})
+    known = any(track.last_usable is not None for track in told.tracks_of(EKF_FOUND).values())
+    steps = next_steps(diagnosis, told)
     numbered = [f"({i}) " * (len(steps) > 1) + step for i, step in enumerate(steps, 1)]
+    sure = f"{_holds(told)} {reservation(diagnosis)}" if known else " ".join(doubts(diagnosis))
+    missing = missing_effects(diagnosis)
+    finding = {LEFT_OUT: missing} if missing else {"Result": headline(diagnosis)}
     lines = {
         "Note": warning,
-        "Friction between tyre and ground": friction,
-        "How sure": f"{_holds(outcome)} {reservation(diagnosis)}" * known,
+        **(
+            {"Friction between tyre and ground": _friction(diagnosis, told, known=known)}
+            if outcome
+            else finding
+        ),
+        "How sure": sure,
+        "To do": sentence(";\n".join(numbered)),
         "Valid for": validity(diagnosis),
-        LEFT_OUT: missing_effects(diagnosis),
-        "Gain": " ".join(filter(None, (benefit(diagnosis, outcome), error_to_quote(diagnosis)))),
-        "Not known": sentence("; ".join(_open_questions(diagnosis, outcome))),
-        "To do": sentence("; ".join(numbered)),
+        **finding,
+        "Gain": " ".join(filter(None, (benefit(diagnosis, told), error_to_quote(diagnosis)))),
+        "Not known": sentence("; ".join(_open_questions(diagnosis, told))),
     }
     return [(label, text) for label, text in lines.items() if text]
+
+
+def _friction(diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool) -> str:
+    """Friction of every ground, and what it is where the torque reads as wrong as k seems to say."""
+    count, ratio = len(outcome.before), diagnosis.stiffness_ratio
+    speed = f" at {1e3 * outcome.slide_speed:.2g} mm/s sliding" if outcome.slide_speed else ""
+    grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
+    line = f"{grounds}{speed} (from {count} recording{'s' * (count != 1)})"
+    if not known or ratio == 1:
+        return f"{line}."
+    bands = {g: one for g, one in outcome.further().items() if one.further is not None}
+    other = [f"{one.mu_eff / ratio:.2f} on {ground}" for ground, one in bands.items()]
+    value = listed(other) if len(bands) == len(outcome.grounds) else f"{1 / ratio:.2g} times as much"
+    until = f"{'down' if ratio > 1 else 'up'} to {value} if the torque's scale is wrong"
+    return f"Provisional until torque and half-length are checked: {line}; {until}."
 
 
 def _holds(outcome: FrictionOutcome) -> str:
     """How often the ± of the grounds and of the recordings that are named holds, and why it is wide."""
     further = outcome.further()
     bands = [one.further is not None for one in further.values()]
-    within = [IN_FURTHER] * any(bands)
+    within = ["in 95 of 100 further recordings of this kind on this ground"] * any(bands)
     if len(further) < len(outcome.grounds) or not all(bands):
         named = " where a recording is named" * any(bands)
         within.append(f"the true value{named} in 95 of 100 cases")
     wide = [
-        f" Most of the ±{f' on {ground}' * bool(ground)} comes from {differ}."
+        f" Most of the ± on {ground} comes from {differ}."
         for ground, one in further.items()
         if (differ := _differences(outcome, ground, one))
     ]
-    return f"The ± holds {', and '.join(within)}.{''.join(wide)}"
+    shared = ", but not for a shared error beyond the tolerances"
+    return f"The ± holds {', and '.join(within)}{shared}.{''.join(wide)}{grounds_alike(outcome)}"
 
 
 def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:
     """How recordings on a ground differ, where that is most of its band's variance; else empty."""
     if (friction.scatter_share or 0.0) <= 0.5:
         return ""
-    values = _last_values(outcome, ground)
-    return f"how {len(values)} recordings differ ({min(values):.2f} to {max(values):.2f})"
-
-
-def _last_values(outcome: FrictionOutcome, ground: str) -> list[float]:
-    """Friction at the last usable sample of each recording on a ground that has one [1]."""
     tracks = [outcome.tracks_of(EKF_FOUND)[name] for name in outcome.grounds[ground]]
-    return [float(t.mu[t.last_usable]) for t in tracks if t.last_usable is not None]
+    values = [float(t.mu[t.last_usable]) for t in tracks if t.last_usable is not None]
+    scatter = friction.scatter or 0.0
+    times = sqrt(friction.scatter_share or 0.0) * (friction.further or 0.0) / scatter
+    return (
+        f"how {len(values)} recordings differ ({min(values):.2f} to {max(values):.2f}, with a standard"
+        f" deviation of {scatter:.2f}, counted {times:.1f} times as they are few)"
+    )
 
 
 def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
@@ -160,17 +146,15 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     tracks = outcome.tracks_of(EKF_FOUND)
     steps = []
     if doubts(diagnosis):
-        steps.append(
-            "check the torque with a known weight, the load and the contact's half-length; if all are"
-            " right, declare the stiffness k that was found"
-        )
+        where = "stiffness in the vehicle file" if diagnosis.of_car else "k under [tyre] in the rig file"
+        steps.append(f"{CHECKS} ({where})")
     never = [name for name, track in tracks.items() if track.last_usable is None]
     # A model that misses more than it has found is why friction is not known.
     if never and not rest_is_larger(diagnosis):
         steps.append(
             f"record {listed(never)} again, turning to and fro until the wheel slides both ways"
         )
-    if len(tracks) == 1:
+    if len(diagnosis.recordings) + len(diagnosis.holdout) == 1:
         steps.append("make a second recording, without which nothing judges the result")
     if like_load := [
         plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from
@@ -179,7 +163,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
             f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )
     apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
-    proposed = f"stands under “Next recording”, which would tell {apart}"
+    proposed = f"stands under “Next recording”: expected to tell {apart}"
     if diagnosis.unexplained.present:
         steps.append(
             "as something unknown remains, record at other speeds, angles and loads"
@@ -200,7 +184,24 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     weak = [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
     if weak and not steps:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
-    return steps[:MAX_STEPS] or [_to_narrow(diagnosis, outcome)]
+    assumed = any(note.startswith(ASSUMED) for note in diagnosis.notes)
+    to_declare = ["at the rig, measure what is assumed, and declare it with its tolerance"] * assumed
+    more = _more_recordings(outcome)
+    steps = steps[: MAX_STEPS - len(more)] or [_to_narrow(diagnosis, outcome)]
+    return [*steps, *more, *to_declare][:MAX_STEPS]
+
+
+def _more_recordings(outcome: FrictionOutcome) -> list[str]:
+    """That more recordings narrow the widest ± of those that are wide by how recordings differ."""
+    wide = {g: one for g, one in outcome.further().items() if (one.scatter_share or 0.0) > 0.5}
+    if not wide:
+        return []
+    ground, one = max(wide.items(), key=lambda own: own[1].further or 0.0)
+    count, half = one.recordings, one.further or 0.0
+    return [
+        f"record {ground} {count} more times, at one load: ± {half:.2f} would come to about"
+        f" ± {one.further_with(2 * count):.2f} if they differ as much"
+    ]
 
 
 def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
@@ -226,10 +227,10 @@ def not_separable(effect: FoundEffect) -> str:
 
 def told_apart(diagnosis: Diagnosis) -> str:
     """Which effects the proposed recordings would tell from which, and from which not."""
-    proposals = [(e, e.experiment) for e in diagnosis.effects if e.experiment and e.experiment.feasible]
-    pairs = [f"{plain(e.name)} from {plain(proposal.rival)}" for e, proposal in proposals]
-    more = any(set(e.indistinguishable_from) - {proposal.rival} for e, proposal in proposals)
-    return listed(pairs) + "; other explanations stay open" * more
+    proposed = proposed_recordings(diagnosis)
+    pairs = [f"{plain(e.name)} from {plain(p.rival)} ({at})" for at, (e, p) in proposed.items()]
+    more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
+    return listed(pairs) + "; rivals less near stay open" * more
 
 
 def _at_best(outcome: FrictionOutcome, cause: str) -> str:
@@ -267,7 +268,8 @@ def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]
     tracks = outcome.tracks_of(EKF_FOUND).values()
     if never := [track.name for track in tracks if track.last_usable is None]:
         parts.append(f"friction in {listed(never)}")
-    if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in _ending_early(tracks)]:
+    ending = [t for t in tracks if t.last_usable not in (None, t.t.size - 1)]
+    if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in ending]:
         parts.append(f"friction in {listed(early)}")
     for e in diagnosis.effects:
         rivals = listed([plain(name) for name in (e.name, *e.indistinguishable_from)], "or")

@@ -7,13 +7,20 @@ from brushgrip.outputs.console import print_table, print_text, say
 from brushgrip.report.friction_summary import (
     friction_group_labels,
     friction_quality_rows,
-    ground_spreads,
     widest_causes,
 )
 from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
 from brushgrip.report.scope import notes_beside
 from brushgrip.report.tables import friction_by_ground
-from brushgrip.wording.diagnosis_in_words import GRADES, explained_grade, headline, mechanism, use_of
+from brushgrip.wording.diagnosis_in_words import (
+    GRADES,
+    experiment_in_words,
+    explained_grade,
+    headline,
+    mechanism,
+    proposed_recordings,
+    use_of,
+)
 from brushgrip.wording.formatting import (
     candidate_reason,
     error_columns,
@@ -78,17 +85,16 @@ def print_diagnosis(
     for effect in diagnosis.effects:
         if effect.grade != "strong":
             print_text(f"{plain(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
-    for effect in diagnosis.effects:
-        if effect.experiment:
-            label = "next recording" if effect.experiment.feasible else "not separable"
-            print_text(f"{label}: {sentence(effect.experiment.sentence)}")
+    for letter, (_, proposal) in proposed_recordings(diagnosis).items():
+        print_text(f"next recording {letter}: {experiment_in_words(proposal)}")
+    for proposal in (e.experiment for e in diagnosis.effects if e.experiment):
+        if not proposal.feasible:
+            print_text(f"not separable: {experiment_in_words(proposal)}")
     if outcome:
         figures = [(label, *values) for label, values, _ in friction_quality_rows(outcome)]
         headings = ("figure", *friction_group_labels(outcome))
         title = "Friction by the assumed model → by the model found, mean over recordings"
         print_table(title, headings, figures, right=True)
-        if spreads := ground_spreads(outcome):
-            print_text(spreads)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     to_send = lines_to_send(diagnosis, outcome, warning) if outcome else []
     for note in notes_beside(diagnosis, " ".join(text for _, text in to_send)):

@@ -1,7 +1,9 @@
 """What a report's friction is valid for, and what the model found changes, in plain words."""
 
 from collections.abc import Mapping, Sequence
-from operator import add
+from itertools import groupby
+from operator import add, itemgetter
+from statistics import fmean
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
-from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, rest_is_larger
+from brushgrip.wording.diagnosis_in_words import CLEAR, UNPROVEN, is_unconfirmed, rest_is_larger
 from brushgrip.wording.formatting import (
     judged_error_percentages,
     listed,
@@ -19,13 +21,13 @@ from brushgrip.wording.formatting import (
     sentence,
 )
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import ASSUMED, OFF_STIFFNESS
-from observers.estimates import BAND_STDS
+from identification.diagnosis.found_effects import ASSUMED
+from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from symbolic import EFFECTS, InvalidInputError
 
 LEFT_OUT = "What the assumed tyre model leaves out"
 """Label of `missing_effects`."""
-CERTAIN = "practically certain"
+CERTAIN = "the gain is not luck, this cause likely but not proven"
 """Of a gain that is as good as certainly no chance."""
 OVER_SPEED = "friction over speed"
 MECHANISMS = {
@@ -66,10 +68,10 @@ def validity(diagnosis: Diagnosis) -> str:
     at = ""
     if known.size and not diagnosis.of_car:
         low, high = f"{known.min():.0f}", f"{known.max():.0f}"
-        at = f", at a load of {low} N" if low == high else f", at loads of {low} to {high} N"
+        at = f", at a load of {low} N" if low == high else f", at momentary loads of {low} to {high} N"
     return (
         f"a wheel that stands still and is turned as in these recordings{at}; not for driving speed,"
-        " rain or other ground."
+        " rain or other ground (for orientation, at driving speed ice has about 0.1, dry asphalt 1)."
     )
 
 
@@ -92,21 +94,24 @@ def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
 
 def missing_effects(diagnosis: Diagnosis) -> str:
     """What the assumed model leaves out (`LEFT_OUT`); empty where nothing is certain."""
-    clear, weak = (
-        [effect for effect in diagnosis.effects if effect.grade in grades]
-        for grades in (CLEAR, ("weak",))
-    )
-    if not clear:
+    if not any(effect.grade in CLEAR for effect in diagnosis.effects):
         return ""
-    causes: dict[str, str] = {}
-    for effect in (*clear, *weak):
-        cause = _cause(diagnosis, effect)
-        causes.setdefault(cause, _sureness(effect, cause))
-    told = [f"{cause} ({sure})" for cause, sure in causes.items()]
+    told, (kind, before, after) = [], judged_error_percentages(diagnosis)
+    before += " "
+    causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
+    for cause, group in groupby(causes, key=itemgetter(1)):
+        effects = [effect for effect, _ in group]
+        # What each left out in turn shows is not known step by step.
+        fall = f"error {before}→ {percent(effects[-1].holdout_nrmse_after)}; " * (kind != "left-out")
+        before = ""
+        if cause:
+            clearest = min(effects, key=lambda effect: effect.grade not in CLEAR)
+            told.append(f"{cause} ({fall}{_sureness(clearest, cause)})")
+        else:
+            names = listed([plain(effect.name) for effect in effects])
+            told.append(f"{names} in place of something unknown ({fall}{UNPROVEN})")
     if diagnosis.unexplained.present:
-        unknown = (
-            f"something unknown, worth {percent(diagnosis.unexplained.structured)} of the torque's range"
-        )
+        unknown = f"something unknown, in the {after} of the torque's range that remain"
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
     numbers = [f"({i}) " * (len(told) > 1) for i in range(1, len(told) + 1)]
     return f"{'; '.join(map(add, numbers, told))}."
@@ -136,8 +141,15 @@ def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
 
 
 def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
-    """What an effect does: friction over speed by its curve, others by the library."""
-    return friction_over_speed(diagnosis) if effect.family == OVER_SPEED else effect.summary
+    """What an effect does: friction over speed by its curve, others by the library, with their size."""
+    if effect.family == OVER_SPEED:
+        return friction_over_speed(diagnosis)
+    summary = effect.summary
+    ratio = effect.parameters.get("ratio") if effect.name == "asymmetric_friction" else None
+    if ratio:  # Of friction at rising over that at falling angle.
+        less, way = min(ratio.value, 1 / ratio.value), "rises" if ratio.value < 1 else "falls"
+        summary += f", {100 * (1 - less):.0f} % lower while the angle {way}"
+    return f"{'looks like: ' * (effect.grade == 'stands_in')}{summary}"
 
 
 def friction_over_speed(diagnosis: Diagnosis) -> str:
@@ -149,12 +161,13 @@ def friction_over_speed(diagnosis: Diagnosis) -> str:
     if not change or (steps * change < 0).any():
         return MECHANISMS[OVER_SPEED]
     verb, decades = "rises" if change > 0 else "falls", np.log10(curve.x / curve.x[0])
+    where = f" from {1e3 * curve.x[0]:.2g} to {1e3 * curve.x[-1]:.2g} mm/s, in a typical recording"
     line = curve.y[0] + change * decades / decades[-1]
     if np.abs(curve.y - line).max() > STRAIGHT * abs(change):
-        return f"friction {verb} with the speed of sliding"
+        return f"friction {verb} with the speed of sliding{where}"
     slope = abs(change) / decades[-1]
     size = f"{slope:.2f}" if slope >= 0.005 else "less than 0.01"
-    return f"friction {verb} by {size} for each tenfold sliding speed"
+    return f"friction {verb} by {size} for each tenfold sliding speed{where}"
 
 
 def several_mechanisms(effect: FoundEffect) -> bool:
@@ -167,28 +180,26 @@ def _family_of(name: str) -> str:
 
 
 def benefit(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
-    """What the model found changes for friction, in one sentence; empty where it changes nothing."""
+    """What the model found changes for friction, in a sentence; empty where it changes nothing."""
     declared, found = (list(outcome.tracks_of(label).values()) for label in (EKF_DECLARED, EKF_FOUND))
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
         return ""
+    settling = [[quality.settling for quality in stage.values()] for stage in outcome.stages.values()]
+    settles = ""
+    if None not in settling[0] + settling[1]:
+        before, after = (fmean(filter(None, own)) for own in settling)
+        settles = f"; it settles after {after:.1f} s (assumed model: {before:.1f} s)"
     return (
-        f"Recordings with a friction to rely on: by the assumed model {_known(declared)}, by"
-        f" the model found {_known(found)}."
+        f"Recordings with a friction to rely on: by the assumed model {_known(declared)}, by the model"
+        f" found {_known(found)}{settles}."
     )
 
 
 def _known(tracks: Sequence[FrictionTrack]) -> str:
-    """Of how many recordings friction is known, and how closely."""
-    halves = [
-        BAND_STDS * float(track.mu_std[track.last_usable])
-        for track in tracks
-        if track.last_usable is not None
-    ]
-    count = f"{len(halves)} of {len(tracks)}"
-    if not halves or not np.isfinite(halves).all():
-        return count
-    low, high = f"{min(halves):.2f}", f"{max(halves):.2f}"
-    return f"{count} (± {low if low == high else f'{low} to {high}'})"
+    """In how many recordings friction is known, and in how many of them to the end."""
+    ends = [track.last_usable for track in tracks if track.last_usable is not None]
+    to_end = sum(track.last_usable == track.t.size - 1 for track in tracks)
+    return f"{len(ends)} of {len(tracks)}" + f" ({to_end} to the end)" * (to_end < len(ends))
 
 
 def error_to_quote(diagnosis: Diagnosis) -> str:
@@ -197,15 +208,18 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
     count = len(diagnosis.holdout)
     judged = {
         "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit (though used to pick"
-        " the effects)",
+        " the effects, so not independent)",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
     stages = (diagnosis.before, diagnosis.after)
     nothing = [percent(stage.summary()["holdout_torque_nrmse_unrefitted"]) for stage in stages]
-    changes = [" → ".join(pair if diagnosis.effects else pair[1:]) for pair in (adjusted, nothing)]
-    stage = ", refitted → found," * bool(diagnosis.effects)
-    line = (
-        f"Torque error{stage} on {judged}: {changes[0]} of range with each one's own friction adjusted"
+    changes = [" → ".join(pair if diagnosis.effects else pair[1:]) for pair in (nothing, adjusted)]
+    stage = ", assumed model with k refitted → model found," * bool(diagnosis.effects)
+    scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
+    own = listed(["friction", *map(plain, sorted(scopes))])
+    unrefitted = f"{changes[0]} of range with nothing adjusted, " * bool(diagnosis.after.unrefitted)
+    return (
+        f"Torque error{stage} on {judged}: {unrefitted}{changes[1]}{' of range' * (not unrefitted)}"
+        f" with each one's {own} adjusted, lengths and load within their tolerances."
     )
-    return f"{line}{f', {changes[1]} with nothing adjusted' * bool(diagnosis.after.unrefitted)}."

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from markupsafe import Markup
 
 from brushgrip.estimation.estimates import FrictionTrack
@@ -13,9 +12,9 @@ from brushgrip.report.friction_summary import (
     friction_group_labels,
     friction_quality_rows,
     last_usable_friction,
+    median_loads,
     usable_until,
 )
-from brushgrip.report.scope import summary_of
 from brushgrip.wording.diagnosis_in_words import GRADES, plain_parameter
 from brushgrip.wording.formatting import (
     all_worse,
@@ -30,6 +29,7 @@ from brushgrip.wording.formatting import (
     signed,
     torque_value,
 )
+from brushgrip.wording.friction import CONTRADICTED
 from identification import Diagnosis, Signature
 
 
@@ -55,13 +55,13 @@ class ReportTable:
 def friction_by_ground(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
     tracks, named = friction.tracks_of(EKF_FOUND), any(friction.grounds)
-    loads = {s.name: s.F_N[np.isfinite(s.F_N)] for s in diagnosis.series}
+    loads = median_loads(diagnosis)
     rows = [
         (
             *(
                 name,
                 *[ground or "–"][:named],
-                f"{np.median(loads[name]):.0f}" if loads[name].size else "–",
+                f"{loads[name]:.0f}" if name in loads else "–",
                 last_usable_friction(tracks[name]),
             ),
             usable_until(tracks[name]),
@@ -71,9 +71,12 @@ def friction_by_ground(friction: FrictionOutcome, diagnosis: Diagnosis) -> Repor
         if name in tracks
     ]
     return ReportTable(
-        caption="Friction μ_eff ± 95 % band by the EKF on the model found: latest value to rely on, and"
-        " when there is one" + "; --ground NAME says it for a further recording too" * (not named),
-        headings=("recording", *["ground"][:named], "mean load [N]", "μ_eff", "usable"),
+        caption="Friction μ_eff of each recording ± 95 % band: the last reliable value, and when it is"
+        " reliable (EKF on the model found). It counts unless the samples after it that the model does"
+        f" not explain are more than {CONTRADICTED:g} times the reliable ones"
+        + "; --ground NAME says it for a further recording too"
+        * (not named),
+        headings=("recording", *["ground"][:named], "median load [N]", "μ_eff", "reliable"),
         rows=rows,
         words=(1, 4) if named else (3,),
     )
@@ -93,31 +96,11 @@ def friction_meaning(friction: FrictionOutcome) -> ReportTable:
     )
 
 
-def settling_by_recording(friction: FrictionOutcome) -> ReportTable:
-    """How each recording's estimate came to its end."""
-
-    def pair(name: str, figure: str) -> str:
-        values = [getattr(stage[name], figure) for stage in friction.stages.values()]
-        return " → ".join("–" if v is None else f"{v:.1f}" for v in values)
-
-    rows = [
-        (name, "validation" if name in friction.holdout else "training", pair(name, "settling"))
-        for names in friction.grounds.values()
-        for name in names
-    ]
-    return ReportTable(
-        caption="Each recording: by the assumed model → by the model found",
-        headings=("recording", "used for", "time to settle [s]"),
-        rows=rows,
-        words=(1,),
-        narrow=True,
-    )
-
-
-def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
-    """Friction by every observer at its last usable sample."""
+def friction_by_observer(tracks: Sequence[FrictionTrack], recordings: int) -> ReportTable:
+    """Friction by every observer at its last usable sample, of some of so many recordings."""
     labels = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
     alike: dict[tuple[str, ...], list[str]] = {}
+    names = {t.name for t in tracks}
     for t in tracks:
         reference = "–" if t.reference is None else f"{t.reference:.3f}"
         alike.setdefault((t.name, last_usable_friction(t), reference, usable_until(t)), []).append(
@@ -125,7 +108,8 @@ def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
         )
     return ReportTable(
         caption="Friction μ_eff ± 95 % band at the last usable sample; observers that agree share a row"
-        + (f". Reference: {listed(list(labels))}" if labels else ""),
+        + f"; {len(names)} of {recordings} recordings" * (len(names) < recordings)
+        + (f". Reference: {listed(list(labels))} afterwards" if labels else ""),
         headings=("recording", "observer", "μ_eff", "reference", "usable"),
         rows=[
             (name, listed(observers), friction, reference, usable)
@@ -174,7 +158,8 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
             ]
         )
     return ReportTable(
-        caption="Root mean square torque error of each recording, in N m and in % of its torque range",
+        caption="Root mean square torque error of each recording,, N m and % of its range; refitted to"
+        " training alone, k may suit a validation recording worse",
         headings=[*headings, *[""][: len(worse)]],
         rows=rows,
         words=(1,),
@@ -190,7 +175,12 @@ def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
         " exceeds in 1 of 100 cases, * beyond it",
         headings=("signal", "refitted", "found", "usual cause"),
         rows=[
-            (s.signal, _correlation(s), _correlation(after[s.signal]), s.reading if s.stands_out else "")
+            (
+                s.signal,
+                _correlation(s),
+                _correlation(after[s.signal]),
+                s.reading.removeprefix("usually ") if s.stands_out else "",
+            )
             for s in before
         ],
         words=(3,),
@@ -236,19 +226,19 @@ def effects(diagnosis: Diagnosis) -> ReportTable:
         caption="In order of selection; error and ΔBIC of each beside those above it, all fitted to the"
         " whole recordings",
         headings=(
-            *("effect", "grade", "description", "belongs to", "parameters ± standard deviation"),
+            *("effect", "grade", "belongs to", "parameters ± standard deviation"),
             *("error with it", "ΔBIC", "indistinguishable from"),
         ),
         rows=[
             (
-                *(plain(e.name), GRADES[e.grade], summary_of(diagnosis, e), e.scope),
+                *(plain(e.name), GRADES[e.grade], e.scope),
                 parameters(e.parameters),
                 *(percent(e.holdout_nrmse_after), signed(e.delta_bic)),
                 listed([plain(name) for name in e.indistinguishable_from], "or") or "–",
             )
             for e in diagnosis.effects
         ],
-        words=(1, 2, 3, 4, 7),
+        words=(1, 2, 3, 6),
     )
 
 
@@ -257,13 +247,15 @@ def all_parameters(diagnosis: Diagnosis) -> ReportTable:
     held_out = tuple(f" [{name}]" for name in diagnosis.holdout)
     owners: dict[tuple[str, str], list[str]] = {}
     for name, estimate in diagnosis.parameters.items():
+        if name.startswith("mu ["):  # Of the model's own law, not to be quoted.
+            continue
         label, owner = plain_parameter(name)
         known = quantity(estimate) + " *" * name.endswith(held_out)
         text = known if estimate.std is not None else f"{known}, not determined by these recordings"
         owners.setdefault((label, text), []).append(owner)
     labels = [label for label, _ in owners]
     return ReportTable(
-        caption="All parameters of the model found ± standard deviation of the fit."
+        caption="Parameters of the model found (but its internal μ) ± standard deviation of the fit."
         " *: of a validation recording; shared parameters were kept fixed, so the ± is too small",
         headings=("parameter", "of", "value"),
         rows=sorted(

@@ -48,7 +48,7 @@ from brushgrip.wording.friction import (
 )
 from brushgrip.wording.remarks import BETWEEN, remark
 from identification import Recording, read_rig
-from identification.diagnosis.found_effects import stiffness_note
+from identification.diagnosis.found_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers
 from observers import ESTIMATE, Estimates, Status, ground_friction
 from symbolic import BrushgripError, InvalidInputError

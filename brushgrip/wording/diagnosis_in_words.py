@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from string import ascii_uppercase
 
 from brushgrip.wording.formatting import (
     judged_error_percentages,
@@ -10,10 +11,13 @@ from brushgrip.wording.formatting import (
     percent,
     plain,
     quantity,
+    sentence,
     unrefitted_error,
+    with_degrees,
 )
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
 from identification.diagnosis.found_effects import CLEAR_BIC, CLEAR_ERRORS, UNRECORDED_LOAD
+from identification.experiments.proposals import Proposal
 
 GRADES: Mapping[str, str] = {
     "strong": "identified",
@@ -22,6 +26,8 @@ GRADES: Mapping[str, str] = {
     "stands_in": "stand-in",
 }
 """Words for the grades; a stand-in takes the place of something unknown."""
+UNPROVEN = "unproven, not to be built on"
+"""Of a stand-in."""
 CLEAR = ("strong", "ambiguous")
 """Grades of effects that are said to be missing."""
 COMMON_NAMES = {
@@ -120,8 +126,8 @@ def explained_grade(effect: FoundEffect) -> str:
     match effect.grade:
         case "stands_in":
             if effect.at_bound:
-                return "Its best value is at the allowed limit."
-            return "It removes less error than remains unexplained."
+                return f"Its best value is at the allowed limit: {UNPROVEN}."
+            return f"It removes less error than remains unexplained: {UNPROVEN}."
         case "weak":
             return _why_weak(effect)
         case "ambiguous":
@@ -130,6 +136,18 @@ def explained_grade(effect: FoundEffect) -> str:
             return f"{fall}, but {listed(rivals, 'or')} would explain as much."
         case "strong":
             return f"{fall}, and no other effect with as few parameters does as well."
+
+
+def proposed_recordings(diagnosis: Diagnosis) -> dict[str, tuple[FoundEffect, Proposal]]:
+    """Recordings that would tell an effect from a rival, by letters."""
+    pairs = [(e, e.experiment) for e in diagnosis.effects if e.experiment and e.experiment.feasible]
+    return dict(zip(ascii_uppercase, pairs, strict=False))
+
+
+def experiment_in_words(proposal: Proposal) -> str:
+    """A proposed experiment with angles in degrees too, and which way to turn first."""
+    words = with_degrees(sentence(proposal.sentence))
+    return f"{words} {proposal.manoeuvre.first_stroke}" if proposal.feasible else words
 
 
 def is_unconfirmed(effect: FoundEffect) -> bool:
@@ -196,8 +214,10 @@ def taken_from_model(found: FoundModel) -> str:
         parts.append("k of the ground")
     kept = basis is not None and basis.explains_nothing
     if found.error is not None and not kept:
-        whole = "the torque of full slide" if found.error.relative is None else "half the torque range"
-        parts.append(f"the model's error, {percent(found.error.share)} of {whole}")
+        full_slide = found.error.relative is None
+        whole = "the torque of full slide" if full_slide else "the torque's range"
+        share = found.error.share * (1 if full_slide else 0.5)
+        parts.append(f"the model's error, {percent(share)} of {whole}")
     line = listed(parts)
     if own:
         line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"

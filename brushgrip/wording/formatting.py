@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from statistics import fmean
 from typing import Any, TypeGuard
@@ -50,6 +51,17 @@ def sentence(text: str) -> str:
         text = plain(name) + colon + rest
     text = text[:1].upper() + text[1:]
     return text if not text or text[-1] in ".!?" else f"{text}."
+
+
+def with_degrees(text: str) -> str:
+    """The text with every angle and rate in rad in degrees behind it."""
+
+    def degrees(found: re.Match[str]) -> str:
+        own = re.sub(r"[\d.]+", lambda one: f"{math.degrees(float(one[0])):.2g}°", found[1])
+        return f"{found[0]} ({own}{found[2] or ''})"
+
+    number = r"[−±]?\d[\d.]*"
+    return re.sub(rf"({number}(?:(?:, | and | to ){number})*) rad(/s)?", degrees, text)
 
 
 def percent(share: float | None) -> str:

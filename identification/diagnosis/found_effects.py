@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.diagnosis.found_stiffness import stiffness_notes
 from identification.diagnosis.result_parts import Errors, FoundEffect, Grade
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
@@ -22,15 +23,14 @@ from identification.selection.criteria import (
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
-from symbolic.tables.found_model import is_of_other_scale
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which the judged error has to fall, and deviations that a parameter has to be off
 its neutral value, for a finding."""
 CLEAR_BIC = -6.0
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
-ASSUMED, OFF_STIFFNESS = "assumed, as nobody declared a tolerance", "the stiffness k is"
-"""How the notes on what counts as known within the usual tolerance, and on k beyond its own, begin."""
+ASSUMED = "assumed, as nobody declared a tolerance"
+"""How the note on what counts as known within the usual tolerance begins."""
 UNRECORDED_LOAD = "unrecorded_load"
 """Stands beside the effects that one may be, where the recorded load is constant."""
 LIKE_LOAD = ("steering_return", "torque_offset", "asymmetric_friction")
@@ -212,7 +212,7 @@ def notes_on(
     fits to held-out recordings, too), k beyond its own, a load that may be what an effect seems to be, a
     stiffness that no spring has, and a fit that did not converge.
     """
-    notes = _stiffness(fitted, recordings)
+    notes = stiffness_notes(fitted, recordings)
     notes += [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
         for when, old, new in (
@@ -254,33 +254,13 @@ def assumed_tolerances(recordings: Sequence[Recording]) -> str:
     missing = [
         names.get(name, name)
         + (f" ± {100 * usual:g} %" if name in ("load", "k") else f" ± {1000 * usual:g} mm")
+        + " of the value used" * (name == "k")
         for name, usual in USUAL.items()
         if any(getattr(r.rig.tolerances, name) is None for r in recordings)
     ]
     if not missing:
         return ""
     return f"{ASSUMED}: {', '.join(missing)}"
-
-
-def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
-    """Notes on k beyond its tolerance; see `OFF_STIFFNESS`."""
-    notes = [stiffness_note(fitted.values.of(recording)["k"], recording) for recording in recordings]
-    return list(dict.fromkeys(filter(None, notes)))
-
-
-def stiffness_note(k: float, recording: Recording) -> str:
-    """What a found stiffness [N/m^2] beyond the tolerance of the declared one means; empty within."""
-    declared, tolerance = recording.tyre.k, recording.rig.tolerances.k
-    within = USUAL["k"] * declared if tolerance is None else tolerance
-    if abs(k - declared) <= max(within, AT_BOUND * declared):
-        return ""
-    note = (
-        f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {k / declared:.2g} times the declared one: if that is"
-        " not the tyre's, the torque's unit or gear, the load or the half-length is wrong, and friction"
-        " may be off by that factor"
-    )
-    refused = is_of_other_scale(k, declared, tolerance)
-    return f"{note}; estimate refuses this model" if refused else note
 
 
 def _at_their_tolerances(fitted: Fit) -> list[str]:

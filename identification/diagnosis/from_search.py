@@ -8,6 +8,7 @@ import numpy as np
 from identification.diagnosis.error_stages import error_on_unseen_of, errors_of
 from identification.diagnosis.family_curves import found_families
 from identification.diagnosis.found_effects import found_effects, notes_on
+from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, Errors, Series
 from identification.experiments.proposals import Proposal
@@ -50,13 +51,9 @@ def build_diagnosis(
     everything = [*training, *holdout]
     trials = before, after = steps[0].before, steps[-1].before
     fitted = after.fitted
-    errors_before, errors_after = (
-        errors_of(trial, training, holdout, left) for trial, left in zip(trials, left_out, strict=True)
-    )
-    error_before, error_after = (
-        error_on_unseen_of(trial, training, holdout, left)
-        for trial, left in zip(trials, left_out, strict=True)
-    )
+    judged = [(trial, training, holdout, left) for trial, left in zip(trials, left_out, strict=True)]
+    errors_before, errors_after = (errors_of(*one) for one in judged)
+    error_before, error_after = (error_on_unseen_of(*one) for one in judged)
     estimates = _estimates(after, training, holdout)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
     effects = found_effects(steps, estimates, training, proposals, left)
@@ -82,6 +79,7 @@ def build_diagnosis(
         series=_series(before, after, everything, holdout),
         notes=notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),
         criteria=criteria,
+        stiffness_ratio=farthest_stiffness_ratio(fitted, training),
         model_error_before=error_before,
         model_error=error_after,
     )

@@ -53,6 +53,7 @@ class Diagnosis:
             was fitted to, held out or left out in turn; None where there is no such recording.
         model_error: the same of the final model.
         of_car: whether the recordings are of cars, whose mean wheels these are.
+        stiffness_ratio: k over the declared one where that is farthest off [1]; 1 within tolerance.
     """
 
     recordings: tuple[str, ...]
@@ -75,6 +76,7 @@ class Diagnosis:
     model_error_before: ModelError | None = None
     model_error: ModelError | None = None
     of_car: bool = False
+    stiffness_ratio: float = 1.0
 
     def __repr__(self) -> str:
         """One line: the recordings, and the effects that were found."""

@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from identification.reading.recordings import Recording
+from identification.reading.shortened_recordings import MIN_REVERSAL
 from symbolic.array_alias import Array
 
 SAMPLE_PERIOD = 0.02
@@ -83,6 +84,15 @@ class Manoeuvre:
     def signals(self) -> Array:
         """psi, psi_dot, F_N, dt as rows, as `symbolic.simulate` takes them, shape (4, n)."""
         return np.vstack([self.psi, self.psi_dot, self.F_N, np.full(self.t.size, SAMPLE_PERIOD)])
+
+    @property
+    def first_stroke(self) -> str:
+        """Where it begins and which way it turns first, in a sentence."""
+        way = self.psi[np.argmax(np.abs(self.psi - self.psi[0]) > MIN_REVERSAL)] - self.psi[0]
+        back = np.flatnonzero(way * np.diff(self.psi) < 0)
+        ends = self.psi[0], self.psi[back[0] if back.size else -1]
+        begin, to = (f"{round(float(np.degrees(angle)))}°".replace("-", "−") for angle in ends)
+        return f"It begins at {begin} and turns to {to} first."
 
     @property
     def seconds(self) -> float:

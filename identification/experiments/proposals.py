@@ -12,7 +12,7 @@ from identification.fits.fitting import Fit
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
-from identification.selection.criteria import SelectionCriteria
+from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic.array_alias import Array
 
 PATIENCE = 600.0
@@ -35,6 +35,7 @@ class Proposal:
         times: number of repetitions; None where not even `PATIENCE` would do.
         standard_errors: by how many the paired test over seconds would then distinguish the two, on all
             recordings; after one repetition where `times` is None [1].
+        needed: standard errors from which on it does [1].
     """
 
     found: str
@@ -47,6 +48,7 @@ class Proposal:
     noise: float
     times: int | None
     standard_errors: float
+    needed: float = DEFAULT_CRITERIA.clear
 
     @property
     def feasible(self) -> bool:
@@ -66,7 +68,7 @@ class Proposal:
         often = f", {self.times} times" if self.times > 1 else ""
         return (
             f"{self.manoeuvre.instruction}{often}: {one} and {other} then {differ}, with all recordings"
-            f" {self.standard_errors:.1f} standard errors"
+            f" {self.standard_errors:.1f} standard errors, of which {self.needed:g} are needed"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -116,6 +118,7 @@ def proposal_from_torques(
         noise=present.noise,
         times=times,
         standard_errors=_standard_errors(difference, present, times or 1, criteria.block),
+        needed=criteria.clear,
     )
 
 

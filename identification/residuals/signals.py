@@ -1,6 +1,6 @@
 """Signals of a recording that a residual may follow, and what each means."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -221,6 +221,24 @@ def effects_leaving(signal: Signal, sign: int, effects: Iterable[Effect]) -> tup
         and (signal.differs_by_recording or signature.sign in (0, sign))
     ]
     return tuple(name for _, name in sorted(declared, key=lambda one: one[0]))
+
+
+def reading_of(
+    signal: Signal, correlation: float, effects: Sequence[Effect], added: Sequence[Effect]
+) -> str:
+    """What a correlation with a signal means beside the effects that the model has."""
+    sign = 1 if correlation >= 0 else -1
+    signs = {e.name: {s.sign for s in e.signatures if s.signal == signal.name} for e in added}
+    against = [name for name, own in signs.items() if own == {-sign}]
+    if against and not signal.differs_by_recording:
+        return f"{_plain(against)} may be too strong there"
+    tried = effects_leaving(signal, sign, [e for e in effects if e not in added] if added else ())
+    beside = f" (tried, not added: {_plain(tried)})" * bool(tried)
+    return f"usually {signal.usual_cause(correlation)}{beside}"
+
+
+def _plain(effects: Iterable[str]) -> str:
+    return " and ".join(effects).replace("_", " ")
 
 
 def check_signatures(effects: Iterable[Effect]) -> None:

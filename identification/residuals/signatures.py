@@ -26,6 +26,7 @@ from identification.residuals.signals import (
     check_signatures,
     effects_leaving,
     motion_and_model_torque,
+    reading_of,
 )
 from symbolic import EFFECTS, Effect
 from symbolic.array_alias import Array
@@ -71,7 +72,8 @@ class Signature:
             has its own.
         size: rms of what the signal explains, over torque range [1].
         effects: candidate effects that declare it, the likeliest first; empty if there is none.
-        reading: what physics usually leaves it, in plain words.
+        reading: what usually leaves it, and which effects of that kind the search did not add; where an
+            effect of the model leaves the opposite, that it may be too strong there. In plain words.
     """
 
     signal: str
@@ -202,12 +204,13 @@ def signatures(
         each = rows.columns([signal.of(motion) for motion in motions])
         columns[signal] = each if signal.differs_by_recording else each.sum(axis=1, keepdims=True)
     noise = noise_of(rows)
-    marginal = _correlate(columns, absorbed, noise, candidates)
+    added = fits[0].model.effects if fits else ()
+    marginal = _correlate(columns, absorbed, noise, candidates, added)
     return Signatures(
         rms=rows.rms,
         autocorrelation=_autocorrelation(noise),
         signatures=marginal,
-        followed=_followed(columns, absorbed, rows, marginal, candidates),
+        followed=_followed(columns, absorbed, rows, marginal, candidates, added),
     )
 
 
@@ -228,7 +231,11 @@ class _Absorbed:
 
 
 def _correlate(
-    columns: Mapping[Signal, Array], absorbed: _Absorbed, noise: Noise, effects: Sequence[Effect]
+    columns: Mapping[Signal, Array],
+    absorbed: _Absorbed,
+    noise: Noise,
+    effects: Sequence[Effect],
+    added: Sequence[Effect],
 ) -> tuple[Signature, ...]:
     """How far the residual follows each signal."""
     every = []
@@ -246,7 +253,7 @@ def _correlate(
                 else float(slopes[0]),
                 size=abs(value) * noise.rows.rms,
                 effects=effects_leaving(signal, 1 if value >= 0 else -1, effects),
-                reading=signal.usual_cause(value),
+                reading=reading_of(signal, value, effects, added),
             )
         )
     return tuple(every)
@@ -258,6 +265,7 @@ def _followed(
     rows: Rows,
     marginal: tuple[Signature, ...],
     effects: Sequence[Effect],
+    added: Sequence[Effect],
 ) -> tuple[Signature, ...]:
     """The strongest that stands out, then the strongest in the residual that remains without it."""
     by_name = {signal.name: signal for signal in columns}
@@ -271,7 +279,7 @@ def _followed(
         followed.append(max(candidates, key=lambda s: abs(s.correlation)))
         absorbed = absorbed.extended(columns[by_name[followed[-1].signal]])
         remaining = replace(rows, residual=orthogonal_part(rows.residual, absorbed.adjusted))
-        every = _correlate(columns, absorbed, noise_of(remaining), effects)
+        every = _correlate(columns, absorbed, noise_of(remaining), effects, added)
     return tuple(followed)
 
 

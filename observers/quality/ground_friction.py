@@ -8,6 +8,7 @@ scatter, and comes on top of it undivided.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy.special import stdtrit
@@ -43,6 +44,26 @@ class GroundFriction:
             return None
         return (_scatter_half_width(self.recordings, self.scatter) / self.further) ** 2
 
+    def further_with(self, recordings: int) -> float:
+        """What `further` would be of so many recordings that scatter as these do; nan if unknown [1]."""
+        if self.scatter is None or self.further is None:
+            return float("nan")
+        own = self.further**2 - _scatter_half_width(self.recordings, self.scatter) ** 2
+        return float(np.sqrt(_scatter_half_width(recordings, self.scatter) ** 2 + max(0.0, own)))
+
+    def differs_from(self, other: "GroundFriction", comparisons: int = 1) -> bool:
+        """Whether the means differ by more than chance, of both more than one recording.
+
+        Welch's test; by chance one of so many comparisons would differ in 5 of 100 cases at most.
+        """
+        squares = [(one.scatter or 0.0) ** 2 / one.recordings for one in (self, other)]
+        whole, difference = sum(squares), abs(self.mu_eff - other.mu_eff)
+        if not whole:
+            return difference > 0
+        counts = (self.recordings - 1, other.recordings - 1)
+        freedom = whole**2 / sum(square**2 / n for square, n in zip(squares, counts, strict=True))
+        return bool(difference > stdtrit(freedom, 1 - 0.025 / comparisons) * np.sqrt(whole))
+
 
 def ground_friction(mu_eff: Sequence[float], mu_eff_std: Sequence[float]) -> GroundFriction:
     """Friction of a ground and the prediction interval for a further recording, by Student's t.
@@ -74,3 +95,24 @@ def ground_friction(mu_eff: Sequence[float], mu_eff_std: Sequence[float]) -> Gro
 def _scatter_half_width(n: int, scatter: float) -> float:
     """Half-width of the 95 % interval for one more of n values with a standard deviation [1]."""
     return float(stdtrit(n - 1, 0.975) * scatter * np.sqrt(1 + 1 / n))
+
+
+def order_by_chance(grounds: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, bool]:
+    """How likely chance orders friction by load so clearly, and whether friction falls with the load.
+
+    Kendall's test (Biometrika 30 (1938) 81), its pairs within grounds alone: by chance every order of
+    the recordings of a ground is as likely, which gives the exact distribution of its inversions.
+
+    Args:
+        grounds: load [N] and friction [1] of each recording, ground by ground.
+    """
+    chances, falls, pairs = np.ones(1), 0.0, 0
+    for own in grounds:
+        for one, other in combinations(own, 2):
+            # A pair of one load or one friction counts for either way.
+            falls += (1 - np.sign((one[0] - other[0]) * (one[1] - other[1]))) / 2
+        pairs += len(own) * (len(own) - 1) // 2
+        for place in range(2, len(own) + 1):
+            chances = np.convolve(chances, np.full(place, 1 / place))
+    tail = float(chances[: int(np.ceil(min(falls, pairs - falls))) + 1].sum())
+    return min(1.0, 2 * tail), bool(2 * falls > pairs)

@@ -21,9 +21,9 @@ TREAD = 0.8
 """Width of the contact over the tyre's nominal width [1]."""
 CORNERING = 15.0
 """Cornering stiffness over the load of a passenger car's tyre [1/rad]; [Pacejka 2012], chapter 1."""
-STD_PER_TOLERANCE = 0.75
+STD_PER_TOLERANCE = 0.68
 """Standard deviation of a declared value over its tolerance [1]: more than where it may be anywhere
-within, 0.58, so that bands hold where all values are at an end of theirs at once."""
+within, 0.58, so that bands hold for most cars with all values at an end of theirs at once."""
 RANGES: dict[str, tuple[float, float, str]] = {
     "front_axle_load": (500.0, 60e3, "N"),
     "tyre_width": (0.1, 0.4, "m"),

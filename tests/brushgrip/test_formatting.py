@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from brushgrip.running.batch import row_of
-from brushgrip.wording.diagnosis_in_words import headline, taken_from_model
+from brushgrip.wording.diagnosis_in_words import experiment_in_words, headline, taken_from_model
 from brushgrip.wording.formatting import (
     candidate_outcome,
     candidate_reason,
@@ -21,6 +21,7 @@ from brushgrip.wording.formatting import (
     residual_structure,
     sentence,
     torque_value,
+    with_degrees,
 )
 from brushgrip.wording.friction import (
     LACKING,
@@ -36,7 +37,7 @@ from identification import Candidate, FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
 from symbolic import Model, ModelBasis, ModelError, Rig, effects_named
-from tests.brushgrip.factories import make_diagnosis
+from tests.brushgrip.factories import experiment, make_diagnosis
 
 
 @pytest.mark.parametrize(
@@ -310,7 +311,7 @@ def found_model(training: int, holdout: int, **grades: str) -> FoundModel:
             replace(
                 found_model(1, 0), error=ModelError(spread=0.03, correlation_time=1.0, relative=0.04)
             ),
-            "the model's error, 4.00 % of half the torque range",
+            "the model's error, 2.00 % of the torque's range",
         ),
         (found_model(2, 0), "It stands on 2 recordings, each left out in turn judged it"),
         (found_model(4, 3), "It stands on 4 recordings, 3 validation recordings judged it"),
@@ -403,3 +404,29 @@ def test_json_is_strict() -> None:
         "c": "μ",
         "d": [True, None, 3],
     }
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("by ±0.049 rad, 8 times", "by ±0.049 rad (±2.8°), 8 times"),
+        ("of −0.24, 0.60 rad, at 0.12 rad/s", "of −0.24, 0.60 rad (−14°, 34°), at 0.12 rad/s (6.9°/s)"),
+        ("between −0.52 and 0.89 rad, 52 s", "between −0.52 and 0.89 rad (−30° and 51°), 52 s"),
+        ("k_t = 3 N m/rad", "k_t = 3 N m/rad"),
+    ],
+)  # fmt: skip
+def test_angles_are_told_in_degrees_too(text: str, words: str) -> None:
+    assert with_degrees(text) == words
+
+
+def test_a_proposed_recording_says_where_to_turn_first_and_whether_it_is_enough() -> None:
+    # It begins at rest at 0 and goes as sin t, so to 1 rad first.
+    told = experiment_in_words(experiment())
+    assert told.endswith(
+        "5.0 standard errors, of which 2 are needed. It begins at 0° and turns to 57° first."
+    )
+    backwards = experiment()
+    psi = -0.5 * backwards.manoeuvre.psi
+    backwards = replace(backwards, manoeuvre=replace(backwards.manoeuvre, psi=psi))
+    assert experiment_in_words(backwards).endswith("begins at 0° and turns to −29° first.")
+    assert "first" not in experiment_in_words(replace(backwards, times=None))

@@ -18,15 +18,13 @@ from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.report.friction_summary import (
     friction_group_labels,
     friction_quality_rows,
-    ground_spreads,
     last_usable_friction,
+    order_with_load,
     usable_until,
     widest_causes,
 )
 from brushgrip.report.plain_summary import (
-    at_speed,
     friction_and_notes,
-    friction_statements,
     lines_to_send,
     next_steps,
 )
@@ -46,6 +44,7 @@ from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
 
+RANGE = " from 0.1 to 10 mm/s, in a typical recording"
 SPREAD = (("a", -0.02), ("b", 0.0), ("c", 0.02))
 
 
@@ -70,15 +69,6 @@ def test_without_held_out_recordings_all_are_training() -> None:
     assert friction_group_labels(make_outcome()) == ["training"]
 
 
-def test_the_spread_of_a_ground_is_that_of_all_its_recordings() -> None:
-    judged = replace(make_outcome("c"), grounds={"ice": ("a", "b"), "": ("c",), "snow": ("d",)})
-
-    assert ground_spreads(judged).startswith(
-        "Between recordings the last estimates differ by 0.0 % → 0.0 % on ice:"
-    )
-    assert ground_spreads(make_outcome()) == ""
-
-
 def test_friction_is_that_of_the_last_usable_sample() -> None:
     judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     diagnosis = make_diagnosis(("a", "b", "d"), ("c",))
@@ -94,7 +84,9 @@ def test_friction_is_that_of_the_last_usable_sample() -> None:
     assert rows["d"][3] == "never: the deviation of mu is too large to act on"
     moved = replace(TRACKS[1], changes=np.array([7.5]))
     assert (moved.last_usable, last_usable_friction(moved)) == (None, "–")
-    assert usable_until(moved).startswith("27 %, but not since a new ground was noticed at 7.5 s: ")
+    assert usable_until(moved).startswith(
+        "for 3.0 s only, but not since a new ground was noticed at 7.5 s: "
+    )
     document = judged.to_dict()["after"]["recordings"]
     assert (document["b"]["last_usable"], document["b"]["usable_mu_eff"]) == (7.0, 1.1)
     assert document["c"]["usable_mu_eff"] is None
@@ -109,26 +101,24 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     )
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
-    assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings;" in text
-    assert "How sure: The ± holds the true value in 95 of 100 cases. If a declared" in text
+    assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings)." in text
+    assert "How sure: The ± holds the true value in 95 of 100 cases, but not for a shared error" in text
     assert "9.00" not in text
     assert "not for driving speed" in text
-    assert "\nNot known: Friction in c and d; friction in b after 7.0 s.\n" in text
-    assert "something unknown, worth 1.20 % of the torque's range.\nGain: Torque error" in text
+    assert text.endswith("\nNot known: Friction in c and d; friction in b after 7.0 s.")
+    assert "(3) something unknown, in the 2.37 % of the torque's range that remain.\nGain: T" in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other speeds")
     assert rest == []
-    assert text.endswith(f"To do: (1) {again}; (2) {other}.")
+    assert f"\nTo do: (1) {again};\n(2) {other}.\nValid for: " in text
     note = "note on ice: no band for a further recording yet, which takes 3 recordings with usable"
     assert friction_and_notes(judged) == ([], [f"{note} friction; here 2 of 4"])
-    assert friction_statements(judged) == []
     unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
     text = mail(make_diagnosis(("d",), ("c",)), unknown)
     assert "between tyre and ground: not known on ice (from 4 recordings).\n" in text
     assert "so is the ±" not in text
     assert "95 of 100" not in text
-    assert [value for value, _ in friction_statements(unknown)] == ["ice: friction not known"]
 
 
 def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
@@ -141,26 +131,28 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         [f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"],
         [],
     )
-    (value, ends), *others = friction_statements(judged)
-    assert value == f"ice: friction 1.20 ± {half:.2f}"
     within = "in 95 of 100 further recordings of this kind on this ground"
-    low, high = 1.2 - round(half, 2), 1.2 + round(half, 2)
-    assert ends == (
-        f"between {low:.2f} and {high:.2f} {within}; its 3 recordings gave 1.10 to 1.30, which makes"
-        " most of the ±"
-    )
-    assert others == []
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert f": 1.20 ± {half:.2f} on ice; not known (from 4" in text
     assert (
-        f"The ± holds {within}, and the true value where a recording is named in 95 of 100 cases. Most"
-        " of the ± on ice comes from how 3 recordings differ (1.10 to 1.30). " in text
+        f"The ± holds {within}, and the true value where a recording is named in 95 of 100 cases, but"
+        " not for a shared error beyond the tolerances. Most of the ± on ice comes from how 3 recordings"
+        " differ (1.10 to 1.30, with a standard deviation of 0.10, counted 5.0 times as they are few). "
+    ) in text
+    # Six of the same scatter: t of five degrees of freedom is 2.5706.
+    wider = np.hypot(2.5706 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
+    assert (
+        f"record ice 3 more times, at one load: ± {half:.2f} would come to about ± {wider:.2f} if"
+        in text
     )
     like = tuple(replace(track, mu=np.full(11, 1.2)) for track in tracks)
-    assert "most of the" not in friction_statements(replace(judged, tracks=like))[0][1]
+    same = mail(make_diagnosis(("a", "b", "d"), ("c",)), replace(judged, tracks=like))
+    assert "Most of the" not in same and "more times" not in same  # noqa: PT018
     alone = replace(judged, grounds={"ice": ("a", "b", "c")})
     text = mail(make_diagnosis(("a", "b"), ("c",)), alone)
-    assert f"The ± holds {within}. " in text, "one meaning of 95 of 100, on top and in the paragraph"
+    assert f"The ± holds {within}, but not" in text, (
+        "one meaning of 95 of 100, on top and in the paragraph"
+    )
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
 
@@ -174,15 +166,17 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     text = mail(graded, replace(make_outcome("c"), tracks=TRACKS))
 
     assert (
-        "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise (one of"
-        " these, not known which); (2) the torque channel has a zero error (may be chance); (3)" in text
+        "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise (error 4.20 % →"
+        " 3.00 %; one of these, not known which); (2) the torque channel has a zero error (error →"
+        " 2.30 %; may be chance); (3)" in text
     )
     assert "which of carcass torsion" not in text
     drift = replace(torsion, grade="ambiguous", indistinguishable_from=("friction_drift",))
     other = mail(replace(graded, effects=(drift,)), replace(make_outcome("c"), tracks=TRACKS))
     assert (
         "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise or friction"
-        " changes with time or with the angle turned (one of these, not known which); (2) some" in other
+        " changes with time or with the angle turned (error 4.20 % → 3.00 %; one of these, not known"
+        " which); (2) some" in other
     )
     assert "which of carcass torsion or friction drift it is" in other
     assert "whether the weak signs of torque offset are chance" in text
@@ -195,13 +189,13 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert "as something unknown" in next_steps(much, never)[0], "why friction is not known"
     stiff = replace(graded, notes=("the stiffness k is 4·10⁶ N/m², 1.8 times the declared one",))
     assert [step[:16] for step in next_steps(stiff, never)] == [
-        "check the torque",
+        "at the rig, chec",
         "record c and d a",
         "as something unk",
     ]
     clear = replace(graded, unexplained=replace(graded.unexplained, present=False))
     assert next_steps(clear, known)[0].startswith(
-        "record what stands under “Next recording”, which would tell carcass torsion from patch width"
+        "record what stands under “Next recording”: expected to tell carcass torsion from patch width"
     )
     nothing = replace(clear, effects=())
     assert next_steps(nothing, known) == ["nothing; no further recording is needed to find the model"]
@@ -231,19 +225,19 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
     )
     assert "whether torque offset is there, as only the fitted recordings demand it" in text
     assert "chance" not in text
-    assert "has a zero error (not confirmed)." in text
+    assert "has a zero error (error → 2.30 %; not confirmed)." in text
 
 
 def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
     assert benefit(make_diagnosis(), outcome) == (
-        "Recordings with a friction to rely on: by the assumed model 2 of 2 (± 0.10), by the model found"
-        " 2 of 2 (± 0.10)."
+        "Recordings with a friction to rely on: by the assumed model 2 of 2 (1 to the end), by the model"
+        " found 2 of 2 (1 to the end); it settles after 1.0 s (assumed model: 4.2 s)."
     )
     never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
-    assert "assumed model 1 of 2 (± 0.10), by" in benefit(make_diagnosis(), once)
+    assert "assumed model 1 of 2, by" in benefit(make_diagnosis(), once)
     none = replace(outcome, tracks=(*never, *TRACKS[:2]))
     assert "assumed model 0 of 2, by" in benefit(make_diagnosis(), none)
     assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
@@ -256,8 +250,8 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
 
     assert reservation(diagnosis) == (
         "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e (kingpin to"
-        " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 %. If that or the model is wrong,"
-        " so is the ±."
+        " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 % of the value used. If that or the model"
+        " is wrong, so is the ±."
     )
     text = mail(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
     assert reservation(diagnosis) in text
@@ -270,17 +264,16 @@ def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:
     outcome = replace(make_outcome("c"), slide_speed=0.00182)
     text = mail(make_diagnosis(), outcome)
     assert " at 1.8 mm/s sliding (from 4 recordings)" in text
-    assert at_speed(outcome) == " at 1.8 mm/s sliding"
-    assert at_speed(make_outcome("c")) == ""
+    assert "mm/s sliding" not in mail(make_diagnosis(), make_outcome("c"))
 
 
 @pytest.mark.parametrize(
     ("friction", "told"),
     [
-        ([1.0, 1.1, 1.2], "friction rises by 0.10 for each tenfold sliding speed"),
-        ([1.2, 1.1, 1.0], "friction falls by 0.10 for each tenfold sliding speed"),
-        ([1.0, 1.001, 1.002], "friction rises by less than 0.01 for each tenfold sliding speed"),
-        ([1.0, 1.0, 1.2], "friction rises with the speed of sliding"),
+        ([1.0, 1.1, 1.2], "friction rises by 0.10 for each tenfold sliding speed" + RANGE),
+        ([1.2, 1.1, 1.0], "friction falls by 0.10 for each tenfold sliding speed" + RANGE),
+        ([1.0, 1.001, 1.002], "friction rises by less than 0.01 for each tenfold sliding speed" + RANGE),
+        ([1.0, 1.0, 1.2], "friction rises with the speed of sliding" + RANGE),
         ([1.0, 1.3, 1.2], "friction changes with the speed of sliding"),
         ([1.0, 1.0, 1.0], "friction changes with the speed of sliding"),
     ],
@@ -300,11 +293,12 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
 
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(found,))) == (
-        f"(1) {told} (practically certain); (2) something unknown, worth 1.20 % of the torque's range."
+        f"(1) {told} (error 4.30 % → 3.00 %; the gain is not luck, this cause likely but not proven);"
+        " (2) something unknown, in the 2.37 % of the torque's range that remain."
     )
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")
-    assert "(how much of it is open); (2)" in missing_effects(replace(diagnosis, effects=(open_one,)))
+    assert "; how much of it is open); (2)" in missing_effects(replace(diagnosis, effects=(open_one,)))
 
 
 def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
@@ -370,3 +364,69 @@ def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:
     assert ratio == pytest.approx(1.1 * 1.05, rel=1e-9)
     tyre["asymmetric_friction.ratio"] = 1.0
     assert offline_friction(found, plain) == pytest.approx(1.2, rel=1e-6)  # type: ignore[arg-type]
+
+
+def test_an_error_step_by_step_is_told_where_one_judge_gave_them_all() -> None:
+    told = missing_effects(make_diagnosis(("a", "b"), ()))
+    assert told.startswith(
+        "(1) the tyre's body yields, or its pressure is spread otherwise (the gain is not luck"
+    )
+    assert "(error 4.20 % → 3.00 %; the gain" in missing_effects(make_diagnosis(("a", "b"), ("c",)))
+
+
+def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -> None:
+    tracks = (*TRACKS[:2], replace(TRACKS[0], name="c", mu=np.full(11, 1.3)))
+    outcome = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c")})
+    for ratio, way in ((1.6, "down to 0.75 on ice"), (0.5, "up to 2.40 on ice")):
+        diagnosis = replace(make_diagnosis(("a", "b"), ("c",)), stiffness_ratio=ratio)
+        (label, line), *_ = lines_to_send(diagnosis, outcome)
+        assert label == "Friction between tyre and ground"
+        assert line.startswith("Provisional until torque and half-length are checked: 1.20 ± ")
+        assert line.endswith(f"; {way} if the torque's scale is wrong.")
+    alone = replace(outcome, grounds={"": ("a", "b", "c")})
+    assert "; up to 2 times as much if the torque's" in mail(diagnosis, alone)
+    sound = replace(diagnosis, stiffness_ratio=1.0)
+    assert "Provisional" not in mail(sound, outcome)
+    # Where no friction was estimated, what was found comes first.
+    assert lines_to_send(sound, None)[0][0] == "What the assumed tyre model leaves out"
+    nothing = lines_to_send(make_diagnosis(found=False, unexplained=False), None)
+    assert nothing[0][1].startswith("The assumed model lacks nothing that")
+
+
+def test_grounds_that_may_be_one_are_named() -> None:
+    """Means of 1.20 and 1.25, or 1.60, with standard deviations of 0.1 of three recordings each."""
+    for middle, same in ((1.25, True), (1.6, False)):
+        values = {"a": 1.1, "b": 1.2, "c": 1.3, "d": middle - 0.1, "e": middle, "f": middle + 0.1}
+        tracks = tuple(replace(TRACKS[0], name=n, mu=np.full(11, mu)) for n, mu in values.items())
+        grounds = {"ice": ("a", "b", "c"), "snow": ("d", "e", "f")}
+        outcome = replace(make_outcome(), tracks=tracks, grounds=grounds)
+        told = "These recordings do not tell ice from snow: the difference may be chance."
+        assert (told in mail(make_diagnosis(), outcome)) is same
+
+
+def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_so() -> None:
+    names = tuple("abcde")
+    diagnosis = make_diagnosis(names, ())
+    loads = [replace(one, F_N=one.F_N + 10 * i) for i, one in enumerate(diagnosis.series)]
+    diagnosis = replace(diagnosis, series=tuple(loads))
+    values = {name: 1.0 + 0.1 * i for i, name in enumerate(names)}
+
+    def order(mu: dict[str, float], ground: str = "ice") -> str:
+        tracks = tuple(replace(TRACKS[0], name=n, mu=np.full(11, value)) for n, value in mu.items())
+        return order_with_load(
+            replace(make_outcome(), tracks=tracks, grounds={ground: names}), diagnosis
+        )
+
+    assert order(values) == "", "of five, 1 of 60"
+    both = {"ice": names, "snow": tuple("fghij")}
+    tracks = [replace(TRACKS[0], name=n, mu=np.full(11, 2.0 - mu)) for n, mu in values.items()]
+    more = [replace(t, name=n) for t, n in zip(tracks, both["snow"], strict=True)]
+    series = (*loads, *(replace(s, name=n) for s, n in zip(loads, both["snow"], strict=True)))
+    outcome = replace(make_outcome(), tracks=(*tracks, *more), grounds=both)
+    told = order_with_load(outcome, replace(diagnosis, series=series))
+    assert told.startswith(
+        "On ice and snow, friction falls from recording to recording with the load, in an order that"
+        " chance gives in 1 of 7200 cases. Within a recording, all that the search sees of it, load"
+    )
+    unnamed = replace(outcome, grounds={"": (*names, *both["snow"])})
+    assert order_with_load(unnamed, replace(diagnosis, series=series)) == ""

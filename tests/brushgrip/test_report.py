@@ -160,10 +160,11 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
     assert page.headings == [
         "What the assumed tyre model leaves out: (1) the tyre's body yields, or its pressure is spread"
-        " otherwise (practically certain); (2) the torque channel has a zero error (practically"
-        " certain); (3) something unknown, worth 1.20 % of the torque's range.",
-        "What was found",
+        " otherwise (error 4.30 % → 3.00 %; the gain is not luck, this cause likely but not proven); (2)"
+        " the torque channel has a zero error (error → 2.30 %; the gain is not luck, this cause likely"
+        " but not proven); (3) something unknown, in the 2.37 % of the torque's range that remain.",
         "Contents",
+        "What was found",
         "Friction over time",
         "Mechanisms",
         "Torque errors",
@@ -177,7 +178,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "Glossary",
     ]
     assert "Refitted: The residual follows " in page.text
-    assert "Sweep to and fro, 10 s: carcass torsion and patch width then differ" in page.text
+    assert "A: Sweep to and fro, 10 s: carcass torsion and patch width then differ" in page.text
     assert "k_t = 391.2 ± 4.2 N m/rad" in page.text
     assert "Follows psi_dot <by> 0.4 & F_N." in page.text
 
@@ -189,19 +190,22 @@ def test_the_first_screen_says_what_friction_is(tmp_path: Path) -> None:
         "utf-8"
     )
     page = Page(text)
-    first, rest = page.text.split("What was found", 1)
+    first, rest = page.text.split("What was found\n\n", 1)
 
     assert "1.20 ± 0.10" in first
     assert "Valid for: a wheel that stands still" in first
     assert "not for driving speed" in first
-    assert "Torque error, refitted → found, on 1 recording kept out of the fit (though used" in first
-    assert "4.30 % → 2.37 % of range with each one's own friction adjusted." in first
+    assert "model found, on 1 recording kept out of the fit (though used to pick the effects" in first
+    assert "4.30 % → 2.37 % of range with each one's friction and torque offset adjusted, len" in first
     assert "Simulated" not in first
     assert "never: it has not slid enough to tell" in first
     assert "friction in b after 7.0 s" in first
-    assert "Share of the informed samples whose 95 % band holds the last estimate." in rest
+    assert "Share of the informed samples whose 95 % band holds the friction that was" in rest
+    assert page.text.count("Friction between tyre and ground") == 1, "said once"
     assert "It stands on 3 recordings, 1 validation recording judged it" in rest
-    assert page.headings[1:5] == ["To send", "What was found", "Contents", "Settling and coverage"]
+    assert page.headings[0].startswith("Friction between tyre and ground: 1.10 ± 0.10 (b) and 1.20")
+    assert page.headings[1:4] == ["Contents", "Friction by recording", "What was found"]
+    assert "<title>1.10 ± 0.10 (b)".replace(" ± ", "\u00a0±\u00a0") in text
 
 
 def test_on_a_narrow_screen_every_cell_has_its_heading(full: Path) -> None:

@@ -1,5 +1,6 @@
 """What is said beside the figures: every recording that got worse, every parameter at its bound."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from identification import Recording
 from identification.diagnosis.found_effects import notes_on
+from identification.diagnosis.found_stiffness import stiffness_note, stiffness_ratio
 from identification.diagnosis.result_parts import Errors
 from identification.fits.fitting import Fit
 from identification.fits.values import Values
@@ -15,6 +17,14 @@ from symbolic import Model, Rig, Tolerances, Tyre, effects_named
 
 def errors(left_out: dict[str, float] | None = None, **nrmse: float) -> Errors:
     return Errors(rmse=nrmse, nrmse=nrmse, training=tuple(nrmse), holdout=(), left_out=left_out or {})
+
+
+def _recording(a: float = 0.045, e: float = 0.009) -> Recording:
+    zeros = np.zeros(3)
+    return Recording(
+        name="a", t=np.arange(3.0), psi=zeros, psi_dot=zeros, M_z=zeros, F_N=zeros + 400,
+        rig=Rig(a=a, e=e), tyre=Tyre(k=2.4e6),
+    )  # fmt: skip
 
 
 @pytest.fixture
@@ -108,15 +118,37 @@ def test_a_stiffness_beyond_its_tolerance(
 ) -> None:
     """It is 2e6 where 2.4e6 was declared, 17 % less; 20 % is the usual tolerance."""
     rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=tolerance))
-    zeros = np.zeros(3)
-    recording = Recording(
-        name="a", t=np.arange(3.0), psi=zeros, psi_dot=zeros, M_z=zeros, F_N=zeros + 400, rig=rig,
-        tyre=Tyre(k=2.4e6),
-    )  # fmt: skip
+    recording = replace(_recording(), rig=rig)
 
     notes = notes_on(errors(a=0.04), errors(a=0.02), fitted, [recording])
 
     assert [
-        note.startswith("the stiffness k is 2·10⁶ N/m², 0.83 times the declared one") for note in notes
+        note.startswith("the stiffness k is 2·10⁶ N/m², 17 % below the declared one") for note in notes
     ] == [True] * said
     assert any("estimate refuses this model" in note for note in notes) == refused
+
+
+@pytest.mark.parametrize("e", [0.0, 0.009, 0.03])
+@pytest.mark.parametrize("longer", [0.7, 1.25, 1.6])
+def test_what_a_wrong_torque_or_half_length_does_to_friction(e: float, longer: float) -> None:
+    """By sums over bristles: the slope of the torque at rest and its size in full slide."""
+    a = 0.045
+
+    def slope_and_size(half: float) -> tuple[float, float]:
+        x = np.linspace(-half, half, 20001)
+        pressure = half**2 - x**2
+        return float(np.mean((x - e) ** 2) * 2 * half), float(
+            np.average(np.abs(x - e), weights=pressure)
+        )
+
+    (stiff, arm), (other_stiff, other_arm) = slope_and_size(a), slope_and_size(longer * a)
+    # A tyre of k = 2.4e6 with another half-length than declared is taken for one of this k.
+    k, mu = 2.4e6 * other_stiff / stiff, other_arm / arm
+    note = stiffness_note(k, _recording(a, e))
+    assert (mu > 1) == (k > 2.4e6) == (longer > 1)
+    assert f"half-length of the contact is too {'short' if longer > 1 else 'long'}" in note
+    factor = float(re.search(r"by a factor of ([\d.]+) at most", note)[1])  # type: ignore[index]
+    assert max(mu, 1 / mu) <= factor * 1.05
+    assert f"torque reads too {'high' if k > 2.4e6 else 'low'} (" in note
+    assert stiffness_ratio(k, _recording(a, e)) == pytest.approx(k / 2.4e6)
+    assert stiffness_ratio(2.4e6, _recording(a, e)) == 1

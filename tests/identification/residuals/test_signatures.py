@@ -15,6 +15,7 @@ from identification.residuals.signals import (
     Signal,
     effects_leaving,
     motion_and_model_torque,
+    reading_of,
 )
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.selection.trials import model_of
@@ -237,6 +238,26 @@ def test_what_the_rig_plants_stands_out(effect: str, signal: str, sign: int) -> 
     assert (first.signal, np.sign(first.correlation)) == (signal, sign)
     assert effect in first.effects
     assert found.reading.startswith(f"The residual follows {signal} (")
+
+
+def test_a_cause_is_usual_and_what_was_tried_or_overdone_is_named() -> None:
+    by_name = {signal.name: signal for signal in RESIDUAL_SIGNALS}
+    every, creep = tuple(EFFECTS.values()), (EFFECTS["frictional_creep"],)
+    rate, direction = by_name[RATE], by_name[DIRECTION]
+    kingpin = "usually dry friction in the kingpin or the sensor's mount"
+    assert reading_of(direction, 0.5, every, ()) == kingpin
+    assert reading_of(direction, 0.5, every, creep) == (
+        f"{kingpin} (tried, not added: bearing friction and rate friction)"
+    )
+    only = (EFFECTS["bearing_friction"],)
+    assert reading_of(direction, 0.5, (), creep) == kingpin, "what no search tried"
+    assert reading_of(direction, 0.5, only, only) == kingpin, "what the model has"
+    # Friction that grows with speed was added, and the residual says that it falls.
+    assert reading_of(rate, -0.5, every, creep) == "frictional creep may be too strong there"
+    assert reading_of(rate, 0.5, every, creep).startswith("usually viscous damping")
+    # Of either sign, or of each recording's own, nothing is overdone.
+    either = (EFFECTS["asymmetric_friction"],)
+    assert reading_of(by_name[SIZE], -0.5, (), either).startswith("usually friction differs")
 
 
 def test_nothing_but_noise_where_nothing_is_missing() -> None:

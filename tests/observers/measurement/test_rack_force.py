@@ -81,13 +81,16 @@ def test_what_is_declared_wrong_is_not_usable_and_wrong(wrong: dict[str, float])
     assert not (found.usable & (away > 3)).any()
 
 
-def test_all_declared_values_off_at_once() -> None:
-    off = {"front_axle_load": 7200.0, "half_length": 0.04675, "contact_width": 0.1552,
-           "steering_arm": 0.12875, "gear_friction": 100.0}  # fmt: skip
-    vehicle = declared_vehicle(**off)
+@pytest.mark.parametrize(("side", "stds"), [(-1, 1.96), (1, 2.4)])
+def test_all_declared_values_off_at_once(side: int, stds: float) -> None:
+    vehicle = declared_vehicle(
+        front_axle_load=8000 * (1 + 0.1 * side), half_length=0.055 * (1 + 0.15 * side),
+        contact_width=0.16 * (1 + 0.03 * side), steering_arm=0.125 * (1 - 0.03 * side),
+        gear_friction=200 * (1 + 0.5 * side),
+    )  # fmt: skip
     found, std = final(SimulatedCar(mu=(0.8, 0.8)), vehicle=vehicle)
 
-    assert 0.15 < abs(found - 0.8) < 1.96 * std
+    assert 0.14 < abs(found - 0.8) < stds * std
 
 
 def test_other_friction_left_and_right_is_their_mean() -> None:

@@ -1,9 +1,12 @@
 """Friction of a ground: a further recording's friction lies in the band as often as it says."""
 
+from itertools import permutations, product
+
 import numpy as np
 import pytest
+from scipy.stats import ttest_ind
 
-from observers.quality.ground_friction import ground_friction
+from observers.quality.ground_friction import ground_friction, order_by_chance
 from symbolic import InvalidInputError
 
 
@@ -40,3 +43,43 @@ def test_fewer_than_three_recordings_have_no_band() -> None:
     for values, own in (([], []), ([1.0], [np.nan]), ([1.0, 1.1], [0.1])):
         with pytest.raises(InvalidInputError, match="finite mu_eff"):
             ground_friction(values, own)
+
+
+def test_more_recordings_that_scatter_alike_narrow_the_band() -> None:
+    friction = ground_friction([0.9, 1.0, 1.1], [0.05] * 3)
+    # Student's t of five degrees of freedom at 97.5 % is 2.57058.
+    six = np.hypot(2.57058 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
+    assert friction.further_with(6) == pytest.approx(six, rel=1e-5)
+    assert friction.further_with(3) == pytest.approx(friction.further)
+    assert np.isnan(ground_friction([0.9, 1.1], [0.05] * 2).further_with(6))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_grounds_differ_where_welchs_test_says_so(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    one, other = 1 + 0.1 * draw.normal(size=4), 1.15 + 0.03 * draw.normal(size=6)
+    chance = ttest_ind(one, other, equal_var=False).pvalue
+    first, second = (ground_friction(v.tolist(), [0.05] * v.size) for v in (one, other))
+    for comparisons in (1, 3):
+        assert first.differs_from(second, comparisons) == (chance < 0.05 / comparisons)
+    assert not first.differs_from(first)
+
+
+def test_an_order_is_as_likely_as_among_all_orders() -> None:
+    """Against every order of three and of four recordings."""
+
+    def inverted(orders: tuple[tuple[int, ...], ...]) -> int:
+        return sum(
+            own[i] > own[j] for own in orders for i in range(len(own)) for j in range(i, len(own))
+        )
+
+    every = list(product(permutations(range(3)), permutations(range(4))))
+    counts = np.array([inverted(orders) for orders in every])
+    for orders, falls in zip(every[::7], counts[::7], strict=True):
+        fewer = min(falls, 9 - falls)  # Of nine pairs.
+        chance = min(1.0, 2 * np.mean(counts <= fewer))
+        grounds = [[(100.0 + i, 1.0 + 0.1 * mu) for i, mu in enumerate(own)] for own in orders]
+        assert order_by_chance(grounds) == (pytest.approx(chance), falls > 4.5)
+    # One load is no order, whatever the friction.
+    assert order_by_chance([[(400.0, 1.0 + 0.1 * i) for i in range(6)]])[0] == 1.0
+    assert order_by_chance([])[0] == 1.0

@@ -174,9 +174,9 @@ def test_the_load_is_in_the_half_length_where_that_follows_from_it(half_length: 
     slides = [each.wheel_load * full_slide_arm(1.0, 0.7) * rig_of(each)[0].a for each in (car, heavy)]
     growth = np.log(slides[1] / slides[0]) / np.log(1.02)
 
-    # Standard deviations are 0.75 of a tolerance, that of the load is 10 %.
+    # Standard deviations are 0.68 of a tolerance, that of the load is 10 %.
     assert friction_uncertainties(car, brakes=True)["front_axle_load"] == pytest.approx(
-        0.075 * growth, rel=0.01
+        0.068 * growth, rel=0.01
     )
 
 
@@ -184,8 +184,8 @@ def test_the_scale_of_the_force_is_in_friction_until_the_tyres_are_identified() 
     rough = replace(CAR, tolerances=VehicleTolerances(force_scale=0.2))
     floors = [rig_of(car)[0].tolerances.of("load") ** 2 for car in (rough, CAR)]
 
-    # Standard deviations are 0.75 of a tolerance, and those of the load EVEN of one.
-    assert floors[0] - floors[1] == pytest.approx((0.75 / EVEN) ** 2 * (0.2**2 - 0.05**2))
+    # Standard deviations are 0.68 of a tolerance, and those of the load EVEN of one.
+    assert floors[0] - floors[1] == pytest.approx((0.68 / EVEN) ** 2 * (0.2**2 - 0.05**2))
     identified = replace(rough, slide_factor=1.1)
     assert "force_scale" not in friction_uncertainties(identified, brakes=True)
 

@@ -1,0 +1,52 @@
+"""The stiffness that was found beside the declared one, and what it says of friction."""
+
+from collections.abc import Sequence
+
+from identification.fits.fitting import AT_BOUND, Fit
+from identification.reading.recordings import Recording
+from symbolic import USUAL
+from symbolic.tables.found_model import is_of_other_scale
+
+OFF_STIFFNESS = "the stiffness k is"
+"""How the note on k beyond its tolerance begins."""
+
+
+def stiffness_notes(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
+    """Notes on k beyond its tolerance, see `OFF_STIFFNESS`, each once."""
+    notes = [stiffness_note(fitted.values.of(recording)["k"], recording) for recording in recordings]
+    return list(dict.fromkeys(filter(None, notes)))
+
+
+def stiffness_ratio(k: float, recording: Recording) -> float:
+    """A found stiffness [N/m^2] over the declared one [1]; 1 within its tolerance."""
+    declared, tolerance = recording.tyre.k, recording.rig.tolerances.k
+    within = USUAL["k"] * declared if tolerance is None else tolerance
+    return k / declared if abs(k - declared) > max(within, AT_BOUND * declared) else 1.0
+
+
+def farthest_stiffness_ratio(fitted: Fit, recordings: Sequence[Recording]) -> float:
+    """That of these recordings which is farthest from 1 either way [1]."""
+    ratios = [stiffness_ratio(fitted.values.of(recording)["k"], recording) for recording in recordings]
+    return max(ratios, key=lambda ratio: max(ratio, 1 / ratio))
+
+
+def stiffness_note(k: float, recording: Recording) -> str:
+    """What a found stiffness [N/m^2] beyond the tolerance of the declared one means; empty within.
+
+    Before anything slides the torque goes with k a (a^2 + 3 e^2), in full slide with mu and an arm that
+    grows no faster than a. So a wrong a moves mu by the cube root of the ratio of k at most.
+    """
+    ratio, declared = stiffness_ratio(k, recording), recording.tyre.k
+    if ratio == 1:
+        return ""
+    off = f"{100 * abs(ratio - 1):.0f} % {'above' if ratio > 1 else 'below'}"
+    high, low, long = ("high", "low", "short") if ratio > 1 else ("low", "high", "long")
+    note = (
+        f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {off if 0.1 < ratio < 2 else f'{ratio:.2g} times'} the"
+        f" declared one: if the torque reads too {high} (unit, gear ratio between sensor and wheel),"
+        f" friction is told too {high} by up to that factor; if the declared half-length of the contact"
+        f" is too {long}, by a factor of {max(ratio, 1 / ratio) ** (1 / 3):.2g} at most; if the tyre is"
+        f" like that, or the angle reads too {low}, friction is right"
+    )
+    refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
+    return f"{note}; estimate refuses this model" if refused else note
