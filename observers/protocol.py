@@ -23,8 +23,7 @@ _NUMBERS = attrgetter(*SAMPLE)
 OUTPUT = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide", "nis", "status")
 """Order of the output of an observer's step Function."""
 ESTIMATE = (*OUTPUT[:3], "informed", "usable", *OUTPUT[3:])
-"""Order of an estimate's numbers; `informed` and `usable` are 0 or 1, `status` the number of a
-`Status`."""
+"""Order of an estimate's numbers; `informed` and `usable` are 0 or 1, `status` that of a `Status`."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -99,8 +98,9 @@ class Status(IntFlag):
 
     @property
     def remedy(self) -> str:
-        """Meaning and remedy, one clause per flag; empty for `USED`."""
-        return "; ".join(text for flag, text in _REMEDIES.items() if flag in self)
+        """Meaning and remedy, one clause per flag; of `BOUND` once mu is acquired, of `USED` none."""
+        told = self & ~Status.BOUND if Status.ACQUIRING in self else self
+        return "; ".join(text for flag, text in _REMEDIES.items() if flag in told)
 
 
 UNINFORMED = int(Status.ACQUIRING | Status.SUSPECT)
@@ -166,7 +166,7 @@ class Estimate:
             `Rig.slide_rate` and the present load over that of the declared patch with mu = 1; mu itself
             on the declared model. NaN before the first load, and where an observer does not state it.
         mu_eff_std: its standard deviation, from that of mu [1].
-        M_slide: the torque of that full slide [N m].
+        M_slide: the torque of that full slide [N m], as mu_eff the mean of both directions.
         nis: normalised innovation squared, the square of measured minus predicted over its variance; 1
             on average where model and tuning are right [1]. NaN without a measurement.
         status: how the sample was treated.

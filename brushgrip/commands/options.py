@@ -93,7 +93,8 @@ ChannelMap = Annotated[
         "psi=NAME:deg,...",
         "Channels of the columns with their units and factors, such as"
         " psi=SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN; goes before [signals] of the rig"
-        " file. May be repeated: a column that is named again begins the map of recordings with other"
+        " file, and in place of several [[signals]] where it has angle, torque and"
+        " load. May be repeated: a column that is named again begins the map of recordings with other"
         " channels; each takes the map whose channels it has.",
     ),
 ]

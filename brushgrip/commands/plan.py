@@ -91,6 +91,7 @@ class PlanRequest:
             share_of,
         )
         from brushgrip.outputs.atomic import write_utf8
+        from brushgrip.outputs.console import progress
         from brushgrip.outputs.observer_export import chosen_observer
         from brushgrip.outputs.planned import plan_csv
         from brushgrip.pictures.planned import draw_plan_and_forecast
@@ -123,10 +124,11 @@ class PlanRequest:
             "least": self.least.value, "over": self.over.value, "observer": self.observer.value,
             "torque": self.torque.value, "tuning": tuning and tuning.to_dict(),
         }  # fmt: skip
-        with staged_tables(inputs, finals, settings) as stages:
+        with staged_tables(inputs, finals, settings) as stages, progress() as report:
             planned = plan(
-                observer, target, limits, F_N, mus=mus, objective=self.least.value, over=self.over.value
-            )
+                observer, target, limits, F_N, mus=mus, objective=self.least.value, over=self.over.value,
+                progress=report,
+            )  # fmt: skip
             if stages:
                 write_utf8(stages[0], plan_csv(planned, self.vehicle, F_N))
                 draw_plan_and_forecast(stages[1], planned)
@@ -139,10 +141,11 @@ class PlanRequest:
         from symbolic import BrushgripError
 
         say(turning(planned, self.vehicle, angle))
-        headings = ("mu", "travel [rad]", "time [s]", "angle [rad]", "sigma/mu")
-        print_table(
-            f"until sigma/mu is {planned.target:.1%}", headings, rows_by_ground(planned), right=True
-        )
+        of, unit = ("handwheel, ", "deg") if self.vehicle else ("", "rad")
+        headings = ("mu", f"{of}travel [{unit}]", "time [s]", f"{of}angle [{unit}]", "sigma/mu")
+        title = f"until sigma/mu is {planned.target:.1%} (95 % band ± {2 * planned.target:.0%} of mu)"
+        print_table(title, headings, rows_by_ground(planned, self.vehicle), right=True)
+        say("one path for all grounds: on most its first turns do; stop once friction is as good")
         for reason in planned.reasons:
             say(reason)
         if finals:

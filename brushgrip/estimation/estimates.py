@@ -101,7 +101,7 @@ def model_observer(
         model, values, rig = Model(), {"k": recording.tyre.k}, recording.rig
     elif recording.standstills is not None:
         raise InvalidInputError(
-            "--model is of a wheel on a rig; a car has the declared one, leave it out"
+            "a car takes no model.json: its model is the vehicle file; leave the model out"
         )
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.

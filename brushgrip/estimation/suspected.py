@@ -1,6 +1,6 @@
 """What looks wrong with a recording, in words: its inputs, the noise of its torque, and its rates."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import islice
 
 import numpy as np
@@ -60,8 +60,16 @@ def suspected_cause(
     return causes_with_map(recording, loop.suspicions, "M_z" if has_aligning_torque(recording) else "M")
 
 
-BEYOND = 1.5
-"""Noise seen over noise stated from which on it is told, and residual over its white noise [1]."""
+def hardly_turned(recording: Recording) -> str:
+    """That the wheel turned too little for anything but ice to slide; empty where it did."""
+    turn, seconds = np.ptp(recording.psi), np.ptp(recording.t)
+    told = f"the wheel hardly turned: by {turn:.2g} rad in {seconds:.2g} s; it slides after 0.05 rad"
+    return told * bool(turn < LEAST_TURN)
+
+
+BEYOND, LEAST_TURN = 1.5, 0.02
+"""Noise seen over noise stated from which on it is told, and residual over its white noise [1]; range
+of the angle below which nothing but ice slides [rad]."""
 OTHER_RATE, REGULAR = 1.5, 0.9
 """Ratio of two rates that differ [1]; share of the periods that are alike in a rate [1]."""
 FAR_LOAD = 1.5
@@ -111,6 +119,15 @@ def far_load(recording: Recording, found: FoundModel) -> str:
         f"load far from the model's: {load:.0f} N, found at {least:.0f} to {greatest:.0f} N;"
         " half-length, k and effects may be others here: diagnose with a recording at this load"
     )
+
+
+def weaker_direction(values: Mapping[str, float]) -> str:
+    """How far below mu_eff the weaker direction of a found model is; empty for less than 1 %."""
+    ratio = values.get("asymmetric_friction.ratio", 1.0)
+    below, side = abs(1 - ratio) / (1 + ratio), "positive" if ratio < 1 else "negative"
+    told = "friction differs by direction: mu_eff and M_slide are the mean of both; turning to"
+    told += f" {side} psi the ground holds {100 * below:.0f} % less"
+    return told * bool(below >= MIN_REPORTED_SHARE)
 
 
 def differing_rates(recording: Recording) -> str:

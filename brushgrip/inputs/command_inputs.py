@@ -191,6 +191,11 @@ def locate_inputs(
         raise InvalidInputError("--rig and --vehicle are both given; name the one that was recorded")
     if steering_ratio is not None and vehicle is not None:
         raise InvalidInputError("--steering-ratio: that of a car is steering_ratio in its vehicle file")
+    if vehicle is not None and model is not None:
+        raise InvalidInputError(
+            "a car takes no model.json: its model is the vehicle file; leave --model out, and declare"
+            " what was found there (report.html names the key)"
+        )
     warn_of_another_rig(rig, model)
     own = user_effects(effects)
     located = [locate(name, of_car=vehicle is not None) for name in recordings]

@@ -53,11 +53,11 @@ def turning(plan: Plan, vehicle: Path | None, angle: SignalSource) -> str:
     return f"turn {channel} to {places} {unit}; that turns the wheel, as below, to {turned}"
 
 
-def rows_by_ground(plan: Plan) -> list[list[str]]:
-    """Friction, travel, time, greatest angle and (least) deviation of each ground; a dash for never."""
-    table = []
-    for row in plan_document(plan)["grounds"]:
-        reached = ("–" if row[name] is None else f"{row[name]:.3f}" for name in _REACHED)
+def rows_by_ground(plan: Plan, vehicle: Path | None = None) -> list[list[str]]:
+    """Rows by ground, turns of the wheel [rad] or of a car's handwheel [deg]; a dash for never."""
+    table, digits = [], dict(zip(_REACHED, (3, 3, 3) if vehicle is None else (0, 1, 0), strict=True))
+    for row in plan_document(plan, vehicle)["grounds"]:
+        reached = ("–" if row[n] is None else f"{row[n]:.{digits[n]}f}" for n in _REACHED)
         deviation = "–" if row["deviation"] is None else f"{row['deviation']:.1%}"
         table.append([f"{row['mu']:g}", *reached, deviation])
     return table
@@ -66,12 +66,14 @@ def rows_by_ground(plan: Plan) -> list[list[str]]:
 _REACHED = ("travel", "time", "angle")
 
 
-def plan_document(plan: Plan) -> dict[str, Any]:
-    """The plan as JSON values; None where the target is not reached, and where mu is never usable."""
+def plan_document(plan: Plan, vehicle: Path | None = None) -> dict[str, Any]:
+    """The plan as JSON values, turns of the wheel [rad] or of a handwheel [deg]; None for never."""
     path, grounds = plan.path, []
+    turn = np.append(path.begin, path.psi)
+    turn = turn if vehicle is None else np.degrees(handwheel(turn, vehicle))
+    travel, angle = np.cumsum(np.abs(np.diff(turn))), np.abs(turn[1:] - turn[0])
     for mu, at, forecast in zip(plan.mus, plan.reached, plan.forecasts, strict=True):
-        angle = np.abs(path.psi - path.begin)
-        reached = None if at is None else (path.travel[at], path.t[at], angle[: at + 1].max())
+        reached = None if at is None else (travel[at], path.t[at], angle[: at + 1].max())
         ground = dict(zip(_REACHED, reached or (None,) * 3, strict=True))
         shown = forecast.best() if at is None else at
         deviation = None if shown is None else float(forecast.deviation[shown])

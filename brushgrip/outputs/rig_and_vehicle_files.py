@@ -7,8 +7,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from scipy.optimize import brentq
-
 from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
 from identification.reading.file_content import read_bytes
 from identification.reading.rigfile import rig_text, signals_section
@@ -18,8 +16,8 @@ from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.parameters import EVEN
 from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
 from symbolic.tables.vehicle_from_tables import VEHICLE
-from symbolic.vehicle.steering import jacking_torque, lock_angle
-from symbolic.vehicle.vehicle import RANGES, STD_PER_TOLERANCE, Vehicle
+from symbolic.vehicle.steering import inclination_of_return
+from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
 
 Changes = Mapping[str, float | tuple[float, float]]
 """Values by key, with their tolerances where they have one."""
@@ -29,8 +27,6 @@ USUAL_SPEED = 0.015
 """Usual speed of a rack that is steered at standstill [m/s]."""
 LOAD_CHANGE = 0.03
 """Change of the front axle's load since tyres were identified, by fuel and luggage, as a share [1]."""
-OF_LOCK = 0.8
-"""Share of the angle at the lock where the return torque is made to fit [1]."""
 
 
 def with_identified(vehicle: Vehicle, result: PlatesResult | TyresResult) -> Changes:
@@ -52,7 +48,7 @@ def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
     tolerance = max(damped, (friction.std or 0.0) / EVEN, GEAR_FRICTION_VARIATION * level)
     changes: dict[str, float | tuple[float, float]] = {
         "gear_friction": (level, min(tolerance, 0.9 * level)),
-        "inclination": _inclination(vehicle, result.return_torque.value),
+        "inclination": inclination_of_return(vehicle, result.return_torque.value),
     }
     if abs(zero.value) > vehicle.force_zero:
         changes["force_zero"] = abs(zero.value)
@@ -80,23 +76,6 @@ def with_tyres(vehicle: Vehicle, result: TyresResult) -> Changes:
 
 def _rounded(value: float) -> float:
     return float(f"{value:.6g}")
-
-
-def _inclination(vehicle: Vehicle, factor: float) -> float:
-    """The inclination that gives this multiple of the declared return torque [rad]."""
-    angle = OF_LOCK * lock_angle(vehicle)
-    wanted = factor * jacking_torque(vehicle, angle)
-
-    def excess(inclination: float) -> float:
-        return float(jacking_torque(replace(vehicle, inclination=inclination), angle) - wanted)
-
-    least, most = 0.0, RANGES["inclination"][1]
-    if excess(least) * excess(most) > 0:
-        raise InvalidInputError(
-            f"the return torque is {factor:.2f} times the declared one, which no kingpin inclined by"
-            f" {least:g} to {most:g} rad has; correct front_axle_load, wheel_radius or scrub_radius"
-        )
-    return float(brentq(excess, least, most))
 
 
 def identified_vehicle_text(

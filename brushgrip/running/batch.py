@@ -22,9 +22,11 @@ from brushgrip.estimation.estimates import (
 from brushgrip.estimation.suspected import (
     differing_rates,
     far_load,
+    hardly_turned,
     inconsistency_remedy,
     require_plausible,
     suspected_cause,
+    weaker_direction,
 )
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs
@@ -201,7 +203,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     noise = inconsistency_remedy(factory(recording, found), recording, estimates)
     of_car = recording.standstills is not None
     rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
-    cause = "" if at is not None else suspected_cause(factory, recording, found, estimates)
+    cause = "" if estimates.usable.any() else hardly_turned(recording)
+    if at is None:
+        cause = cause or suspected_cause(factory, recording, found, estimates)
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
     if task.budget and not task.smooth:
@@ -216,8 +220,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         note = "" if car.speed_recorded else STANDS
         told += [note, "" if budget else rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])])]
     if found is not None and recording.standstills is None:
-        k = found.values_for_estimation(recording.ground)["k"]
-        told += (doubts := [stiffness_note(k, recording), far_load(recording, found)])
+        values = found.values_for_estimation(recording.ground)
+        doubts = [stiffness_note(values["k"], recording), far_load(recording, found)]
+        told += (doubts := [*doubts, weaker_direction(values)])
         note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in told if line)
     beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)

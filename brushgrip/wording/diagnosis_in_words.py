@@ -16,7 +16,7 @@ from brushgrip.wording.formatting import (
     with_degrees,
 )
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
-from identification.diagnosis.found_effects import CLEAR_ERRORS, UNRECORDED_LOAD
+from identification.diagnosis.found_effects import CLEAR_BIC, CLEAR_ERRORS, UNRECORDED_LOAD
 from identification.experiments.proposals import Proposal
 
 GRADES: Mapping[str, str] = {
@@ -168,6 +168,8 @@ def _why_weak(effect: FoundEffect) -> str:
             f" ({gain[0]}; {CLEAR_ERRORS:g} are asked for): fit a recording of each ground, or judge"
             " without --holdout."
         )
+    if min(errors or 0.0, off or 0.0) >= CLEAR_ERRORS and effect.delta_bic <= CLEAR_BIC:
+        return f"Only the fit to one log demands it ({listed([*gain, *size])}), none confirms it."
     figures = f" ({listed([*gain, *size])}; {CLEAR_ERRORS:g} of each are asked for)"
     return f"It may be chance{figures * bool(gain or size)}."
 
@@ -189,7 +191,8 @@ def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
         return f"With model.json the command estimate uses {taken_from_model(found)}."
     return (
         "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
-        " a car. Declare what was found, with its tolerance, in the vehicle file."
+        " a car. Declare what was found as inclination (return torque), gear_friction or damping, or"
+        " measure these: brushgrip identify --plates --write-vehicle."
     )
 
 

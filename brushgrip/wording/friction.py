@@ -171,7 +171,7 @@ def estimates_summary(
         estimates: of a recording.
         noise: what mends a torque that the model does not explain, before other remedies.
         rates: of torque and angle where they differ; a sample without a torque is then no fault.
-        cause: of what looks wrong with an input, in place of all that may.
+        cause: of what looks wrong with an input, or why nothing is usable, in place of all that may.
         of_car: remedies name what a vehicle file declares.
     """
     parts = [_last_friction(estimates)]
@@ -211,7 +211,7 @@ def not_usable(
     # Whether the deviation can be believed goes before what happened to samples.
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
     flag = max(first or counts, key=lambda one: counts[one])
-    if flag is Status.SUSPECT and cause:
+    if cause:
         return counts[flag], cause
     unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
     mends = noise and not (flag is Status.SUSPECT and noise.startswith(LACKING))
@@ -253,6 +253,10 @@ def _last_friction(estimates: Estimates) -> str:
     mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
     friction = f"mu_eff = {with_95_band(mu, std)} (95 % band)"
     where = "at the end" if at == estimates.t.size - 1 else f"at {estimates.t[at]:.4g} s, last usable"
+    after = (estimates.status & Status.INCONSISTENT != 0)[at + 1 :]
+    if after.sum() > MIN_REPORTED_SHARE * estimates.t.size:
+        seconds = after.mean() * (estimates.t[-1] - estimates.t[at])
+        where += f", then not explained for {seconds:.2g} s"
     line = f"{friction} {where}, {share}"
     # On the declared model the two are the same.
     if abs(mu - estimates.mu[at]) > 5e-4:

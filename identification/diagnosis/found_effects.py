@@ -12,6 +12,7 @@ from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
+from identification.reading.vehicle_torques import return_torque_note
 from identification.residuals.residual_tests import Unexplained
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
@@ -53,6 +54,8 @@ def found_effects(
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, _ in effects_at_bounds(final)}
     standing_in = _stand_ins(added, at_bounds, left, of_car=of_car)
+    # Nothing judges the fit of one log of a car, which leaves something open.
+    alone = of_car and left.present and len(recordings) == 1 and not steps[-1].before.held_out
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
     effects = []
     for step in added:
@@ -67,15 +70,16 @@ def found_effects(
         distance = distance_from_neutral(effect, own)
         like_load = hidden_load and effect.name in LIKE_LOAD
         rivals = (*_rivals_outside(step, final.model.effects), *[UNRECORDED_LOAD] * like_load)
+        less = all(one.value < 0 for one in own.values())
         proposal = proposals.get(step.after.effects)
         effects.append(
             FoundEffect(
                 name=effect.name,
-                summary=effect.summary,
+                summary=effect.summary.replace("other than", f"{'less' if less else 'more'} than"),
                 family=effect.name if effect.family == "other" else effect.family,
                 scope=scope,
                 grade=grade_of(
-                    errors,
+                    0.0 if alone else errors,
                     bic,
                     distance,
                     has_rivals=bool(step.indistinguishable) or like_load,
@@ -225,7 +229,14 @@ def notes_on(
     for effect in effects:
         if UNRECORDED_LOAD in effect.indistinguishable_from:
             notes.append(f"{effect.name}: it is this, or a load that changes with the angle: record it")
-        if "stiffness" in effect.parameters and effect.parameters["stiffness"].value < 0:
+        stiffness = effect.parameters.get("stiffness")
+        if stiffness and recordings and (car := recordings[0].standstills) is not None:
+            label = (recordings[0].name, "return_share")
+            share = fitted.values.at(label) if label in fitted.labels else 1.0
+            doubt = "; have a second log confirm it before you declare it" * (effect.grade == "weak")
+            told = return_torque_note(car, stiffness.value, stiffness.std or 0.0, share)
+            notes.append(f"{effect.name}: {told}{doubt}")
+        elif stiffness and stiffness.value < 0:
             notes.append(
                 f"{effect.name}: a negative stiffness, so no spring: it turns the wheel outward"
             )

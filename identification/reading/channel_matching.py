@@ -176,6 +176,7 @@ def map_hint(
     channels |= {c: match_channel("", s.channel, names) for c, s in others.items()}
     sources = {c: s for c, s in (others | guessed).items() if channels[c] or c not in others}
     values, certain = {}, {*signals.signals} - {*guessed}
+    mapped = {column: sources[column] for column in certain & {*sources}}
     for column, name in channels.items():
         if read is None or name is None:
             continue
@@ -185,7 +186,8 @@ def map_hint(
                 certain.add(column)
             factor = source.factor if column in others else 1.0
             values[column] = samples.values * factor * (factor_of(column, unit) or 1.0)
-    sources, of_hand = infer_units_and_sign(sources, values, of_hand, certain)
+    inferred, of_hand = infer_units_and_sign(sources, values, of_hand, certain)
+    sources = inferred | mapped
     changed = {
         c: sources[c].geared(c) if c in of_hand else sources[c]
         for c in sorted(sources, key=[*COLUMNS, *sources].index)

@@ -48,7 +48,7 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
     own_clocks = "t" not in signals.signals and all(s.times is not None for s in read.values())
     if not own_clocks:
         if "t" not in names:
-            raise missing_channels(path, ["t"], file.names, signals)
+            raise missing_channels(path, ["t"], file.names, signals, file.read)
         read = {"t": _with_unit("t", names["t"], file.read(names["t"])), **read}
     sources, in_si, by_name = dict[str, SignalSource](), dict[str, Samples](), list[str]()
     for column, samples in read.items():

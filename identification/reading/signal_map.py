@@ -5,6 +5,7 @@ import re
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from math import inf
 from pathlib import Path
 
@@ -21,6 +22,8 @@ DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""
 MIN_FACTOR, MAX_FACTOR = 1e-12, 1e12
 """Size of a factor, beyond which no unit is."""
+_WHOLE = [{"psi", "F_N", "M_z"}, {"psi", "F_N", "M"}, {"rack", "F_rack"}, {"handwheel", "T_bar"}]
+"""Columns that describe a recording, beside its time."""
 _SOURCE = re.compile(
     r"(?P<sign>[+-]?)(?:(?P<factor>\d+\.?\d*(?:[eE][+-]?\d+)?)(?:/(?P<over>\d+\.?\d*))?\*)?(?P<channel>.+?)(?::(?P<unit>[^:]*))?"
 )
@@ -139,13 +142,14 @@ class SignalMap:
         return replace(source, ratio=self.steering_ratio)
 
     def updated(self, other: "SignalMap") -> "SignalMap":
-        """This map where the other is silent; of several maps each with each."""
-        first, *more = (
-            replace(one, signals={**mine.signals, **one.signals}, dbc=one.dbc or mine.dbc)
-            for mine in self.each
-            for one in other.each
-        )
-        return replace(first, others=tuple(more))
+        """This map where the other is silent; of several each with each, or one that is whole alone."""
+        joined = list[SignalMap]()
+        for mine, one in product(self.each, other.each):
+            alone = self.others and any(whole <= one.signals.keys() for whole in _WHOLE)
+            below = {} if alone else mine.signals
+            new = replace(one, signals={**below, **one.signals}, dbc=one.dbc or mine.dbc)
+            joined += [new] * (new not in joined)
+        return replace(joined[0], others=tuple(joined[1:]))
 
     def to_dict(self) -> dict[str, object]:
         """As in a rig file."""

@@ -69,7 +69,7 @@ def infer_units_and_sign(
     torque = "M_z" if "M_z" in known else "M"
     if {torque, "F_N"} <= {*known} and largest[torque] > MAX_LEVER_ARM * np.nanmedian(known["F_N"]):
         convert(torque, "mNm", 1e-3)
-    if torque not in certain and {torque, "psi"} <= {*known} and known[torque].size == known["psi"].size:
+    if {torque, "psi"} <= {*known} and known[torque].size == known["psi"].size:
         turn, middle = np.diff(known["psi"]), (known[torque][1:] + known[torque][:-1]) / 2
         work = middle * turn * (1 if torque == "M_z" else -1)
         if np.nansum(np.abs(turn)) >= MIN_SIGN_TRAVEL:

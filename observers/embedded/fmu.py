@@ -77,7 +77,7 @@ OUTPUTS = (
     Variable("usable", 14, "Boolean", None, "true where one may act on mu_eff: informed, no flag"),
     Variable("mu_eff", 9, "Real", "1", "friction to act on, full slide over that of mu = 1"),
     Variable("mu_eff_std", 10, "Real", "1", "standard deviation of mu_eff"),
-    Variable("M_slide", 11, "Real", "N.m", "torque of steady full slide at the present load"),
+    Variable("M_slide", 11, "Real", "N.m", "torque of steady full slide, mean of both sides"),
     Variable("nis", 12, "Real", "1", "normalised innovation squared; NaN if not measured"),
     Variable("status", 8, "Integer", None, "0 where the sample was used, else flags as in the C header"),
 )

@@ -11,7 +11,7 @@ the family is found by trying all that may still be better: what is sought is th
 no flag stands, and a gradient says nothing of that.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import hypot
 from typing import Literal
@@ -87,6 +87,7 @@ def plan(
     dt: float = 0.01,
     psi: float = 0.0,
     coarse: bool = False,
+    progress: Callable[[str, int, int], None] = lambda *_: None,
 ) -> Plan:
     """The path with the least travel, time or greatest angle until mu is known.
 
@@ -101,6 +102,7 @@ def plan(
         dt: between samples [s].
         psi: angle at which the wheel stands at first, its patch free of torque [rad].
         coarse: try a few of the paths only.
+        progress: is told what is done, how many paths were tried, and how many there are.
 
     Returns:
         The plan; its `reasons` say what is not reached and why.
@@ -112,7 +114,8 @@ def plan(
     if limits.time < (least := MIN_SAMPLES * dt):
         raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
     search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
-    for swing in swings(limits, coarse=coarse):
+    for i, swing in enumerate(paths := swings(limits, coarse=coarse)):
+        progress("trying paths", i, len(paths))
         search.attempt(swing)
     return search.best()
 

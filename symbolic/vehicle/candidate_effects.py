@@ -28,7 +28,7 @@ CAR_EFFECTS: dict[str, Effect] = {
             start=1e4, lower=100.0, scale=1e4,
         ),
         _car_effect(
-            "steering_return", "jacking", "a return torque beyond that of the declared kingpin",
+            "steering_return", "jacking", "a return torque other than the declared kingpin's",
             start=5.0, lower=-500.0, upper=500.0, scale=20.0,
         ),
         _car_effect(

@@ -29,16 +29,20 @@ Those of other sign left and right cancel at even loads.
 Sources: [Sharp 2003] for the mechanisms; the rotation is that about the kingpin's axis (Rodrigues).
 """
 
+from dataclasses import replace
 from math import cos, sin
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from symbolic.vehicle.vehicle import Vehicle
+from symbolic.errors import InvalidInputError
+from symbolic.vehicle.vehicle import RANGES, Vehicle
 
 Expression = Any
 """A number, an array, or a casadi expression."""
+OF_LOCK = 0.8
+"""Share of the angle at the lock where the return torque is made to fit [1]."""
 
 
 def sine_and_cosine(psi: Expression) -> tuple[Expression, Expression]:
@@ -83,6 +87,29 @@ def jacking_torque(vehicle: Vehicle, psi: Expression) -> Expression:
     by_inclination = vehicle.wheel_radius * sin(vehicle.inclination) ** 2 * cosine
     by_caster = vehicle.wheel_radius * sin(vehicle.caster) ** 2 * (1 - cosine)
     return vehicle.wheel_load * sine * (by_scrub - by_trail + by_inclination + by_caster)
+
+
+def inclination_of_return(vehicle: Vehicle, factor: float) -> float:
+    """The inclination that gives this multiple of the declared return torque [rad].
+
+    Raises:
+        InvalidInputError: no inclination in its range does.
+    """
+    from scipy.optimize import brentq
+
+    angle = OF_LOCK * lock_angle(vehicle)
+
+    def excess(inclination: float) -> float:
+        torque = jacking_torque(replace(vehicle, inclination=inclination), angle)
+        return float(torque - factor * jacking_torque(vehicle, angle))
+
+    try:
+        return float(brentq(excess, 0.0, RANGES["inclination"][1]))
+    except ValueError:
+        raise InvalidInputError(
+            f"the return torque is {factor:.2f} times the declared one, which no kingpin inclined by 0"
+            " to 0.5 rad has; correct front_axle_load, wheel_radius or scrub_radius"
+        ) from None
 
 
 def rack_force(vehicle: Vehicle, torsion_bar: Expression, motor: Expression = 0.0) -> Expression:

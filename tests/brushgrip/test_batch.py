@@ -146,6 +146,22 @@ def test_small_angles_in_degrees_on_ice_ask_for_the_unit_and_not_for_the_sign(
     assert "mu_eff = 0.1" in run("estimate", "--rig", rig, ice, "--map", "psi=psi:deg").out
 
 
+def test_a_wheel_that_hardly_turned_is_told_so_and_no_unit_of_the_torque(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path
+) -> None:
+    t = np.arange(60) * 0.01
+    noise = np.random.default_rng(1).normal(0, 0.05, t.size)
+    columns = {"t": t, "psi": 0.001 * np.sin(3 * t), "F_N": np.full(t.size, 600.0), "M_z": noise}
+    still = write_csv("still.csv", columns)
+    told = run("estimate", "--rig", rig, still).out
+    run("estimate", "--rig", rig, still, "--summary", tmp_path / "table.csv")
+
+    assert "not usable: the wheel hardly turned: by 0.001 rad in 0.59 s; it" in told
+    assert "gear" not in told
+    remark = rows_of(tmp_path / "table.csv")["still"]["remark"]
+    assert remark.startswith("not known: the wheel hardly turned: by 0.001 rad in 0.59 s")
+
+
 def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
     outcome = estimate(write_csv("a.csv"), "--summary", tmp_path / "table.csv", "--json")
     (row,) = json.loads(outcome.out)

@@ -123,6 +123,15 @@ def test_rig_and_vehicle_are_refused_together(run: Run, tmp_path: Path) -> None:
     outcome.refused("--rig and --vehicle are both given")
 
 
+def test_a_car_takes_no_model(run: Run, tmp_path: Path) -> None:
+    vehicle = tmp_path / "car.toml"
+    vehicle.write_text(vehicle_text())
+    (model := tmp_path / "model.json").write_text('{"effects": ["jacking"]}')
+    outcome = run("estimate", "--vehicle", vehicle, "--model", model, __file__)
+
+    outcome.refused("a car takes no model.json: its model is the vehicle file; leave --model out")
+
+
 def test_code_of_a_car(run: Run, tmp_path: Path) -> None:
     (tmp_path / "car.toml").write_text(vehicle_text())
     vehicle = ["--vehicle", tmp_path / "car.toml"]

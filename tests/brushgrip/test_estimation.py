@@ -16,7 +16,7 @@ from brushgrip.estimation.estimates import (
     observe,
     run_observer,
 )
-from brushgrip.estimation.suspected import differing_rates, inconsistency_remedy
+from brushgrip.estimation.suspected import differing_rates, inconsistency_remedy, weaker_direction
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import Ekf, Estimate, Estimates, Sample, Status
@@ -85,6 +85,14 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
         assert remedy(one, 0.9 * drawn + 3 * np.sin(t)).startswith("find what the model lacks")
     assert differing_rates(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"
     assert differing_rates(noisy) == ""
+
+
+def test_the_weaker_direction_of_a_found_model_is_told() -> None:
+    told = {r: weaker_direction({"k": 2e6, "asymmetric_friction.ratio": r}) for r in (0.85, 1.2, 1.01)}
+
+    assert told[0.85].endswith("turning to positive psi the ground holds 8 % less")
+    assert told[1.2].endswith("turning to negative psi the ground holds 9 % less")
+    assert told[1.01] == weaker_direction({"k": 2e6}) == ""
 
 
 def test_an_observer_of_the_users_own_estimates(recording: Recording) -> None:

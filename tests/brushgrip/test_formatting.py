@@ -210,6 +210,15 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
     assert (last_usable(again) == 9) == is_told
 
 
+def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:
+    seen = estimates(*[Status.USED] * 20, *[Status.INCONSISTENT] * 30)
+    line = estimates_summary(replace(seen, usable=seen.status == 0))
+    short = estimates(*[Status.USED] * 120, Status.INCONSISTENT)
+
+    assert " at 0.19 s, last usable, then not explained for 0.3 s, usable in " in line
+    assert "not explained for" not in estimates_summary(replace(short, usable=short.status == 0))
+
+
 def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
     seen = estimates(*[Status.USED, *[Status.MISSING] * 9] * 40)
     slower = replace(seen, usable=seen.usable & (seen.status == 0))

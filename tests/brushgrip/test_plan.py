@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import observers
+from symbolic import Model, Rig
 from tests.brushgrip.helpers import Outcome, Run, contents, table_of
 from tests.each_once import each_once
 
@@ -20,7 +21,13 @@ PlanRun = Callable[..., Outcome]
 @pytest.fixture
 def planning(run: Run, rig: Path, monkeypatch: pytest.MonkeyPatch) -> PlanRun:
     """The command on a rig; a coarse family of paths is tried, once for the same question."""
-    monkeypatch.setattr(observers, "plan", each_once(partial(observers.plan, coarse=True)))
+    once = each_once(partial(observers.plan, coarse=True))
+
+    def without_progress(*given: object, **named: object) -> object:
+        named.pop("progress", None)
+        return once(*given, **named)
+
+    monkeypatch.setattr(observers, "plan", without_progress)
     limit = ("--limit", "angle=0.3,rate=0.4", "--limit", "time=5")
     usual = ("--load", "400", "--tuning", "clean", *limit)
     return lambda *options: run("plan", "--rig", rig, *usual, *options)
@@ -91,6 +98,27 @@ def test_a_car_is_steered_by_its_handwheel(run: Run, tmp_path: Path, repository_
     ratio = table["handwheel"][turned] / table["psi"][turned]
     assert 10 < np.median(ratio) < 25
     assert np.ptp(ratio) < 0.1 * np.median(ratio)
+    # The table counts degrees of the handwheel until the target.
+    known = table["deviation_06"] <= 0.15
+    travel = np.cumsum(np.abs(np.diff(table["handwheel"], prepend=0)))
+    (row,) = re.findall(r"0\.6 *│ *(\d+) *│ *([\d.]+) *│ *(\d+) *│", outcome.out)
+    at = int(np.searchsorted(table["t"], float(row[1]) - 0.06))
+    assert float(row[0]) == pytest.approx(np.degrees(travel[at]), rel=0.1)
+    most = np.degrees(np.abs(table["handwheel"][: at + 1]).max())
+    assert float(row[2]) == pytest.approx(most, rel=0.1)
+    assert known[at : at + 12].any()
+    assert "15.0% (95 % band ± 30% of mu)" in re.sub(r"\s+", " ", outcome.out)
+
+
+def test_progress_is_told() -> None:
+    told: list[tuple[str, int, int]] = []
+    observer = observers.Ekf(model=Model(), values={"k": 2.4e6}, rig=Rig(a=0.045, e=0.009))
+    limits = observers.SteeringLimits(angle=0.2, rate=0.3, time=2)
+    observers.plan(
+        observer, 0.2, limits, 400.0, mus=(0.8,), coarse=True, progress=lambda *now: told.append(now)
+    )
+
+    assert [done for _, done, _ in told] == [*range(told[0][2])]
 
 
 @pytest.mark.parametrize(

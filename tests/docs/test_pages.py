@@ -5,6 +5,7 @@ import re
 import shlex
 import shutil
 from inspect import isfunction
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from brushgrip import main
+from observers import Estimate, Status
 from symbolic import Effect, Model, simulate
 from symbolic.effects.library import KNOWN
 
@@ -65,6 +67,38 @@ def test_a_loop_keeps_friction_between_torques_but_not_for_long(page, missing, k
 
     assert not names["now"].usable
     assert (names["friction"] > 2 * names["LEAST"]) == kept
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/start/controller.md"])
+@pytest.mark.usefixtures("folder")
+def test_a_loop_never_raises_friction_while_nothing_is_usable(page) -> None:
+    ice = {"mu_eff": 0.053, "mu_eff_std": 0.005}
+    each = [
+        *[(0.0, 9.9, Status.ACQUIRING)] * 50, *[(0.053, 0.005, Status.USED)] * 50,
+        *[(0.053, 0.005, Status.MISSING)] * 100, *[(0.053, 0.2, Status.RESET)] * 3,
+    ]  # fmt: skip
+    told = iter(each)
+    acted: list[tuple[float, bool]] = []
+
+    def loop(_):
+        mu, std, status = next(told)
+        given = {"mu": mu, "mu_std": std, "mu_eff": mu, "mu_eff_std": std}
+        return Estimate(**given, M_z_predicted=0.0, informed=not status, status=status)
+
+    def watched(*columns):
+        for row in islice(zip(*columns, strict=True), len(each)):
+            yield row
+            acted.append((names["friction"], names["now"].usable))
+
+    names: dict[str, Any] = {"watched": watched, "scripted": loop}
+    for _, code in [b for b in BLOCK.findall((ROOT / page).read_text("utf-8")) if b[0] == "python"][:2]:
+        code = re.sub(r"^loop = .*$", "loop = scripted", code, flags=re.MULTILINE)
+        exec(code.replace(" in zip(", " in watched("), names)
+
+    assert acted[-1][0] == pytest.approx(ice["mu_eff"] - 2 * ice["mu_eff_std"])
+    assert all(
+        usable or now <= before for (before, _), (now, usable) in pairwise([(0.05, False), *acted])
+    )
 
 
 def test_figures_of_the_readme_stand_on_the_pages_that_it_names() -> None:

@@ -54,6 +54,19 @@ def model_of(planted: Planted) -> Model:
     return Model(effects=tuple(EFFECTS[name] for name in planted))
 
 
+@pytest.mark.parametrize("ratio", [0.85, 1.2])
+def test_the_weaker_direction_is_as_far_below_the_mean_as_the_glossary_says(ratio: float) -> None:
+    planted: Planted = {"asymmetric_friction": {"ratio": ratio}}
+    tyre, effects = TYRE, build_effects(planted)
+    weaker = min(
+        abs(float(simulate_bristles(free_path(T, psi, load=F_N, rate=1 / STEP), tyre, effects).M_z[-1]))
+        for psi in (np.minimum(RATE * T, TURN), -np.minimum(RATE * T, TURN))
+    )
+    _, M_slide = full_slide(planted)
+
+    assert weaker == pytest.approx(M_slide * (1 - abs(1 - ratio) / (1 + ratio)), rel=2e-3)
+
+
 def memory_after(model: Model, theta: Array, columns: Array) -> ca.DM:
     memory = model.initial(columns[:, 0], theta, GEOMETRY)
     for column in columns.T:

@@ -18,7 +18,6 @@ from identification.reading.channel_matching import (
     ChannelFile,
     Samples,
     absent_rack_columns,
-    map_hint,
     match_channel,
     missing_channels,
 )
@@ -182,16 +181,9 @@ def _header(
             found[column] = names.index(name)
     asked = {*needed, *signals.signals}
     missing = [c for c in possible_columns(needed) if c in asked and c not in found]
-    if missing and "psi" not in needed:
-        raise missing_channels(path, [*missing, *absent_rack_columns(found)], names, signals)
     if missing:
-        wanted = ", ".join(signals.of(column).channel for column in missing)
-        raise InvalidInputError(
-            f"{path}: row {row}: column{'s' * (len(missing) > 1)} {wanted} missing "
-            f"from the header {excerpt(','.join(names))}; expected {','.join(needed)}, "
-            f"optional {','.join(c for c in possible_columns(needed) if c not in needed)}"
-            f"{map_hint(missing, names, signals, read)}"
-        )
+        missing += [] if "psi" in needed else absent_rack_columns(found)
+        raise missing_channels(path, missing, names, signals, read)
     return found
 
 

@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.channel_matching import COLUMNS, ChannelFile, Samples, map_hint
-from identification.reading.chosen_map import fitting_map
+from identification.reading.channel_matching import COLUMNS, ChannelFile, Samples
 from identification.reading.clock_and_units import tabulate
 from identification.reading.file_content import read_bytes, require_readable
 from identification.reading.rigfile import DECLARABLE
@@ -27,7 +26,7 @@ from symbolic.array_alias import Array
 from symbolic.tables.parsing import naming
 
 VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
-"""Variable of each column."""
+"""Variable of each column, before that of the column's own name."""
 HALF_LENGTH_TOLERANCE = 0.0025
 """Half-lengths in the published files are whole multiples of 5 mm [m].
 
@@ -51,30 +50,13 @@ _MAX_ARRAY_SIZE = 8 * MAX_SAMPLES + _MAX_HEAD_SIZE
 
 def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
     """Read the table; other variables in the file are ignored."""
-    if signals.others:
-        signals = fitting_map(str(path), signals, list(_load(path, ())))
-    mapped = {column: signal.channel for column, signal in signals.signals.items()}
-    variables = VARIABLES | mapped
-    content = _load(path, {*_SCALARS, *variables.values()})
-    asked = [name for name in variables if name in needed or name in mapped]
-    missing = [name for name in asked if variables[name] not in content]
-    if missing:
-        absent, expected = (", ".join(variables[name] for name in some) for some in (missing, asked))
-        hint = map_hint(
-            missing,
-            list(content),
-            signals,
-            lambda name: Samples(values=_vector(path, name, _load(path, {name})[name])),
-        )
-        raise InvalidInputError(
-            f"{path}: variable{'s' * (len(missing) > 1)} {absent} missing; expected {expected}{hint}"
-        )
+    content = _load(path, {*_SCALARS, *VARIABLES.values()})
     scalars = {name: _scalar(path, name, content[name]) for name in _SCALARS if name in content}
     file = ChannelFile(
         names=list(content),
-        read=lambda name: Samples(values=_vector(path, name, content[name])),
+        read=lambda name: Samples(values=_vector(path, name, _load(path, {name})[name])),
         declared={name: value for name, value in scalars.items() if name in DECLARABLE},
-        aliases={column: [VARIABLES[column]] if column in VARIABLES else [] for column in COLUMNS},
+        aliases={c: (VARIABLES[c], c) if c in VARIABLES else () for c in COLUMNS},
     )
     own = {name: scalars[f"{name}_tolerance"] for name in TOLERATED if f"{name}_tolerance" in scalars}
     published = {"a": HALF_LENGTH_TOLERANCE} if "a" in content else {}

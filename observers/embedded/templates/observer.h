@@ -48,7 +48,7 @@ typedef struct {
     ${real} M_z_predicted; /* predicted aligning torque [N m]; NAN before the first sample, as all below */
     ${real} mu_eff;        /* friction to act on: M_slide over that of the declared patch with mu = 1 [1] */
     ${real} mu_eff_std;    /* its standard deviation [1] */
-    ${real} M_slide;       /* torque of steady full slide at the present load [N m] */
+    ${real} M_slide;       /* torque of steady full slide at the present load, mean of both directions [N m] */
     ${real} nis;           /* square of measured minus predicted over its variance [1]; NAN if not measured */
     int32_t informed;    /* 0 while the estimate rests on the prior, else 1 */
     int32_t usable;      /* 1 where a controller may act on mu_eff: informed by this sample, and no flag is set */

@@ -1,5 +1,7 @@
 """What a diagnosis of a car names, and what it does not."""
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 
 from identification import diagnose, read_recording
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
+from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
 from tests.columns import write_columns
 from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 
@@ -38,3 +41,24 @@ def test_what_dissipates_beside_what_is_declared_gives_no_work() -> None:
     ranges = {name: CAR_EFFECTS[name].parameters[0] for name in ("gear_friction", "damping_of_joints")}
 
     assert {name: one.lower for name, one in ranges.items()} == dict.fromkeys(ranges, 0.0)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_return_torque_is_told_by_its_sign_with_the_key_that_has_it(tmp_path: Path, sign: int) -> None:
+    declared = replace(declared_vehicle(), inclination=0.21)
+    other = replace(declared, inclination=declared.inclination + sign * 0.07)
+    t, rack = steering(seconds=10.0)
+    by_kingpin = jacking_torque(other, mean_angle(other, rack))
+    force = SimulatedCar().force(rack) + 2 * by_kingpin / lever(declared, rack)
+    path = write_columns(tmp_path / "car.csv", {"t": t, "rack": rack, "F_rack": force})
+    recording = read_recording(path, vehicle=declared)
+    found = diagnose([recording], candidates=[CAR_EFFECTS["jacking"]], jobs=1)
+    (effect,) = found.effects
+    (note,) = (note for note in found.notes if note.startswith("jacking"))
+    inclination = float(re.search(r"beyond its tolerance; inclination = ([\d.]+) in", note)[1])
+
+    assert (
+        effect.summary == f"a return torque {'more' if sign > 0 else 'less'} than the declared kingpin's"
+    )
+    assert inclination == pytest.approx(other.inclination, abs=0.02)
+    assert (effect.grade == "weak") == found.unexplained.present

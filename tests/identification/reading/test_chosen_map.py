@@ -64,6 +64,20 @@ def test_sections_of_a_rig_file_are_maps_for_different_recordings(
     assert [one.of("psi").channel for one in below.each] == ["Winkel", "Angle"]
 
 
+def test_a_whole_map_stands_alone_beside_the_sections_of_a_rig_file(files: tuple[Path, Path]) -> None:
+    of_file = parse_maps([CSV, LOG, "t=Time_us,psi=Steer,psi_dot=Rate,F_N=Fz"])
+    whole = parse_signals("t=Time,psi=Angle,M_z=-Moment,F_N=Load")
+
+    assert of_file.updated(whole) == whole
+    read = read_recording(files[1], RIG, signals=of_file.updated(whole))
+    np.testing.assert_allclose(read.M_z, TORQUE, atol=1e-9)
+    # Below a single section, and where it is not whole, it stands beside what it leaves open.
+    assert parse_signals("psi_dot=Rate").updated(whole).of("psi_dot").channel == "Rate"
+    assert len(of_file.updated(parse_signals("M_z=Moment")).each) == 3
+    alike = parse_maps([LOG, f"{LOG},F_N=Last".replace("F_N=Load,", "").replace(",F_N=Load", "")])
+    assert len(alike.updated(parse_signals("F_N=Load")).each) == 1
+
+
 def test_options_with_other_columns_are_one_map() -> None:
     assert parse_maps(["psi=A", "F_N=B:kN"]) == parse_signals("psi=A,F_N=B:kN")
     assert [one.of("F_N").channel for one in parse_maps(["psi=A", "F_N=B", "psi=C"]).each] == [
@@ -97,7 +111,7 @@ def test_a_recording_that_fits_several_maps_is_refused(files: tuple[Path, Path])
 def test_a_recording_that_fits_no_map_is_held_against_the_nearest(tmp_path: Path) -> None:
     path = write(tmp_path / "c.csv", Time=T, Winkel=PSI, Moment=TORQUE, Load=LOAD)
     message = refused(read_recording, path, RIG, signals=parse_maps([CSV, LOG]))
-    assert "column Angle missing" in message
+    assert "channel psi (as 'Angle') missing" in message
     assert message.endswith("--map t=Time,psi=Winkel,M_z=-Moment,F_N=Load")
 
 

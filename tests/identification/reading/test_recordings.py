@@ -8,7 +8,7 @@ from scipy.io import savemat
 
 from identification.reading.recordings import Recording, read_recording
 from symbolic import InvalidInputError, Rig, Tolerances, Tyre
-from tests.refusal import fault_of
+from tests.refusal import fault_of, refused
 
 RIG = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=2.4e6, mu=1.6))
 N = 20
@@ -122,14 +122,6 @@ class TestCsv:
 @pytest.mark.parametrize(
     ("number", "row", "fault"),
     [
-        (1, "t,psi,F_N", "column M_z missing from the header 't,psi,F_N'; expected t,"),
-        (
-            1,
-            "t,psi,M_z",
-            "column F_N missing from the header 't,psi,M_z'; expected t,psi,M_z,F_N, optional psi_dot,M;"
-            " a load that was not recorded needs a column too, with its value [N] in every row",
-        ),
-        (1, "t psi M_z F_N", "columns t, psi, M_z, F_N missing from the header"),
         (1, "t,psi,M_z,F_N,t", "two columns are named t; one allowed"),
         (7, "0.05,abc,0,400", "psi = 'abc' is not a number; allowed: a finite number"),
         (7, "0.05,0,1_0,400", "M_z = '1_0' is not a number"),
@@ -155,6 +147,22 @@ def test_faults_of_a_row(tmp_path: Path, number: int, row: str, fault: str) -> N
     rows[number - 1] = row
 
     assert message_of(write(tmp_path, rows)).startswith(f"row {number}: {fault}")
+
+
+@pytest.mark.parametrize(
+    ("header", "fault"),
+    [
+        ("t,psi,F_N", "channel M_z missing; there are t, psi, F_N; say which is which"),
+        (
+            "t,psi,M_z",
+            "channel F_N missing; there are t, psi, M_z; a load that was not recorded needs a column"
+            " too, with its value [N] in every row",
+        ),
+        ("t psi M_z F_N", "channels t, psi, M_z, F_N missing; there are t psi M_z F_N; say"),
+    ],
+)
+def test_a_header_that_lacks_columns(tmp_path: Path, header: str, fault: str) -> None:
+    assert message_of(write(tmp_path, [header, *rows_of()[1:]])).startswith(fault)
 
 
 def test_a_header_with_another_delimiter(tmp_path: Path) -> None:
@@ -277,6 +285,16 @@ class TestMat:
         np.testing.assert_array_equal(recording.F_N, F_N)
         assert recording.name == "run"
 
+    def test_the_time_may_have_the_name_of_its_column(self, tmp_path: Path) -> None:
+        np.testing.assert_array_equal(read_recording(write_mat(tmp_path, time=None, t=T)).t, T)
+
+    def test_a_missing_time_is_sought_among_the_variables_that_are_there(self, tmp_path: Path) -> None:
+        path = write_mat(tmp_path, time=None, Zeit=T, Psi=None, angle_deg=np.degrees(PSI))
+        message = refused(read_recording, path, signals="psi=angle_deg:deg,M_z=-Mz")
+
+        assert "channel t missing; there are Mz, Fz, a, e, k, Zeit, angle_deg; say" in message
+        assert message.endswith("--map t=Zeit,psi=angle_deg:deg,M_z=-Mz")
+
     def test_torque_may_be_dispensable(self, tmp_path: Path) -> None:
         recording = read_recording(write_mat(tmp_path, Mz=None), torque_required=False)
 
@@ -285,8 +303,8 @@ class TestMat:
     @pytest.mark.parametrize(
         ("changes", "fault"),
         [
-            ({"Psi": None}, "variable Psi missing; expected time, Psi, Mz, Fz"),
-            ({"Psi": None, "Fz": None}, "variables Psi, Fz missing"),
+            ({"Psi": None}, "channel psi missing; there are time, Mz, Fz, a, e, k; say which is which"),
+            ({"Psi": None, "Fz": None}, "channels psi, F_N missing; there are time, Mz, a,"),
             ({"Psi": PSI[:-1]}, "Psi holds 19 samples, time holds 20; equal numbers are needed"),
             ({"Psi": "text"}, "Psi must hold real numbers"),
             ({"Psi": 1j * PSI}, "Psi must hold real numbers"),

@@ -109,7 +109,7 @@ def test_a_comma_between_fields_is_no_decimal_sign(tmp_path: Path) -> None:
 def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "Zeit [s];Winkel [°];Moment [Nm];Last [kN]", delimiter=";")
     message = refused(read_recording, path, RIG)
-    assert "missing from the header 'Zeit [s],Winkel [°],Moment [Nm],Last" in message
+    assert "missing; there are Zeit [s], Winkel [°], Moment [Nm], Last [kN]; say" in message
     assert message.endswith("such as --map t=Zeit,psi=Winkel,M_z=Moment,F_N=Last")
     require_expected(read_recording(path, RIG, signals="t=Zeit,psi=Winkel,M_z=Moment,F_N=Last"))
     with pytest.raises(InvalidInputError, match="M_z=Moment"):
@@ -128,12 +128,15 @@ def test_a_proposal_has_time_units_and_the_steering_ratio(tmp_path: Path) -> Non
     read_recording(path, RIG, signals=message.partition("--map '")[2].partition("'")[0])
 
 
+@pytest.mark.parametrize("heading", ["Moment", "Moment [Nm]"])
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_proposal_has_units_and_sign_by_the_numbers_of_the_file(sign: int, tmp_path: Path) -> None:
+def test_a_proposal_has_units_and_sign_by_the_numbers_of_the_file(
+    sign: int, heading: str, tmp_path: Path
+) -> None:
     path, t = tmp_path / "run.csv", np.linspace(0, 4, 200)
     psi = 30 * np.sin(2 * t)
     moment = -sign * 20 * np.sign(np.cos(2 * t))
-    write_columns(path, {"Time": 1e3 * t, "Angle": psi, "Moment": moment, "Load": 0.4})
+    write_columns(path, {"Time": 1e3 * t, "Angle": psi, heading: moment, "Load": 0.4})
     message = refused(read_recording, path, RIG)
     option = f"t=Time:ms,psi=Angle:deg,M_z={'-' * (sign < 0)}Moment,F_N=Load:kN"
     assert message.endswith(f"such as --map {option}")

@@ -392,3 +392,11 @@ def test_the_tolerance_of_k_is_no_error_of_a_model_that_was_found(off: float) ->
     assert not (estimates.status & Status.INCONSISTENT).any()
     assert estimates.usable.mean() > 0.5
     assert np.abs(estimates.mu - 0.9)[estimates.usable].max() < 0.2
+
+
+def test_the_bound_says_nothing_while_friction_is_acquired() -> None:
+    both = Status.ACQUIRING | Status.BOUND
+
+    assert both.remedy == Status.ACQUIRING.remedy
+    assert "bound" in Status.BOUND.remedy
+    assert "bound" in (Status.BOUND | Status.RESET).remedy
