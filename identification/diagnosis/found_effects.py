@@ -49,7 +49,7 @@ def found_effects(
 ) -> tuple[FoundEffect, ...]:
     """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`."""
     final = steps[-1].before.fitted
-    added = [step for step in steps if _adds(step, final)]
+    added = _additions(steps, final.model.effects)
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, _ in effects_at_bounds(final)}
     standing_in = _stand_ins(added, at_bounds, left, of_car=of_car)
@@ -99,10 +99,15 @@ def _rivals_outside(step: SearchStep, final: Effects) -> tuple[str, ...]:
     return tuple(effect.name for effect in step.indistinguishable if effect not in final)
 
 
-def _adds(step: SearchStep, final: Fit) -> bool:
-    """Whether a step added an effect of the final model; those that were dropped later are none."""
-    effect = step.after.effects[-1] if step.after and step.after.effects else None
-    return effect in final.model.effects and effect not in step.before.effects
+def _additions(steps: Sequence[SearchStep], final: Effects) -> list[SearchStep]:
+    """The step that added each effect of the final model; the last one, where a law came back."""
+    added: dict[Effect, SearchStep] = {}
+    for step in steps:
+        effect = step.after.effects[-1] if step.after and step.after.effects else None
+        if effect in final and effect not in step.before.effects:
+            added.pop(effect, None)
+            added[effect] = step
+    return list(added.values())
 
 
 def _stand_ins(

@@ -199,3 +199,15 @@ def test_what_a_stand_in_of_a_car_explains_is_unknown_too(of_car: bool, expected
     left = SimpleNamespace(present=True, structured=0.0075)
 
     assert found_effects._stand_ins(steps, set(), left, of_car=of_car) == expected  # type: ignore[arg-type]
+
+
+def test_a_law_that_came_back_is_named_once() -> None:
+    """A flexible law took its place and gave way again."""
+    sets = ((), ("stribeck",), ("stribeck", "offset"), ("offset", "speed law"), ("offset", "stribeck"))
+    trials = [SimpleNamespace(effects=effects) for effects in sets]
+    steps = [SimpleNamespace(before=before, after=after) for before, after in pairwise(trials)]
+    steps.append(SimpleNamespace(before=trials[-1], after=None))
+
+    added = found_effects._additions(steps, ("offset", "stribeck"))  # type: ignore[arg-type]
+
+    assert added == [steps[1], steps[3]]
