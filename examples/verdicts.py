@@ -23,7 +23,7 @@ do as well; no exchange makes a second law of a family. Nothing else was adjuste
 
 "Error" is that of the fit to all recordings, "left out" that of each by the shared parameters of the
 others: root mean squares of the torque over its range, averaged. A stand-in is no finding: it explains
-less than what is left, or a parameter of it is at the end of its range."""
+too little beside what is left, or a parameter of it is at the end of its range."""
 HEADER = (
     "| case | the assumed model lacks | indistinguishable from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"

@@ -34,7 +34,7 @@ class SelectionCriteria:
         further_gain: an effect beside others has to lower the judged error by this share [1].
         law: relative error assumed in the law of an effect; an effect of another family has to explain
             more than this share of what those before it explain [1].
-        second_law: the same for a further effect of a family that is in the model [1].
+        second_law: the same for a further law of a family that has one in the model [1].
         rough_above: judged error, divided by the torque range, above which 40 bristles rank candidates:
             ten times the error that those have [1].
     """
@@ -109,10 +109,21 @@ def exceeds_law_mismatch(
     """
     if present.effects and not richer.nrmse < (1 - criteria.further_gain) * present.nrmse:
         return False
-    known = {effect.family for effect in present.effects} - {"other"}
-    share = criteria.second_law if added.family in known else criteria.law
+    share = criteria.second_law if is_second_law((*present.effects, added)) else criteria.law
     explained = max(declared.nrmse**2 - present.nrmse**2, 0.0)
     return present.nrmse**2 - richer.nrmse**2 > share**2 * explained
+
+
+def is_second_law(effects: Sequence[Effect]) -> bool:
+    """Whether another effect is a law of the last one's family.
+
+    What has values of each recording alone, such as a zero or where it begins, is no law.
+    """
+    *others, last = (
+        None if {p.scope for p in effect.parameters} == {"recording"} else effect.family
+        for effect in effects
+    )
+    return last in {*others} - {None, "other"}
 
 
 def _own_parameters(trial: Trial) -> int:

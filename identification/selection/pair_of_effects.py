@@ -9,8 +9,9 @@ from identification.selection.criteria import (
     addition_justified,
     advantage,
     delta_bic,
+    is_second_law,
 )
-from identification.selection.search_step import SearchStep, is_second_law, rank_for_confirmation
+from identification.selection.search_step import SearchStep, rank_for_confirmation
 from identification.selection.trial_runner import Effects, TrialRunner, values_for
 from identification.selection.trials import Trial
 

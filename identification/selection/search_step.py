@@ -6,7 +6,12 @@ from dataclasses import dataclass
 from identification.fits.fitting import last_effect_at_bound
 from identification.fits.values import Values
 from identification.reading.recordings import Recording
-from identification.selection.criteria import SelectionCriteria, distinguishable, overfits_judged
+from identification.selection.criteria import (
+    SelectionCriteria,
+    distinguishable,
+    is_second_law,
+    overfits_judged,
+)
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
 from symbolic import Effect
@@ -75,12 +80,6 @@ def with_effect(effects: Effects, effect: Effect) -> Effects:
     """The effects and another one; a flexible law takes the place of the others of its family."""
     kept = [e for e in effects if not (effect.flexible and e.family == effect.family)]
     return (*kept, effect)
-
-
-def is_second_law(effects: Effects) -> bool:
-    """Whether another effect is of the last one's family."""
-    *others, last = effects
-    return last.family in {effect.family for effect in others} - {"other"}
 
 
 def without(effects: Effects, removed: Effect) -> Effects:

@@ -16,13 +16,13 @@ from identification.selection.criteria import (
     distinguishable,
     exchange_justified,
     forward_step_justified,
+    is_second_law,
     removal_justified,
 )
 from identification.selection.pair_of_effects import promising_pairs, steps_to_pair
 from identification.selection.search_step import (
     RankedCandidate,
     SearchStep,
-    is_second_law,
     rank_for_confirmation,
     with_effect,
     without,

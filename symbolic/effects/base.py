@@ -27,7 +27,8 @@ Family = Literal[
     "sensor and steering",
     "other",
 ]
-"""Mechanisms; the effects of a family are laws of the same one. An "other" is a mechanism of its own.
+"""Mechanisms; the effects of a family are laws of the same one, but for values of each recording, such
+as a zero. An "other" is a mechanism of its own.
 
 "friction over time" is friction over time and travel: it changes with time or with the angle turned.
 """

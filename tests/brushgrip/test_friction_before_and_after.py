@@ -239,7 +239,7 @@ def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
     assert "assumed model 1 of 2 (first after 5.0 s), by" in benefit(make_diagnosis(), once)
     none = replace(outcome, tracks=(*never, *TRACKS[:2]))
-    assert "assumed model 0 of 2, by" in benefit(make_diagnosis(), none)
+    assert "assumed model none of 2, by" in benefit(make_diagnosis(), none)
     assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
     assert benefit(make_diagnosis(found=False), outcome) == ""
 
@@ -250,8 +250,9 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
 
     assert reservation(diagnosis) == (
         "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e (kingpin to"
-        " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 % of the value used. If that or the model"
-        " is wrong, so is the ±."
+        " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 % of the value used. The ± counts the"
+        " tolerances and, by its size, what the model leaves out; if a value is off by more, so is"
+        " friction."
     )
     text = mail(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
     assert reservation(diagnosis) in text

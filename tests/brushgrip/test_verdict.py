@@ -186,11 +186,32 @@ def test_parameters_have_plain_names() -> None:
     assert plain_parameter("e [fem1]") == ("caster e", "fem1")
 
 
-@pytest.mark.parametrize(("of_car", "expected"), [(True, {"first", "last"}), (False, {"last"})])
-def test_what_a_stand_in_of_a_car_explains_is_unknown_too(of_car: bool, expected: set[str]) -> None:
+@pytest.mark.parametrize(
+    ("squares", "of_car", "expected"),
+    [
+        ((1000, 150, 80, 50), True, {"first", "last"}),
+        ((1000, 150, 80, 50), False, {"first", "last"}),
+        ((1000, 350, 120, 50), True, set()),
+        ((1000, 350, 120, 50), False, {"last"}),
+        ((300, 250, 110, 50), False, {"large", "last"}),
+    ],
+    ids=[
+        "of a car",
+        "a remainder of the first",
+        "a large one of a car",
+        "more",
+        "the second explains most",
+    ],
+)
+def test_what_stands_in_for_something_unknown(
+    squares: tuple[float, ...], of_car: bool, expected: set[str]
+) -> None:
+    """What a stand-in of a car explains is unknown too; without one a further effect may be a remainder.
+
+    0.75 % of range are left, in squares 56: a further effect has to explain 225.
+    """
     effects = [SimpleNamespace(name=name) for name in ("large", "first", "last")]
-    # Shares of the range; what is left has 0.75 % of structure.
-    errors = np.sqrt(1e-6 * np.array([1000.0, 150.0, 80.0, 50.0]))
+    errors = np.sqrt(1e-6 * np.array(squares))
     trials = [SimpleNamespace(effects=effects[:n], nrmse=error) for n, error in enumerate(errors)]
     steps = [
         SimpleNamespace(before=before, after=after, with_neither=None)
@@ -199,3 +220,15 @@ def test_what_a_stand_in_of_a_car_explains_is_unknown_too(of_car: bool, expected
     left = SimpleNamespace(present=True, structured=0.0075)
 
     assert found_effects._stand_ins(steps, set(), left, of_car=of_car) == expected  # type: ignore[arg-type]
+
+
+def test_a_law_that_came_back_is_named_once() -> None:
+    """A flexible law took its place and gave way again."""
+    sets = ((), ("stribeck",), ("stribeck", "offset"), ("offset", "speed law"), ("offset", "stribeck"))
+    trials = [SimpleNamespace(effects=effects) for effects in sets]
+    steps = [SimpleNamespace(before=before, after=after) for before, after in pairwise(trials)]
+    steps.append(SimpleNamespace(before=trials[-1], after=None))
+
+    added = found_effects._additions(steps, ("offset", "stribeck"))  # type: ignore[arg-type]
+
+    assert added == [steps[1], steps[3]]

@@ -8,7 +8,7 @@ from identification import Recording
 from identification.fits.autocorrelation import effective_samples
 from identification.selection.criteria import DEFAULT_CRITERIA
 from identification.selection.trials import Judgement, Trial
-from symbolic import Effect
+from symbolic import Effect, Parameter
 
 SECONDS, PER_SECOND = 80, 50
 Pair = tuple[Trial, list[Recording]]
@@ -28,9 +28,14 @@ class FlexibleLaw(Law):
 
 
 def effect_of(name: str) -> Effect:
-    """An effect by its letter: s and t are laws of one family, f is its flexible one."""
-    kind = {"s": Law, "t": Law, "f": FlexibleLaw}.get(name, Effect)
-    return kind(name=name, summary=name, parameters=())
+    """An effect by its letter: s and t are laws of one family, f is its flexible one.
+
+    z is of the same family and has values of each recording alone.
+    """
+    kind = {"s": Law, "t": Law, "z": Law, "f": FlexibleLaw}.get(name, Effect)
+    own = Parameter(name="zero", unit="1", neutral=0.0, start=0.1, lower=-1.0, upper=1.0, scale=0.1,
+                    scope="recording")  # fmt: skip
+    return kind(name=name, summary=name, parameters=(own,) if name == "z" else ())
 
 
 def with_effects(trial: Trial, names: str) -> Trial:

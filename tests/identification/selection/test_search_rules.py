@@ -128,6 +128,13 @@ def test_a_second_law_of_a_family_has_to_explain_much_more(
     assert path(searched(Scripted(pair, table(s=5, t=6, st=with_both)), "st")) == expected
 
 
+@pytest.mark.parametrize(("first", "second"), ["sz", "zs"])
+def test_a_zero_of_each_recording_is_no_second_law(pair: Pair, first: str, second: str) -> None:
+    """No wrong law of its family leaves what a zero explains, and no zero leaves a law."""
+    errors = table(**{first: 5, second: 6, first + second: 4.4})
+    assert path(searched(Scripted(pair, errors), "sz")) == [first, first + second]
+
+
 @pytest.mark.parametrize(
     ("errors", "expected"),
     [({"a": 3, "ab": 2.6}, "ab"), ({"a": 3, "ab": 2.7}, "a"), ({"a": 8, "ab": 7.65}, "a")],
