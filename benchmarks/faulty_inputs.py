@@ -22,8 +22,8 @@ Inputs = Mapping[str, Any]
 as declared. What a fault needs of the recording: tyre and period [s]; angle [rad] and rate [rad/s] of
 the wheel, (n,); ground, M_z in the torque [N m], and its sign there, 1 or -1."""
 Fault = Callable[[Any, np.random.Generator], Inputs]
-LOAD, BRISTLES = 400.0, 500
-"""Load [N] and bristles of the rig."""
+LOAD, BRISTLES, NOISE = 400.0, 500, 0.004
+"""Load [N] and bristles of the rig; noise of its torque, as a share of the range [1]."""
 
 
 def scaled(channel: str, factor: float) -> Fault:
@@ -51,6 +51,34 @@ def clipped(share: float, *, one_sided: bool = False) -> Fault:
         return {**inputs, "torque": np.clip(inputs["torque"], least, most)}
 
     return fault
+
+
+def clipped_before_noise(share: float) -> Fault:
+    """An amplifier that ends there; the converter behind it has the sensor's noise."""
+
+    def fault(inputs: Any, rng: np.random.Generator) -> Inputs:
+        torque = clipped(share)(inputs, rng)["torque"]
+        noise = NOISE * np.ptp(inputs["torque"]) * rng.standard_normal(torque.size)
+        return {**inputs, "torque": torque + noise}
+
+    return fault
+
+
+def saturating(share: float) -> Fault:
+    """A sensor, or a motor, that gives way before it ends at a share of the greatest torque."""
+
+    def fault(inputs: Any, _: Any) -> Inputs:
+        most = share * np.abs(inputs["torque"]).max()
+        return {**inputs, "torque": most * np.tanh(inputs["torque"] / most)}
+
+    return fault
+
+
+def one_way(factor: float) -> Fault:
+    """A torque sensor with another scale for one sign."""
+    return lambda inputs, _: {
+        **inputs, "torque": inputs["torque"] * np.where(inputs["torque"] > 0, factor, 1.0)
+    }  # fmt: skip
 
 
 def low_passed(time: float) -> Fault:
@@ -152,6 +180,9 @@ FAULTS: dict[str, Fault] = {
         1e-3, 0.102, 0.2248, 0.5, 0.8, 0.9, 1.1, 1.25, 2, 4.448)},
     **{f"torque clipped at {s:g}": clipped(s) for s in (0.3, 0.5, 0.7)},
     "torque clipped to one side": clipped(0.5, one_sided=True),
+    **{f"torque clipped at {s:g} before noise": clipped_before_noise(s) for s in (0.3, 0.5, 0.7)},
+    **{f"torque saturates at {s:g}": saturating(s) for s in (0.5, 0.8)},
+    **{f"torque of one sign × {f:g}": one_way(f) for f in (0.5, 0.7, 0.85)},
     **{f"torque late by {1000 * t:g} ms": late("torque", t) for t in (0.03, 0.1, 0.3)},
     "psi late by 100 ms": late("psi", 0.1),
     **{f"torque low-passed, {t:g} s": low_passed(t) for t in (0.05, 0.2, 0.5)},

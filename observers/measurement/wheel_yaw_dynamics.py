@@ -116,7 +116,10 @@ class SteeringTorque:
             name: ca.if_else(known, ca.if_else(closes, new, before[name]), 0)
             for name, new in moved.items()
         }
-        psi, M_z = (ca.if_else(ready, part, float("nan")) for part in (before["psi_b"], M_z))
+        # Without a torque the path goes on: a turn back that nobody saw would pass for less friction.
+        unseen = ca.if_else(is_known(sample["M"]), float("nan"), sample["psi"])
+        psi = ca.if_else(ready, before["psi_b"], unseen)
+        M_z = ca.if_else(ready, M_z, float("nan"))
         return after, psi, M_z, ca.if_else(ready, variance, 0)
 
     def check(self, rig: Rig, model: Model) -> None:

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
-from observers.embedded import DOUBLE, SINGLE
+from observers.embedded import DOUBLE, SINGLE, Real
 from observers.embedded.patches.exact_patch import DEPTH
 from reference_rig import RigTyre, hand_path, simulate_bristles
 from symbolic import Model, full_slide_level, simulate
@@ -187,6 +187,20 @@ def test_single_precision(single_patch: Patch, patch: Patch, seed: int) -> None:
     actual, better = single_patch.run(psi, F_N), patch.run(psi, F_N)
 
     assert np.abs(actual.M_z - better.M_z).max() < 2e-5 * np.ptp(better.M_z)
+
+
+@pytest.mark.parametrize("real", [DOUBLE, SINGLE], ids=["double", "single"])
+def test_loops_that_close_to_the_last_digit(patch: Patch, single_patch: Patch, real: Real) -> None:
+    # An encoder gives the same angle again, and the far limit is then reached without a remainder.
+    rng, parts = np.random.default_rng(1), [np.zeros(1)]
+    for side in (-1.0, 1.0) * 150:
+        there, back = rng.uniform(-0.5, 0.5), rng.uniform(0.03, 0.2)
+        parts += [np.linspace(0.8 * side, there, 8), [there + side * back], np.full(3, there)]
+    psi = SINGLE.round(np.concatenate(parts))
+    actual = (patch if real is DOUBLE else single_patch).run(psi, steady(psi.size))
+    expected, _ = exact(psi, steady(psi.size))
+
+    assert np.abs(actual.M_z - expected).max() < 1e-4 * np.ptp(expected)
 
 
 @pytest.mark.parametrize(("path", "most"), [("decaying", 4e-3), ("noise", 1e-3)])

@@ -182,9 +182,10 @@ static void turn_patch(${name}_patch_t *patch, ${real} psi, ${real} level, ${rea
     if (patch->is_turning == 0) {
         return;
     }
-    /* The tail comes from the last corner, as it was, and reaches the far limit where it has not yet. */
+    /* The tail comes from the last corner, as it was, and reaches the far limit where it is not beyond; a loop that
+       closes to the last digit ends on the limit: the tail is flat from there. */
     level = turn > 0.0 ? -level : level;
-    if (turn > 0.0 ? r > level : r < level) {
+    if (turn > 0.0 ? r >= level : r <= level) {
         add_corner(patch, xi + (r - level) / turn, level, turn, 1);
     }
 }
