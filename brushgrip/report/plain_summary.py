@@ -73,7 +73,7 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
 def lines_to_send(
     diagnosis: Diagnosis, outcome: FrictionOutcome | None, warning: str = ""
 ) -> list[tuple[str, str]]:
-    """A mail, each line a label and a text: friction, how sure, to do, what for, cause, what is open."""
+    """A mail, each line a label and a text; what is acted on comes first."""
     told = outcome or FrictionOutcome(before={}, after={}, grounds={})
     known = any(track.last_usable is not None for track in told.tracks_of(EKF_FOUND).values())
     steps = next_steps(diagnosis, told)
@@ -91,9 +91,9 @@ def lines_to_send(
         ),
         "How sure": sure,
         "To do": sentence(";\n".join(numbered)),
-        "Valid for": validity(diagnosis),
         **finding,
         "Gain": " ".join(filter(None, (benefit(diagnosis, told), error_to_quote(diagnosis)))),
+        "Valid for": validity(diagnosis),
         "Not known": sentence("; ".join(_open_questions(diagnosis, told))),
     }
     return [(label, text) for label, text in lines.items() if text]

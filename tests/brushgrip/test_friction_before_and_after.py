@@ -111,7 +111,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other speeds")
     assert rest == []
-    assert f"\nTo do: (1) {again};\n(2) {other}.\nValid for: " in text
+    assert f"\nTo do: (1) {again};\n(2) {other}.\nWhat the " in text
     note = "note on ice: no band for a further recording yet, which takes 3 recordings with usable"
     assert friction_and_notes(judged) == ([], [f"{note} friction; here 2 of 4"])
     unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
