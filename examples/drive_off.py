@@ -13,7 +13,7 @@ tolerances. The driveline is simple: two driven front wheels with a brush for th
 friction the faster the tread slides, and a traction control that takes torque away where it slips, late
 as a real one. The car asks for as much torque as it needs on dry ground. Knowing friction, it asks for
 no more than nine tenths of what both tyres hold; where friction is not usable, it says so and drives off
-as without.
+by the least that it expects, ice.
 """
 
 import sys
@@ -55,6 +55,8 @@ LOAD, SLIP_STIFFNESS, FADING = CAR.axle_load / 2, 18.0, 0.2
 """Of a driven wheel [N]; its force over slip and load [1]; share of friction that fades as it slides."""
 WANTED, SHARE = 0.45, 0.9
 """Force that is asked for over the load of the driven wheels, and share of friction that is used [1]."""
+LEAST = 0.05
+"""Friction that is acted on where none is usable, the least that is expected [1]."""
 STEP, FAST, SLIPPING = 1e-3, 3.0, 0.3
 """Step [s]; speed of the car at which it has driven off [m/s]; speed of the tread that is slip [m/s]."""
 LATE, CUT, RISE = 0.08, 0.5, 2.0
@@ -127,13 +129,15 @@ def main() -> None:
     )
     for ground, mu in GROUNDS.items():
         found, std, remedy = friction_of(steered(mu))
-        without, true, by_estimate = (drive_off(mu, known) for known in (nan, mu, found))
+        without, true, by_estimate = (
+            drive_off(mu, known) for known in (nan, mu, LEAST if remedy else found)
+        )
         cells = "   ".join(
             f"{one.slip:5.2f} s of {one.time:5.2f} s" for one in (without, true, by_estimate)
         )
         print(f"{ground:14}{mu:5.2f}   {cells}   mu = {found:.3f} +- {std:.3f}")
         if remedy:
-            print(f"{ground}: friction is not usable, drives off as without: {remedy}")
+            print(f"{ground}: friction is not usable, drives off as on {LEAST:g}: {remedy}")
 
 
 if __name__ == "__main__":

@@ -22,7 +22,11 @@ _SHOWN, _MARGIN = (0.05, 0.95), 0.15
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Estimates:
-    """Causal estimates over a recording; arrays of shape (n,), fields as in `Estimate`."""
+    """Causal estimates over a recording; arrays of shape (n,), fields as in `Estimate`.
+
+    Attributes:
+        turn: angle turned since the last sample that had one, without its sign [rad].
+    """
 
     t: Array
     mu: Array
@@ -35,6 +39,7 @@ class Estimates:
     M_slide: Array
     nis: Array
     status: NDArray[np.int64]
+    turn: Array
 
     @property
     def measured(self) -> NDArray[np.bool_]:

@@ -55,6 +55,7 @@ class FrictionTrack:
         changes: instants at which the observer detected a change of the ground [s], shape (c,).
         inconsistent: True where model and stated error do not explain the torque: the band is too
             narrow.
+        turn: angle turned since the sample before, as in `Estimates`; None counts every sample alike.
         reference: effective friction to compare with [1], None where unknown.
         reference_label: where the reference comes from.
         last_status: of the last sample.
@@ -71,6 +72,7 @@ class FrictionTrack:
     usable: NDArray[np.bool_]
     changes: Array = field(default_factory=lambda: np.empty(0))
     inconsistent: NDArray[np.bool_] | None = None
+    turn: Array | None = None
     reference: float | None = None
     reference_label: str = "declared μ"
     last_status: Status = Status.USED
@@ -81,7 +83,8 @@ class FrictionTrack:
     def last_usable(self) -> int | None:
         """As `brushgrip.wording.friction.last_usable`."""
         begin = int(np.searchsorted(self.t, self.changes[-1])) if self.changes.size else 0
-        return last_uncontradicted(self.usable, self.inconsistent, begin)
+        turn = np.ones(self.t.size) if self.turn is None else self.turn
+        return last_uncontradicted(self.usable, self.inconsistent, begin, turn)
 
 
 def model_observer(
@@ -294,6 +297,7 @@ def friction_track(
         usable=estimates.usable,
         changes=estimates.t[estimates.status & Status.RESET != 0],
         inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.measured,
+        turn=estimates.turn,
         reference=recording.tyre.mu,
         last_status=Status(int(estimates.status[-1])),
         usable_share=estimates.usable_share,

@@ -98,7 +98,7 @@ def missing_effects(diagnosis: Diagnosis) -> str:
     """What the assumed model leaves out (`LEFT_OUT`); empty where nothing is certain."""
     if not any(effect.grade in CLEAR for effect in diagnosis.effects):
         return ""
-    told, (kind, before, after) = [], judged_error_percentages(diagnosis)
+    told, (kind, before, _) = [], judged_error_percentages(diagnosis)
     before += " "
     causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
     for cause, group in groupby(causes, key=itemgetter(1)):
@@ -113,7 +113,8 @@ def missing_effects(diagnosis: Diagnosis) -> str:
             names = listed([plain(effect.name) for effect in effects])
             told.append(f"{names} in place of a cause that is not known ({fall}{UNPROVEN})")
     if diagnosis.unexplained.present:
-        unknown = f"the rest, {after} of the torque's range, without an explanation"
+        rest = percent(diagnosis.unexplained.structured)
+        unknown = f"the rest, {rest} of the torque's range, without an explanation"
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
     numbers = [f"({i}) " * (len(told) > 1) for i in range(1, len(told) + 1)]
     return f"{'; '.join(map(add, numbers, told))}."

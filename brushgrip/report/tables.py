@@ -72,8 +72,8 @@ def friction_by_ground(friction: FrictionOutcome, diagnosis: Diagnosis) -> Repor
     ]
     return ReportTable(
         caption="Friction μ_eff of each recording ± 95 % band: the last reliable value, and when it is"
-        " reliable (EKF on the model found). It counts unless the samples after it that the model does"
-        f" not explain are more than {CONTRADICTED:g} times the reliable ones"
+        " reliable (EKF on the model found). It counts unless the wheel turned, after it and while the"
+        f" model does not explain the torque, more than {CONTRADICTED:g} times as far as while reliable"
         + "; --ground NAME says it for a further recording too"
         * (not named),
         headings=("recording", *["ground"][:named], "median load [N]", "μ_eff", "reliable"),

@@ -169,7 +169,7 @@ def _why_weak(effect: FoundEffect) -> str:
             " without --holdout."
         )
     if min(errors or 0.0, off or 0.0) >= CLEAR_ERRORS and effect.delta_bic <= CLEAR_BIC:
-        return f"Only the fit to one log demands it ({listed([*gain, *size])}), none confirms it."
+        return f"Only the fit to one recording demands it ({listed([*gain, *size])}), none confirms it."
     figures = f" ({listed([*gain, *size])}; {CLEAR_ERRORS:g} of each are asked for)"
     return f"It may be chance{figures * bool(gain or size)}."
 

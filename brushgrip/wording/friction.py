@@ -14,6 +14,7 @@ from observers.protocol import UNCHECKED, uninformed_remedy
 from observers.quality.ground_friction import MIN_RECORDINGS
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 from symbolic import Rig
+from symbolic.array_alias import Array
 
 SLIPPERY = 0.15
 """Friction below which dry friction of a sensor matters [1]."""
@@ -60,8 +61,9 @@ OF_CAR = {
 }
 """What a remedy names, as a vehicle file calls it."""
 CONTRADICTED = 3.0
-"""Inconsistent samples after the last usable one, over the usable ones, beyond which friction is not
-told [1]: what was usable for a moment, and does not explain the torque afterwards, was wrong."""
+"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which friction
+is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was wrong. A
+wheel at rest shows neither."""
 LEAST_PART = 0.1
 """Share of a band below which a part of it is not told [1]."""
 
@@ -101,19 +103,19 @@ def last_usable(estimates: Estimates) -> int | None:
     changes = np.flatnonzero(estimates.status & Status.RESET)
     begin = int(changes[-1]) if changes.size else 0
     inconsistent = (estimates.status & Status.INCONSISTENT != 0) & estimates.measured
-    return last_uncontradicted(estimates.usable, inconsistent, begin)
+    return last_uncontradicted(estimates.usable, inconsistent, begin, estimates.turn)
 
 
 def last_uncontradicted(
-    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int
+    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array
 ) -> int | None:
-    """The last usable sample from `begin` on; None for none, or if too many inconsistent ones follow."""
+    """The last usable sample from `begin` on; None for none, or if too much of the turn contradicts it."""
     known = begin + np.flatnonzero(usable[begin:])
     if not known.size:
         return None
     last = int(known[-1])
-    after = 0 if inconsistent is None else int(inconsistent[last + 1 :].sum())
-    return last if after <= CONTRADICTED * known.size else None
+    after = 0.0 if inconsistent is None else float(turn[last + 1 :] @ inconsistent[last + 1 :])
+    return last if after <= CONTRADICTED * turn[known].sum() else None
 
 
 def told_parts(budget: Mapping[str, float]) -> dict[str, float]:

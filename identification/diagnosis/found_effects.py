@@ -57,8 +57,8 @@ def found_effects(
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, _ in effects_at_bounds(final)}
     standing_in = _stand_ins(added, at_bounds, left, of_car=of_car)
-    # Nothing judges the fit of one log of a car, which leaves something open.
-    alone = of_car and left.present and len(recordings) == 1 and not steps[-1].before.held_out
+    # Nothing but the fit judges a single recording.
+    alone = len(recordings) == 1 and not steps[-1].before.held_out
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
     effects = []
     for step in added:

@@ -59,7 +59,7 @@ class NativeObserver:
         outputs = np.empty((t.size, len(ESTIMATE)), self.real.dtype)
         pointers = (ctypes.c_void_p(array.ctypes.data) for array in (samples, outputs))
         self.library.run(ctypes.c_int64(t.size), *pointers)
-        return as_estimates(t, outputs.T.astype(float))
+        return as_estimates(t, outputs.T.astype(float), psi)
 
 
 def compile_native(observer: FunctionObserver, real: Real = SINGLE) -> NativeObserver:

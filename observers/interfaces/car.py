@@ -88,4 +88,4 @@ def run_standstills(
         row[:begin] = np.where(np.isfinite(row[:begin]), row[:begin], getattr(prior, name, np.nan))
         held = stretch < 0
         row[held] = row[last[held]]
-    return as_estimates(np.asarray(t, dtype=float), rows)
+    return as_estimates(np.asarray(t, dtype=float), rows, psi)

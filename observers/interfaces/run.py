@@ -57,7 +57,7 @@ def run(
     beyond = beyond_limits(samples[:, :begins], sample_limits_of(observer))
     rows[ESTIMATE.index("status"), :begins] = Status.MISSING + Status.IMPLAUSIBLE * beyond
     rows[:, begins:] = _estimates(observer, samples[:, begins:], one_by_one)
-    return as_estimates(np.asarray(t, dtype=float), rows)
+    return as_estimates(np.asarray(t, dtype=float), rows, psi)
 
 
 def samples_and_start(
@@ -97,8 +97,10 @@ def samples_and_start(
     return samples, begins
 
 
-def as_estimates(t: Array, rows: Array) -> Estimates:
+def as_estimates(t: Array, rows: Array, psi: Array) -> Estimates:
     """Rows as in `ESTIMATE`, one column a sample, by name; before anything is known they hold NaN."""
+    known, turn = np.flatnonzero(np.isfinite(psi)), np.zeros(t.size)
+    turn[known[1:]] = np.abs(np.diff(np.asarray(psi, dtype=float)[known]))
     arrays = dict(zip(ESTIMATE, rows, strict=True))
     informed, usable, status = (arrays.pop(name) for name in ("informed", "usable", "status"))
     return Estimates(
@@ -107,6 +109,7 @@ def as_estimates(t: Array, rows: Array) -> Estimates:
         informed=informed == 1,
         usable=usable == 1,
         status=np.where(np.isfinite(status), status, int(Status.MISSING)).astype(int),
+        turn=turn,
     )
 
 

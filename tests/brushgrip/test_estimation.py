@@ -172,6 +172,7 @@ def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recordi
         M_slide=np.ones(n),
         nis=np.ones(n),
         status=status,
+        turn=np.zeros(n),
     )
     track = friction_track(ObserverName.EKF, recording, estimates, "assumed model")
 

@@ -161,6 +161,7 @@ def estimates(
         M_slide=np.ones(size),
         nis=np.ones(size),
         status=np.array(status, dtype=np.int64),
+        turn=np.ones(size),
     )
 
 
@@ -208,6 +209,11 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
     # Another ground since then makes it a fault of that ground.
     again = replace(usable, status=np.where(seen.t == 0, int(Status.RESET), seen.status))
     assert (last_usable(again) == 9) == is_told
+    # A wheel at rest shows neither: samples while it stood count for nothing, whatever they say.
+    usable, contradicted = [Status.USED] * 1000, [Status.INCONSISTENT] * 1000
+    rested = estimates(*usable, *seen.status.tolist(), *contradicted)
+    turn = np.pad(seen.turn, 1000)
+    assert (last_usable(replace(rested, usable=rested.status == 0, turn=turn)) == 1009) == is_told
 
 
 def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:

@@ -106,7 +106,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert text.endswith("\nNot known: Friction in c and d; friction in b after 7.0 s.")
-    assert "(3) the rest, 2.37 % of the torque's range, without an explanation.\nGain: T" in text
+    assert "(3) the rest, 1.20 % of the torque's range, without an explanation.\nGain: T" in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other speeds")
@@ -295,7 +295,7 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(found,))) == (
         f"(1) {told} (error 4.30 % → 3.00 %; the gain is not luck, this cause likely but not proven);"
-        " (2) the rest, 2.37 % of the torque's range, without an explanation."
+        " (2) the rest, 1.20 % of the torque's range, without an explanation."
     )
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")

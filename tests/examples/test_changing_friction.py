@@ -19,7 +19,7 @@ def test_a_stroke_is_judged_by_its_last_quarter() -> None:
     status = np.where(np.abs(t - 2.0) < 0.004, int(Status.RESET), 0)
     found = Estimates(
         t=t, mu=n, mu_std=n, M_z_predicted=n, informed=n > 0, usable=n > 0, mu_eff=n + 0.9,
-        mu_eff_std=n + 0.1, M_slide=n, nis=n, status=status,
+        mu_eff_std=n + 0.1, M_slide=n, nis=n, status=status, turn=n,
     )  # fmt: skip
     rows = strokes(recording, found)
 

@@ -161,6 +161,18 @@ def test_what_acts_in_the_first_slide_alone_is_identified() -> None:
     assert effect.grade == "strong"
 
 
+def test_the_fit_to_a_single_recording_identifies_nothing() -> None:
+    recordings = read_campaign("stribeck", 0, duration=8.0)[1]
+    graded = {}
+    for count in (1, 2):
+        (effect,) = diagnose(recordings[:count], candidates=["stribeck"], jobs=1).effects
+        assert effect.standard_errors is not None
+        assert effect.standard_errors > CLEAR_ERRORS
+        graded[count] = effect.grade
+
+    assert graded == {1: "weak", 2: "strong"}
+
+
 @pytest.mark.parametrize(
     "candidates",
     [

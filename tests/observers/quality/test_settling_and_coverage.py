@@ -17,6 +17,7 @@ def track(mu_eff, std, informed=None):
         t=10.0 + 0.5 * np.arange(n), mu=mu_eff, mu_std=std, M_z_predicted=np.zeros(n), informed=known,
         usable=known,
         status=np.zeros(n, dtype=int), mu_eff=mu_eff, mu_eff_std=std, M_slide=mu_eff, nis=np.ones(n),
+        turn=np.ones(n),
     )  # fmt: skip
 
 
