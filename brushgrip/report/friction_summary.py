@@ -61,8 +61,8 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     measurable = sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD))
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
         line += (
-            " All recordings share the errors of lengths and load; to measure these exactly would take"
-            f" off {100 * measurable:.0f} %."
+            " All recordings share the errors of lengths and load; to measure these exactly would make"
+            f" the ± of a recording {100 * (1 - np.sqrt(1 - measurable)):.0f} % smaller."
         )
     return line
 

@@ -112,8 +112,8 @@ def _friction(diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool) ->
     other = [f"{one.mu_eff / ratio:.2f} on {ground}" for ground, one in bands.items()]
     value = listed(other) if len(bands) == len(outcome.grounds) else f"{1 / ratio:.2g} times as much"
     return (
-        f"Provisional until torque and half-length are checked: {line}; if the torque's scale is wrong"
-        f" by as much as k suggests, about {value}."
+        f"Provisional until torque and half-length are checked: {line}; if the torque reads"
+        f" {'too high' if ratio > 1 else 'too low'}, as the stiffness found may mean, about {value}."
     )
 
 
@@ -121,17 +121,18 @@ def _holds(outcome: FrictionOutcome) -> str:
     """How often the ± of the grounds and of the recordings that are named holds, and why it is wide."""
     further = outcome.further()
     bands = [one.further is not None for one in further.values()]
-    within = ["in 95 of 100 further recordings of this kind on this ground"] * any(bands)
+    within = ["One more recording of this kind on this ground comes out within ±"] * any(bands)
     if len(further) < len(outcome.grounds) or not all(bands):
-        named = " where a recording is named" * any(bands)
-        within.append(f"the true value{named} in 95 of 100 cases")
+        within.append(f"{'w' if any(bands) else 'W'}here a recording is named, the truth lies within ±")
     wide = [
         f" Most of the ± on {ground} comes from {differ}."
         for ground, one in further.items()
         if (differ := _differences(outcome, ground, one))
     ]
-    shared = ", but not for a shared error beyond the tolerances"
-    return f"The ± holds {', and '.join(within)}{shared}.{''.join(wide)}{grounds_alike(outcome)}"
+    shared = (
+        "in 95 of 100 cases; an error beyond the tolerances, which all recordings share, is not in it"
+    )
+    return f"{', and '.join(within)} {shared}.{''.join(wide)}{grounds_alike(outcome)}"
 
 
 def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:
@@ -143,8 +144,8 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
     scatter = friction.scatter or 0.0
     times = sqrt(friction.scatter_share or 0.0) * (friction.further or 0.0) / scatter
     return (
-        f"how {len(values)} recordings differ ({min(values):.2f} to {max(values):.2f}, with a standard"
-        f" deviation of {scatter:.2f}, counted {times:.1f} times as they are few)"
+        f"how {len(values)} recordings differ ({min(values):.2f} to {max(values):.2f}); as they are few,"
+        f" it is {times:.1f} times their standard deviation of {scatter:.2f}"
     )
 
 

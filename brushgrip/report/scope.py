@@ -81,7 +81,7 @@ def doubts(diagnosis: Diagnosis) -> list[str]:
 
 def reservation(diagnosis: Diagnosis) -> str:
     """What the bands of friction rest on that no recording tells, in one or two sentences."""
-    notes = [note for note in diagnosis.notes if note.startswith((ASSUMED, OFF_STIFFNESS))]
+    notes = [n for begin in (OFF_STIFFNESS, ASSUMED) for n in diagnosis.notes if n.startswith(begin)]
     counted = (
         "The ± counts the tolerances and, by its size, what the model leaves out; if a value is off by"
         " more, so is friction."
@@ -99,7 +99,7 @@ def missing_effects(diagnosis: Diagnosis) -> str:
     if not any(effect.grade in CLEAR for effect in diagnosis.effects):
         return ""
     told, (kind, before, _) = [], judged_error_percentages(diagnosis)
-    before += " "
+    before = f"with k refitted {before} "
     causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
     for cause, group in groupby(causes, key=itemgetter(1)):
         effects = [effect for effect, _ in group]
@@ -188,8 +188,8 @@ def benefit(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
         return ""
     return (
-        f"Recordings with a friction to rely on: by the assumed model {_known(declared)}, by the model"
-        f" found {_known(found)}."
+        f"Recordings whose torque the model explains, so that it tells friction: the assumed"
+        f" model {_known(declared)}, the model found {_known(found)}."
     )
 
 

@@ -71,12 +71,12 @@ def friction_by_ground(friction: FrictionOutcome, diagnosis: Diagnosis) -> Repor
         if name in tracks
     ]
     return ReportTable(
-        caption="Friction μ_eff of each recording ± 95 % band: the last reliable value, and when it is"
-        " reliable (EKF on the model found). It counts unless the wheel turned, after it and while the"
-        f" model does not explain the torque, more than {CONTRADICTED:g} times as far as while reliable"
+        caption="Friction μ_eff of each recording ± 95 % band: the last usable value, and when it is"
+        " usable (EKF on the model found). It counts unless the wheel turned, after it and while the"
+        f" model does not explain the torque, more than {CONTRADICTED:g} times as far as while usable"
         + "; --ground NAME says it for a further recording too"
         * (not named),
-        headings=("recording", *["ground"][:named], "median load [N]", "μ_eff", "reliable"),
+        headings=("recording", *["ground"][:named], "median load [N]", "μ_eff", "usable"),
         rows=rows,
         words=(1, 4) if named else (3,),
     )

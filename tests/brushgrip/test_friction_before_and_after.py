@@ -102,7 +102,10 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
     assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings)." in text
-    assert "How sure: The ± holds the true value in 95 of 100 cases, but not for a shared error" in text
+    assert (
+        "How sure: Where a recording is named, the truth lies within ± in 95 of 100 cases; an error"
+        in text
+    )
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert text.endswith("\nNot known: Friction in c and d; friction in b after 7.0 s.")
@@ -131,13 +134,14 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         [f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"],
         [],
     )
-    within = "in 95 of 100 further recordings of this kind on this ground"
+    within = "One more recording of this kind on this ground comes out within ±"
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert f": 1.20 ± {half:.2f} on ice; not known (from 4" in text
     assert (
-        f"The ± holds {within}, and the true value where a recording is named in 95 of 100 cases, but"
-        " not for a shared error beyond the tolerances. Most of the ± on ice comes from how 3 recordings"
-        " differ (1.10 to 1.30, with a standard deviation of 0.10, counted 5.0 times as they are few). "
+        f"{within}, and where a recording is named, the truth lies within ± in 95 of 100 cases; an error"
+        " beyond the tolerances, which all recordings share, is not in it. Most of the ± on ice comes"
+        " from how 3 recordings differ (1.10 to 1.30); as they are few, it is 5.0 times their standard"
+        " deviation of 0.10."
     ) in text
     # Six of the same scatter: t of five degrees of freedom is 2.5706.
     wider = np.hypot(2.5706 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
@@ -150,7 +154,7 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert "Most of the" not in same and "more times" not in same  # noqa: PT018
     alone = replace(judged, grounds={"ice": ("a", "b", "c")})
     text = mail(make_diagnosis(("a", "b"), ("c",)), alone)
-    assert f"The ± holds {within}, but not" in text, (
+    assert f"{within} in 95 of 100 cases; an" in text, (
         "one meaning of 95 of 100, on top and in the paragraph"
     )
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
@@ -166,7 +170,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     text = mail(graded, replace(make_outcome("c"), tracks=TRACKS))
 
     assert (
-        "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise (error 4.20 % →"
+        "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise (error"
+        " with k refitted 4.20 % →"
         " 3.00 %; one of these, not known which); (2) the torque channel has a zero error (error →"
         " 2.30 %; may be chance); (3)" in text
     )
@@ -175,7 +180,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     other = mail(replace(graded, effects=(drift,)), replace(make_outcome("c"), tracks=TRACKS))
     assert (
         "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise or friction"
-        " changes with time or with the angle turned (error 4.20 % → 3.00 %; one of these, not known"
+        " changes with time or with the angle turned (error with k refitted 4.20 % → 3.00 %;"
+        " one of these, not known"
         " which); (2) the rest" in other
     )
     assert "which of carcass torsion or friction drift it is" in other
@@ -232,14 +238,15 @@ def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
     assert benefit(make_diagnosis(), outcome) == (
-        "Recordings with a friction to rely on: by the assumed model 2 of 2 (first after 5.0 s; 1 not to"
-        " the end), by the model found 2 of 2 (first after 5.0 s; 1 not to the end)."
+        "Recordings whose torque the model explains, so that it tells friction: the assumed model"
+        " 2 of 2 (first after 5.0 s; 1 not to the end), the model found 2 of 2 (first after"
+        " 5.0 s; 1 not to the end)."
     )
     never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
-    assert "assumed model 1 of 2 (first after 5.0 s), by" in benefit(make_diagnosis(), once)
+    assert "assumed model 1 of 2 (first after 5.0 s), the" in benefit(make_diagnosis(), once)
     none = replace(outcome, tracks=(*never, *TRACKS[:2]))
-    assert "assumed model none of 2, by" in benefit(make_diagnosis(), none)
+    assert "assumed model none of 2, the" in benefit(make_diagnosis(), none)
     assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
     assert benefit(make_diagnosis(found=False), outcome) == ""
 
@@ -294,7 +301,8 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
 
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(found,))) == (
-        f"(1) {told} (error 4.30 % → 3.00 %; the gain is not luck, this cause likely but not proven);"
+        f"(1) {told} (error with k refitted 4.30 % → 3.00 %; the gain is not luck, this cause"
+        f" likely but not proven);"
         " (2) the rest, 1.20 % of the torque's range, without an explanation."
     )
     # What may be another effect of the model is not clear.
@@ -372,7 +380,9 @@ def test_an_error_step_by_step_is_told_where_one_judge_gave_them_all() -> None:
     assert told.startswith(
         "(1) the tyre's body yields, or its pressure is spread otherwise (the gain is not luck"
     )
-    assert "(error 4.20 % → 3.00 %; the gain" in missing_effects(make_diagnosis(("a", "b"), ("c",)))
+    assert "(error with k refitted 4.20 % → 3.00 %; the gain" in missing_effects(
+        make_diagnosis(("a", "b"), ("c",))
+    )
 
 
 def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -> None:
@@ -383,9 +393,9 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         (label, line), *_ = lines_to_send(diagnosis, outcome)
         assert label == "Friction between tyre and ground"
         assert line.startswith("Provisional until torque and half-length are checked: 1.20 ± ")
-        assert line.endswith(f"is wrong by as much as k suggests, {way}.")
+        assert line.endswith(f"as the stiffness found may mean, {way}.")
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
-    assert "k suggests, about 2 times as much." in mail(diagnosis, alone)
+    assert "may mean, about 2 times as much." in mail(diagnosis, alone)
     sound = replace(diagnosis, stiffness_ratio=1.0)
     assert "Provisional" not in mail(sound, outcome)
     # Where no friction was estimated, what was found comes first.

@@ -160,7 +160,8 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
     assert page.headings == [
         "What the assumed tyre model leaves out: (1) the tyre's body yields, or its pressure is spread"
-        " otherwise (error 4.30 % → 3.00 %; the gain is not luck, this cause likely but not proven); (2)"
+        " otherwise (error with k refitted 4.30 % → 3.00 %; the gain is not luck, this cause likely but"
+        " not proven); (2)"
         " the torque channel has a zero error (error → 2.30 %; the gain is not luck, this cause likely"
         " but not proven); (3) the rest, 1.20 % of the torque's range, without an explanation.",
         "Contents",
