@@ -116,9 +116,9 @@ _REMEDIES = {
     Status.UNSETTLED: "the last Gauss-Newton step moved mu by more than its standard deviation: raise"
     " iterations",
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
-    Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: declare"
-    " the torque's noise ([sensor] noise), check units, a, F_N and k, find what the model lacks"
-    " (brushgrip diagnose), or raise error of the tuning to 0.1: with more, friction is hardly acquired",
+    Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: find"
+    " what the model lacks (brushgrip diagnose), check units, a, F_N and k, declare the torque's noise"
+    " ([sensor] noise), or raise error of the tuning to 0.1: with more, friction is hardly acquired",
     Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor, or"
     " raise the limits of the tuning",
     Status.ACQUIRING: "friction is being acquired: turn on, or turn back once, and where that does not"

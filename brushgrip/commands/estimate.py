@@ -47,10 +47,12 @@ class EstimateRequest(GroundRequest):
     takes J_A and b_t of the rig. With --smooth an estimate knows later samples on the same ground too,
     for those who work offline; usable is what is usable without it.
 
-    With --by-direction friction has one value for each direction of turning, and mu is that of the
-    direction that loads the patch. What the torque's zero may be off by is part of the band: declare it
-    (zero of the rig) on slippery ground. Without --model nothing is usable before the torque's scale is
-    found with one friction for both directions; with --model nothing checks the scale.
+    With --by-direction friction has one value for each direction of turning; mu, mu_eff and M_slide are
+    those of the direction that loads the patch. --json and --summary have mu_eff_positive and
+    mu_eff_negative too, of the last usable sample of turning to positive and to negative psi. What the
+    torque's zero may be off by is part of the band: declare it (zero of the rig) on slippery ground.
+    Without --model nothing is usable before the torque's scale is found with one friction for both
+    directions; with --model nothing checks the scale.
 
     Several recordings go to OUT_<recording>.csv, without pictures, and to rows of --summary. There
     friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground.
@@ -155,12 +157,12 @@ class EstimateRequest(GroundRequest):
         self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path], found: "FoundModel | None"
     ) -> None:
         """Print what was estimated; recordings that could not be are a fault."""
+        from brushgrip.estimation.suspected import weaker_direction
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.report.printed import say_grounds
-        from brushgrip.running.batch import friction_of_grounds
         from brushgrip.wording.diagnosis_in_words import taken_from_model
         from brushgrip.wording.formatting import friction_range
-        from brushgrip.wording.remarks import printed_rows, remark_counts
+        from brushgrip.wording.remarks import friction_of_grounds, printed_rows, remark_counts
         from symbolic import InvalidInputError
 
         rows = [outcome.row for outcome in outcomes]
@@ -183,6 +185,12 @@ class EstimateRequest(GroundRequest):
             say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {friction_range(rows)}")
             if counts := remark_counts(rows):
                 say(counts)
+            if found is not None and not self.by_direction:
+                of_model = (
+                    weaker_direction(found.values_for_estimation(g)) for g in set(grounds.values())
+                )
+                for told in sorted(filter(None, of_model)):
+                    say(told)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
         show(rows)

@@ -53,8 +53,7 @@ class FrictionTrack:
         mu_std: its standard deviation [1]; NaN where the observer has none.
         usable: True where a controller may act on it: informed, and no flag of any kind.
         changes: instants at which the observer detected a change of the ground [s], shape (c,).
-        inconsistent: True where model and stated error do not explain the torque: the band is too
-            narrow.
+        inconsistent: True where model and stated error do not explain the torque.
         turn: angle turned since the sample before, as in `Estimates`; None counts every sample alike.
         reference: effective friction to compare with [1], None where unknown.
         reference_label: where the reference comes from.
@@ -100,6 +99,7 @@ def model_observer(
 
     The tuning, None for `real_tyre`, gets the found model's error, then what is set by hand.
     """
+    by_direction = isinstance(aligning, DirectionalFriction)
     if found is None:
         model, values, rig = Model(), {"k": recording.tyre.k}, recording.rig
     elif recording.standstills is not None:
@@ -108,10 +108,10 @@ def model_observer(
         )
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
-        model, values = found.model, found.values_for_estimation(recording.ground)
+        model = found.model
+        values = found.values_for_estimation(recording.ground, by_direction=by_direction)
         rig = found.with_known_stiffness(recording.rig, recording.tyre.k, recording.ground)
     measurement_model: MeasurementModel = SteeringTorque()
-    by_direction = isinstance(aligning, DirectionalFriction)
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
     elif has_aligning_torque(recording):
@@ -240,13 +240,9 @@ def run_arguments(recording: Recording) -> dict[str, Any]:
     """What `observers.run` takes, by name; the aligning torque where there is one."""
     M_z, M = (recording.M_z, None) if has_aligning_torque(recording) else (None, recording.M)
     return {
-        "t": recording.t,
-        "psi": angle_without_imputed(recording),
-        "F_N": recording.F_N,
-        "M_z": M_z,
-        "psi_dot": recording.psi_dot if recording.psi_dot_recorded else None,
-        "M": M,
-    }
+        "t": recording.t, "psi": angle_without_imputed(recording), "F_N": recording.F_N,
+        "psi_dot": recording.psi_dot if recording.psi_dot_recorded else None, "M_z": M_z, "M": M,
+    }  # fmt: skip
 
 
 def mu_eff_or_mu(estimates: Estimates) -> Array:

@@ -38,22 +38,21 @@ from brushgrip.wording.friction import further_recording, narrowed_by, predictio
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
 from observers import GroundFriction
-from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
-from observers.quality.tolerances import OF_LENGTHS
 
 MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 MAX_STEPS = 4
 """What to do next that is told."""
-CHECKS = (
-    "at the rig, check three things: the torque, with a known weight on a lever; the gear ratio between"
-    " sensor and wheel; the half-length of the contact, on a print. If one is wrong, correct it and run"
-    " this again, as the result is then void, before anything else; if all are right, declare the"
-    " stiffness found"
-)
-ADDRESSED = {SLOPE: (SLOPE, OF_LENGTHS)}
-"""Parts of a band that a remedy lowers, where they are more than the one that it is of."""
+CHECKS = {
+    False: "at the rig, check three things: the torque, with a known weight on a lever; the gear ratio"
+    " between sensor and wheel; the half-length of the contact, on a print. If one is wrong, correct it"
+    " and run this again, as the result is then void, before anything else; if all are right, declare"
+    " the stiffness found (k under [tyre] in the rig file)",
+    True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
+    " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
+}
+"""What a stiffness far from the declared one asks for, of a rig and of a car."""
 
 
 def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list[str]]:
@@ -100,19 +99,23 @@ def lines_to_send(
 
 
 def _friction(diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool) -> str:
-    """Friction of every ground, and what it is where the torque reads as wrong as k seems to say."""
+    """Friction of every ground, and what it is where the torque reads as wrong as k seems to say.
+
+    A car's k is below the usual one by suspension and column, which leave its friction as it is.
+    """
     count, ratio = len(outcome.before), diagnosis.stiffness_ratio
     speed = f"at {1e3 * outcome.slide_speed:.2g} mm/s sliding, " if known and outcome.slide_speed else ""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     in_all = " in all" * (len(outcome.grounds) > 1)
     line = f"{speed}{grounds} (from {count} recording{'s' * (count != 1)}{in_all})"
-    if not known or ratio == 1:
+    if not known or ratio == 1 or (diagnosis.of_car and ratio < 1):
         return sentence(line)
     bands = {g: one for g, one in outcome.further().items() if one.further is not None}
     other = [f"{one.mu_eff / ratio:.2f} on {ground}" for ground, one in bands.items()]
     value = listed(other) if len(bands) == len(outcome.grounds) else f"{1 / ratio:.2g} times as much"
     return (
-        f"Provisional until torque and half-length are checked: {line}; if the torque reads"
+        f"Provisional until {'the force is' if diagnosis.of_car else 'torque and half-length are'}"
+        f" checked: {line}; if the torque reads"
         f" {'too high' if ratio > 1 else 'too low'}, as the stiffness found may mean, about {value}."
     )
 
@@ -157,8 +160,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     tracks = outcome.tracks_of(EKF_FOUND)
     steps = []
     if doubts(diagnosis):
-        where = "stiffness in the vehicle file" if diagnosis.of_car else "k under [tyre] in the rig file"
-        steps.append(f"{CHECKS} ({where})")
+        steps.append(CHECKS[diagnosis.of_car])
     never = [name for name, track in tracks.items() if track.last_usable is None]
     # A model that misses more than it has found is why friction is not known.
     if never and not rest_is_larger(diagnosis):
@@ -251,9 +253,8 @@ def _at_best(outcome: FrictionOutcome, cause: str) -> str:
     if len(outcome.grounds) > 1 or not further or further[0] is None:
         return ""
     shares, own = band_shares(outcome), outcome.tracks_of(EKF_FOUND).values()
-    share = sum(shares.get(name, 0.0) for name in ADDRESSED.get(cause, (cause,)))
     squares = [float(t.mu_std[t.last_usable]) ** 2 for t in own if t.last_usable is not None]
-    best = sqrt(max(0.0, further[0] ** 2 - share * BAND_95**2 * fmean(squares)))
+    best = sqrt(max(0.0, further[0] ** 2 - shares[cause] * BAND_95**2 * fmean(squares)))
     digits = band_decimals(further[0])
     return f", which brings ± {further[0]:.{digits}f} to ± {best:.{digits}f} at best"
 

@@ -158,8 +158,8 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
             ]
         )
     return ReportTable(
-        caption="Root mean square torque error of each recording,, N m and % of its range; refitted to"
-        " training alone, k may suit a validation recording worse",
+        caption="Root mean square torque error of each recording, in N m and in % of its range; refitted"
+        " to training alone, k may suit a validation recording worse",
         headings=[*headings, *[""][: len(worse)]],
         rows=rows,
         words=(1,),

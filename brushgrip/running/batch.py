@@ -19,6 +19,11 @@ from brushgrip.estimation.estimates import (
     observe,
     observer_factory,
 )
+from brushgrip.estimation.scale_by_direction import (
+    OF_DIRECTIONS,
+    directions_in_words,
+    friction_of_directions,
+)
 from brushgrip.estimation.suspected import (
     differing_rates,
     far_load,
@@ -42,7 +47,6 @@ from brushgrip.wording.friction import (
     band_parts,
     dry_friction_note,
     estimates_summary,
-    further_recording,
     last_usable,
     not_usable,
 )
@@ -50,7 +54,7 @@ from brushgrip.wording.remarks import BETWEEN, remark
 from identification import Recording, read_rig
 from identification.diagnosis.found_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers
-from observers import ESTIMATE, Estimates, Status, ground_friction
+from observers import ESTIMATE, DirectionalFriction, Estimates, Status
 from symbolic import BrushgripError, InvalidInputError
 
 FLAGS = {
@@ -70,6 +74,7 @@ one."""
 COLUMNS = (
     *("recording", "ground", "samples", "measured", "duration"),
     *FRICTION,
+    *OF_DIRECTIONS,
     *("first_usable", "last_usable", "usable", "informed"),
     *FLAGS,
     *("wide", "changes", "fault", "remark"),
@@ -208,6 +213,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         cause = cause or suspected_cause(factory, recording, found, estimates)
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
+    if by_direction := isinstance(task.aligning, DirectionalFriction):
+        told.append(directions_in_words(estimates))
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
         told.append(band_parts(budget, with_model=found is not None or of_car))
@@ -222,11 +229,14 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
         doubts = [stiffness_note(values["k"], recording), far_load(recording, found)]
-        told += (doubts := [*doubts, weaker_direction(values)])
+        told += [*doubts, "" if by_direction else weaker_direction(values)]
         note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in told if line)
     beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)
-    return EstimateOutcome(row=row_of(recording, estimates, beside), lines=tuple(lines))
+    row = row_of(recording, estimates, beside)
+    if by_direction:
+        row = {**row, **friction_of_directions(estimates)}
+    return EstimateOutcome(row=row, lines=tuple(lines))
 
 
 def _read(inputs: Inputs) -> Recording:
@@ -266,19 +276,6 @@ def row_of(recording: Recording, estimates: Estimates, beside: str = "") -> Row:
         "fault": "",
         "remark": beside,
     }
-
-
-def friction_of_grounds(rows: Sequence[Row]) -> list[str]:
-    """Friction of each ground with several recordings, of which one is usable, in a line."""
-    lines = []
-    for ground in dict.fromkeys(row["ground"] for row in rows if row["ground"]):
-        own = [(row["mu_eff"], row["mu_eff_std"]) for row in rows if row["ground"] == ground]
-        known = np.array(own, dtype=float)
-        # A recording that was given twice, under two names, counts once.
-        known = np.unique(known[np.isfinite(known).all(axis=1)], axis=0)
-        if known.size and len(own) > 1:
-            lines.append(further_recording(str(ground), ground_friction(*known.T), len(own)))
-    return lines
 
 
 def summary_csv(rows: Sequence[Row]) -> str:

@@ -30,13 +30,16 @@ REASONS = {
 """Why a sample is not usable, the gravest first; of others the remedy says it."""
 OF_SCALE = "scale of the torque, as the model's k is not the declared one"
 """A cause of a band."""
+OTHER_STIFFNESS = (
+    "measure k otherwise than by this torque (brushgrip identify) and declare it with its tolerance, or"
+    " check the torque's scale"
+)
 NARROWED_BY = {
-    SLOPE: "identify k (brushgrip identify) and declare its tolerance, check the torque's scale with a"
-    " weight, or find what the model lacks (brushgrip diagnose)",
+    SLOPE: OTHER_STIFFNESS,
     REST: "turn to and fro more often, or have the model's error measured (brushgrip diagnose)",
     OF_LENGTHS: "measure a and e, and declare them with their tolerances",
     OF_LOAD: "weigh the load, and declare its tolerance ([rig] load = { tolerance = ... })",
-    OF_SCALE: "check the torque's scale with a weight, or measure k otherwise and declare it",
+    OF_SCALE: OTHER_STIFFNESS,
     OF_TUNING: "declare the tolerances of a, e and load, then --tune mu_floor=0",
     "dry friction": "declare that of the sensor's bearings ([sensor] dry_friction)",
     "axle load": "weigh the axle, and declare front_axle_load with its tolerance: 5 % of load are 6 % of"
@@ -46,12 +49,12 @@ NARROWED_BY = {
 }
 """What narrows a band, by the largest part of it."""
 WITH_MODEL = {
-    SLOPE: "measure half-length a and caster e again, and check the torque's scale with a known weight",
     REST: "turn to and fro more often",
 }
 """The same where a model is given, or for a car, whose model is the vehicle file."""
 OF_CAR = {
-    "[sensor] noise": "force_noise",
+    "declare the torque's noise ([sensor] noise), or raise error of the tuning to 0.1: with more,"
+    " friction is hardly acquired": "or declare a greater force_error or force_noise",
     "a, F_N and k": "front_axle_load, half_length and stiffness",
     "k, a, F_N": "front_axle_load, half_length, stiffness",
     "k, a and F_N": "front_axle_load, half_length and stiffness",
@@ -61,8 +64,8 @@ OF_CAR = {
 }
 """What a remedy names, as a vehicle file calls it."""
 CONTRADICTED = 3.0
-"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which friction
-is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was wrong. A
+"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which
+friction is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was wrong. A
 wheel at rest shows neither."""
 LEAST_PART = 0.1
 """Share of a band below which a part of it is not told [1]."""
@@ -109,7 +112,7 @@ def last_usable(estimates: Estimates) -> int | None:
 def last_uncontradicted(
     usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array
 ) -> int | None:
-    """The last usable sample from `begin` on; None for none, or if too much of the turn contradicts it."""
+    """The last usable sample from `begin` on; None for none, or if too much turn contradicts it."""
     known = begin + np.flatnonzero(usable[begin:])
     if not known.size:
         return None

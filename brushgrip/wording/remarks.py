@@ -5,9 +5,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from brushgrip.wording.formatting import is_figure
-from brushgrip.wording.friction import last_usable, with_95_band
-from observers import Estimates
+from brushgrip.wording.friction import further_recording, last_usable, with_95_band
+from observers import Estimates, ground_friction
 
 FEW = 0.1
 """Share of usable samples below which friction is remarked upon [1]."""
@@ -34,6 +36,19 @@ def remark_counts(rows: Sequence[Mapping[str, Any]]) -> str:
     heads = [": ".join(h.split(": ")[:2]) for row in rows for h in remark_heads(row["remark"])]
     counts = Counter(re.sub(r"[\d.]+(?= times)", "so many", head) for head in heads)
     return "; ".join(f"{count} of {len(rows)}: {head}" for head, count in counts.most_common())
+
+
+def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Friction of each ground with several recordings, of which one is usable, in a line."""
+    lines = []
+    for ground in dict.fromkeys(row["ground"] for row in rows if row["ground"]):
+        own = [(row["mu_eff"], row["mu_eff_std"]) for row in rows if row["ground"] == ground]
+        known = np.array(own, dtype=float)
+        # A recording that was given twice, under two names, counts once.
+        known = np.unique(known[np.isfinite(known).all(axis=1)], axis=0)
+        if known.size and len(own) > 1:
+            lines.append(further_recording(str(ground), ground_friction(*known.T), len(own)))
+    return lines
 
 
 def printed_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str], list[tuple[str, ...]]]:

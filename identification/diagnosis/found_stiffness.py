@@ -34,7 +34,8 @@ def stiffness_note(k: float, recording: Recording) -> str:
     """What a found stiffness [N/m^2] beyond the tolerance of the declared one means; empty within.
 
     Before anything slides the torque goes with k a (a^2 + 3 e^2), in full slide with mu and an arm that
-    grows no faster than a. So a wrong a moves mu by the cube root of the ratio of k at most.
+    grows no faster than a. So a wrong a moves mu by the cube root of the ratio of k at most. In a car
+    column and suspension are in series with the tyres: they lower k, and leave full slide as it is.
     """
     ratio, declared = stiffness_ratio(k, recording), recording.tyre.k
     if ratio == 1:
@@ -42,11 +43,15 @@ def stiffness_note(k: float, recording: Recording) -> str:
     factor = max(ratio, 1 / ratio)
     off = f"{100 * abs(ratio - 1):.0f} % {'above' if ratio > 1 else 'below'}"
     high, low, long = ("high", "low", "short") if ratio > 1 else ("low", "high", "long")
+    torque, where, like = "torque", "unit, gear ratio between sensor and wheel", "the tyre is"
+    if recording.standstills is not None:
+        torque, where = "force", "unit, motor_ratio"
+        like = "the tyres are" if ratio > 1 else "suspension, column or tyres are"
     note = (
         f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {off if 0.1 < ratio < 2 else f'{ratio:.2g} times'} the"
-        f" declared one: if the torque reads too {high} (unit, gear ratio between sensor and wheel),"
+        f" declared one: if the {torque} reads too {high} ({where}),"
         f" friction is told too {high} by up to a factor of {factor:.2f}; if the declared half-length of"
-        f" the contact is too {long}, by a factor of {factor ** (1 / 3):.2g} at most; if the tyre is"
+        f" the contact is too {long}, by a factor of {factor ** (1 / 3):.2g} at most; if {like}"
         f" like that, or the angle reads too {low}, friction is right"
     )
     refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)

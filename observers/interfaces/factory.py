@@ -67,14 +67,12 @@ def from_files(
     if model is not None:
         found = read_model_file(model, effects)
     has_tuning = "tuning" in getattr(kind, "__dataclass_fields__", {})
+    by_direction = isinstance(settings.get("measurement_model"), DirectionalFriction)
     if tuning is not None or by_hand or (found.error is not None and has_tuning):
-        settings["tuning"] = tuning_for(
-            found, tuning, by_hand,
-            by_direction=isinstance(settings.get("measurement_model"), DirectionalFriction),
-        )  # fmt: skip
+        settings["tuning"] = tuning_for(found, tuning, by_hand, by_direction=by_direction)
     return kind(
         model=found.model,
-        values=found.values_for_estimation(ground),
+        values=found.values_for_estimation(ground, by_direction=by_direction),
         rig=found.with_known_stiffness(geometry, tyre.k, ground),
         **settings,
     )

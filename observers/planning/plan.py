@@ -111,6 +111,9 @@ def plan(
         InvalidInputError: a target, friction or load is out of range, or the limits leave no rate.
     """
     _check(target, mus, F_N)
+    hopeless = {mu: out_of_reach(observer, target, mu, F_N) for mu in mus}
+    if all(hopeless.values()):
+        raise InvalidInputError(f"mu = {mus[-1]:g}: {hopeless[mus[-1]]}; ask for well above that")
     if limits.time < (least := MIN_SAMPLES * dt):
         raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
     search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
@@ -135,7 +138,7 @@ class _Search:
         self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, limits.angle)
         self.hopeless = {mu: out_of_reach(forecaster.observer, target, mu, F_N) for mu in mus}
         # The case that refused the last path comes first; what no steering reaches is not tried.
-        self.order = [case for case in self.cases if not self.hopeless[case.mu]] or [*self.cases]
+        self.order = [case for case in self.cases if not self.hopeless[case.mu]]
         self.straight: set[float] = set()
 
     def path(self, swing: Swing) -> SteeringPath:

@@ -15,6 +15,8 @@ OTHER_SCALE = 3.0, 2.5
 """Tolerances of a declared k beyond which a found one is no tyre's but that of a torque or an angle in
 another unit or before a gear [1]; and the factor that is always beyond, if not within the tolerance, and
 where none is declared [1]. What is too large by a factor is too small by its inverse."""
+RATIO = "asymmetric_friction.ratio"
+"""Friction at rising over that at falling angle, in a model that has it."""
 SHARED, MAX_LOAD_TOLERANCE = 0.5, 0.95
 """Share of what k is off by that counts as the torque's scale [1]; greatest tolerance of a load [1]."""
 
@@ -198,11 +200,14 @@ class FoundModel:
         known = " and ".join(self.grounds)
         return f"{'ground not given' if ground is None else f'{ground} is unknown'}: mean of {known}"
 
-    def values_for_estimation(self, ground: str | None = None) -> dict[str, float]:
+    def values_for_estimation(
+        self, ground: str | None = None, *, by_direction: bool = False
+    ) -> dict[str, float]:
         """All parameter values but mu for a recording to come, as an observer needs them.
 
         Other parameters of a recording, such as a torque zero, have their neutral values. For grounds
-        see `on_ground`.
+        see `on_ground`. by_direction: of an observer with a friction of each direction, which takes the
+        place of the model's ratio.
         """
         neutral = {
             parameter_name(effect, parameter): parameter.neutral
@@ -210,6 +215,8 @@ class FoundModel:
             if parameter.scope == "recording" and parameter.neutral is not None
         }
         values = {**self.tyre, **self.on_ground(ground)}
+        if by_direction and RATIO in values:
+            values[RATIO] = 1.0
         return neutral | {name: value for name, value in values.items() if name != "mu"}
 
 

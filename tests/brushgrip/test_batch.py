@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from brushgrip.inputs.settings import chosen_tuning
-from brushgrip.running.batch import friction_of_grounds
 from brushgrip.wording.formatting import friction_range
+from brushgrip.wording.remarks import friction_of_grounds
 from observers import PROFILES, Tuning
 from tests.brushgrip.helpers import Run, Write, table_of
 from tests.refusal import refused
@@ -216,7 +216,7 @@ def test_tunings_that_are_none(text: str, said: str) -> None:
 def test_a_ground_is_told_after_its_recordings(
     estimate: Run, write_csv: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("brushgrip.running.batch.friction_of_grounds", lambda _: ["note on ice"])
+    monkeypatch.setattr("brushgrip.wording.remarks.friction_of_grounds", lambda _: ["note on ice"])
     printed = estimate(write_csv("a.csv"), write_csv("b.csv")).out
 
     assert (

@@ -17,6 +17,9 @@ HEADER = "t,mu,mu_std,M_z_predicted,informed,usable,mu_eff,mu_eff_std,M_slide,ni
 each_observer = pytest.mark.parametrize("observer", ["ekf", "mhe"])
 MODEL = '{"version": 1, "effects": [], "shared": {"k": 2.4e6}, "recordings": {}}'
 
+UNLIKE = MODEL.replace("[]", '["asymmetric_friction"]').replace(
+    "2.4e6", '2.4e6, "asymmetric_friction.ratio": 0.8'
+)
 WALKING = MODEL[:-1] + (
     ', "model_error": {"spread": 0.02, "relative": 0.05, "correlation_time": 2.0, "friction_walk": 0.1}}'
 )
@@ -89,6 +92,41 @@ def test_friction_by_direction(estimate: Run, simulated: Path, tmp_path: Path) -
     # Both directions have a prior of their own: what is found forth says little of the way back.
     assert not np.array_equal(directed["mu"], table_of(tmp_path / "mu.csv")["mu"])
     assert directed["mu"][-1] == pytest.approx(1.2, rel=0.05)
+
+
+@pytest.mark.parametrize("found", [False, True])
+def test_each_direction_has_its_own_friction(
+    run: Run, estimate: Run, write_csv: Write, rig: Path, tmp_path: Path, *, found: bool
+) -> None:
+    """The wheel slides at 0.8 times mu = 1.2 while the angle rises; the model found knows that."""
+    (tmp_path / "found.json").write_text(UNLIKE)
+    t = np.arange(0, 12, 0.01)
+    turned = {"t": t, "psi": 0.3 * np.sin(1.6 * t), "F_N": np.full(t.size, 400.0)}
+    bare = write_csv("bare.csv", {**turned, "M_z": None})
+    assert run("simulate", "--rig", rig, bare, "--model", "found.json", "--out", "M.csv").status == 0
+    recorded = write_csv("run.csv", {**turned, "M_z": table_of(tmp_path / "M.csv")["M_z"]})
+    options = ("--by-direction", *("--model", "found.json") * found)
+    said = estimate(recorded, *options).out
+    (row,) = json.loads(estimate(recorded, *options, "--json").out)
+
+    assert row["mu_eff_positive"] == pytest.approx(0.96, rel=0.03)
+    assert row["mu_eff_negative"] == pytest.approx(1.2, rel=0.03)
+    assert "run: mu_eff by direction, last usable: " in said
+    for way in ("positive", "negative"):
+        assert f"{row[f'mu_eff_{way}']:.2f} ± " in said
+        assert f" turning to {way} psi, at " in said
+    assert "mean of both" not in said
+
+
+def test_that_directions_differ_is_told_once_of_many_recordings(
+    estimate: Run, write_csv: Write, simulated: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "found.json").write_text(UNLIKE)
+    other = write_csv("other.csv", {"M_z": table_of(simulated)["M_z"]})
+    told = estimate(simulated, other, "--model", "found.json", "--summary", "table.csv").out
+
+    assert told.count("differs by direction") == 1
+    assert "differs by direction" not in (tmp_path / "table.csv").read_text()
 
 
 def test_k_may_be_a_state(estimate: Run, simulated: Path, tmp_path: Path) -> None:

@@ -282,6 +282,10 @@ def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
 
     assert "does not explain the torque: declare it" in estimates_summary(alien, "declare it")
     assert "raise error of the tuning to 0.1 (--tune error=0.1): with more" in estimates_summary(alien)
+    of_car = estimates_summary(alien, of_car=True)
+    assert "too small: find what the model lacks (brushgrip diagnose --vehicle), check units" in of_car
+    assert of_car.endswith("or declare a greater force_error or force_noise")
+    assert "0.1" not in of_car.partition("not usable")[2]
     assert "; 2 samples not usable: no measurement" in estimates_summary(slower)
     assert estimates_summary(slower, rates="100 and 200 Hz").endswith(
         "usable in 50 % of 2 samples with a torque, from 0.02 s; 100 and 200 Hz"

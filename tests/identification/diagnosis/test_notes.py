@@ -2,11 +2,13 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
-from identification import Recording
+from identification import Recording, Standstills
 from identification.diagnosis.found_effects import notes_on
 from identification.diagnosis.found_stiffness import stiffness_note, stiffness_ratio
 from identification.diagnosis.result_parts import Errors
@@ -126,6 +128,16 @@ def test_a_stiffness_beyond_its_tolerance(
         note.startswith("the stiffness k is 2·10⁶ N/m², 17 % below the declared one") for note in notes
     ] == [True] * said
     assert any("estimate refuses this model" in note for note in notes) == refused
+
+
+def test_a_cars_k_is_low_by_suspension_and_column_or_by_the_force() -> None:
+    car = replace(_recording(), standstills=cast(Standstills, SimpleNamespace()))
+    soft, stiff = (stiffness_note(k, car) for k in (1.2e6, 4.8e6))
+
+    assert "if the force reads too low (unit, motor_ratio), friction is told too low" in soft
+    assert "if suspension, column or tyres are like that" in soft
+    assert "if the force reads too high (unit, motor_ratio)" in stiff
+    assert "suspension" not in stiff
 
 
 @pytest.mark.parametrize("e", [0.0, 0.009, 0.03])

@@ -132,7 +132,6 @@ def test_a_path_needs_samples(acquiring: Ekf) -> None:
 @pytest.mark.parametrize(
     ("target", "limits", "words"),
     [
-        (0.02, {}, "2.0% cannot be reached by any steering: tolerances of half-length and caster alone"),
         (0.05, {"torque": 2.0}, "; twice the limit of torque would do"),
         (
             0.05,
@@ -152,6 +151,16 @@ def test_what_cannot_be_reached_is_told(
     assert np.isnan(told.travels).all()
     assert len(told.reasons) == 1
     assert words in told.reasons[0]
+
+
+def test_a_target_that_no_ground_can_reach_is_refused_before_a_path_is_tried(acquiring: Ekf) -> None:
+    tried: list[int] = []
+    with pytest.raises(
+        InvalidInputError, match=r"mu = 0\.8: 2\.0% cannot be reached by any steering: tol"
+    ):
+        plan(acquiring, 0.02, LIMITS, LOAD, mus=(0.1, 0.8), progress=lambda *now: tried.append(now[1]))
+
+    assert not tried
 
 
 def test_a_reason_without_a_flag_ends_in_words() -> None:
