@@ -64,8 +64,8 @@ OF_CAR = {
 }
 """What a remedy names, as a vehicle file calls it."""
 CONTRADICTED = 3.0
-"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which
-friction is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was wrong. A
+"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which friction
+is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was wrong. A
 wheel at rest shows neither."""
 LEAST_PART = 0.1
 """Share of a band below which a part of it is not told [1]."""
@@ -112,7 +112,7 @@ def last_usable(estimates: Estimates) -> int | None:
 def last_uncontradicted(
     usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array
 ) -> int | None:
-    """The last usable sample from `begin` on; None for none, or if too much turn contradicts it."""
+    """The last usable sample from `begin` on; None for none, or if too much of the turn contradicts it."""
     known = begin + np.flatnonzero(usable[begin:])
     if not known.size:
         return None

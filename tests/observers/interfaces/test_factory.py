@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from observers import AligningTorque, Ekf, Mhe, SteeringTorque, Tuning, from_files
+from observers import AligningTorque, DirectionalFriction, Ekf, Mhe, SteeringTorque, Tuning, from_files
 from observers.interfaces.factory import read_model_file, read_rig_file
 from symbolic import Effect, Model, Rig, Tyre, effects_named
 from tests.refusal import refused
@@ -52,6 +52,18 @@ def test_the_declared_model_has_the_k_of_the_rig(kind: Any, rig: Path) -> None:
     assert from_files(kind, rig, tuning=tuning) == kind(
         model=Model(), values={"k": 2.8e6}, rig=WHOLE, tuning=tuning
     )
+
+
+def test_friction_of_each_direction_takes_the_place_of_the_models_ratio(
+    rig: Path, tmp_path: Path
+) -> None:
+    ratio = "asymmetric_friction.ratio"
+    shared = {"k": 2.4e6, ratio: 0.8}
+    write_model(tmp_path, effects=["asymmetric_friction"], shared=shared, recordings={}, units={})
+
+    assert from_files(Ekf, rig, tmp_path).values[ratio] == 0.8
+    directed = from_files(Ekf, rig, tmp_path, measurement_model=DirectionalFriction())
+    assert directed.values[ratio] == 1
 
 
 def test_a_model_that_was_found(rig: Path, tmp_path: Path) -> None:
