@@ -147,9 +147,7 @@ class PlanRequest:
         print_table(title, headings, rows_by_ground(planned, self.vehicle), right=True)
         say("one path for all grounds: on most its first turns do; stop once friction is as good")
         if self.vehicle:
-            say(
-                "for a car as declared: off within its tolerances it may take more, so turn on until then"
-            )
+            say("for a car as declared: off within its tolerances it takes more: turn on until then")
         for reason in planned.reasons:
             say(reason)
         if finals:

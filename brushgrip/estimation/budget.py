@@ -5,7 +5,7 @@ import numpy as np
 from brushgrip.estimation.estimates import ObserverFactory, run_arguments, with_brakes
 from brushgrip.wording.friction import OF_SCALE, last_usable
 from identification import FoundModel, Recording
-from observers import DirectionalFriction, Ekf, Estimates, uncertainty_budget
+from observers import Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
 from observers.quality.tolerances import OF_LOAD, friction_floor
 from symbolic.vehicle.mean_wheel import friction_uncertainties
@@ -29,8 +29,7 @@ def friction_budget(
     """Half of the 95 % band of mu_eff by cause at the last usable sample [1], which add up as squares.
 
     Of a load that counts as less known, as k of the found model is not the declared one, that is told.
-    Empty where no sample is usable, for other observers than an `Ekf`, friction by direction, and beyond
-    `MAX_BUDGET_SAMPLES`.
+    Empty where no sample is usable, for other observers than an `Ekf`, and beyond `MAX_BUDGET_SAMPLES`.
     """
     at = last_usable(estimates)
     if at is None or at >= MAX_BUDGET_SAMPLES:
@@ -43,7 +42,7 @@ def friction_budget(
         channels |= {"psi_dot": None}
         held, at = with_brakes(recording, car, car.brakes[number]), at - int(of_stretch[0])
     observer = factory(held, found)
-    if not isinstance(observer, Ekf) or isinstance(observer.measurement_model, DirectionalFriction):
+    if not isinstance(observer, Ekf):
         return {}
     shares = uncertainty_budget(observer, at, **channels)
     if found is not None:

@@ -116,6 +116,8 @@ def test_each_direction_has_its_own_friction(
         assert f"{row[f'mu_eff_{way}']:.2f} ± " in said
         assert f" turning to {way} psi, at " in said
     assert "mean of both" not in said
+    # Not declared, the zero counts as 3 % of full slide at mu = 1, at both ends of two deviations.
+    assert "zero of the torque 0.06, " in said
 
 
 def test_that_directions_differ_is_told_once_of_many_recordings(
