@@ -41,8 +41,8 @@ NARROWED_BY = {
     OF_LENGTHS: "measure a and e, and declare them with their tolerances",
     OF_LOAD: "weigh the load, and declare its tolerance ([rig] load = { tolerance = ... })",
     OF_SCALE: OTHER_STIFFNESS,
-    OF_ZERO: "read the torque with the wheel lifted, and declare how far off its zero may be ([rig] zero ="
-    " { tolerance = ... } N m)",
+    OF_ZERO: "read the torque with the wheel lifted, and declare how far off its zero may be ([rig] zero"
+    " = { tolerance = ... } N m)",
     OF_TUNING: "declare the tolerances of a, e and load, then --tune mu_floor=0",
     "dry friction": "declare that of the sensor's bearings ([sensor] dry_friction)",
     "axle load": "weigh the axle, and declare front_axle_load with its tolerance: 5 % of load are 6 % of"
