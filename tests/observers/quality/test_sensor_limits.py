@@ -10,10 +10,10 @@ import pytest
 
 from identification import read_recording
 from observers import Ekf, Loop, Mhe, Sample, Status, Tuning, run, smooth
-from reference_rig import RigRecording
+from reference_rig import RigRecording, make_recording
 from symbolic import InvalidInputError
-from tests.observers.conftest import make
-from tests.observers.factories import columns_of, samples_of
+from tests.observers.conftest import EXACT_RIG, RIG, make
+from tests.observers.factories import acquiring_ekf, columns_of, samples_of, wrong_and_usable
 
 KINDS = pytest.mark.parametrize("kind", [Ekf, Mhe])
 AT = 700
@@ -144,3 +144,39 @@ def test_limits_are_greater_than_nothing(name: str) -> None:
     with pytest.raises(InvalidInputError, match=f"{name} must be greater than 0"):
         Tuning(**{name: 0.0})
     assert max(Tuning(**{name: inf}).limits) == 1e9
+
+
+def clipped_before_noise(most: float) -> dict[str, Any]:
+    """A recording on mu = 1.2, about 8 N m at full slide, whose torque ends at `most` [N m]."""
+    made = make_recording(590_002, mu=1.2, duration=14.0, bristles=500)
+    noise = 0.01 * np.random.default_rng(1).standard_normal(made.t.size)
+    return {**columns_of(made, slice(None)), "M_z": np.clip(made.M_z, -most, most) + noise}
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+def test_a_torque_near_the_declared_range_is_left_out(kind: Any, samples: list[Sample]) -> None:
+    observer, other = (make(kind, rig=replace(EXACT_RIG, range=most)) for most in (10.0, 20.0))
+    start = observer.init(samples[0])
+    seen = {
+        M_z: Status.IMPLAUSIBLE
+        in observer.estimate(observer.step(start, replace(samples[1], M_z=M_z))).status
+        for M_z in (9.4, -9.4, 9.6, -9.6)
+    }
+
+    assert seen == {9.4: False, -9.4: False, 9.6: True, -9.6: True}
+    assert observer.screened_step is other.screened_step
+    assert make(kind, rig=EXACT_RIG).sample_limits == Tuning().limits
+    lower = make(kind, rig=replace(EXACT_RIG, range=10.0), torque_limit=3.0)
+    assert lower.sample_limits[3] == 3.0
+
+
+def test_a_sensor_that_ends_is_never_taken_for_full_slide() -> None:
+    columns = clipped_before_noise(5.0)
+    silent = run(acquiring_ekf(), **columns)
+    declared = run(replace(acquiring_ekf(), rig=replace(RIG, range=5.0)), **columns)
+    ample = run(replace(acquiring_ekf(), rig=replace(RIG, range=6.0)), **columns)
+
+    # Without the range friction is that at which the sensor ends, and usable.
+    assert wrong_and_usable(silent, 1.2).mean() > 0.1
+    assert not wrong_and_usable(declared, 1.2).any()
+    np.testing.assert_array_equal(silent.mu, ample.mu)
