@@ -146,8 +146,8 @@ def beyond_range(recording: Recording) -> str:
         return ""
     most = end / (float(np.median(recording.F_N[recording.F_N > 0])) * full_slide_arm(rig.a, rig.e))
     return (
-        f"torque at its sensor's range, {rig.range:g} N m, left out: in {100 * share:.0f} % of the samples;"
-        f" friction above {most:.2f} cannot be told with this sensor at this load"
+        f"torque at its sensor's range, {rig.range:g} N m, left out: in {100 * share:.0f} % of the"
+        f" samples; friction above {most:.2f} cannot be told with this sensor at this load"
     )
 
 

@@ -137,10 +137,11 @@ def build_screened_step(
     suspect = ca.MX(0)
     if a_at is not None:
         evidence, suspect = build_evidence(channel)(evidence, sample, constants[a_at])
-    if isinstance(limits, int):
-        bounds = ca.fmin(constants[limits : limits + len(PLAUSIBLE)], NO_LIMIT)
-    else:
-        bounds = ca.DM(limits)
+    bounds = (
+        ca.fmin(constants[limits : limits + len(PLAUSIBLE)], NO_LIMIT)
+        if isinstance(limits, int)
+        else ca.MX(ca.DM(limits))
+    )
     screen, passed = build_screen()(screen, sample, bounds)
     after, output = step(own, passed, constants)
     at = OUTPUT.index("status")

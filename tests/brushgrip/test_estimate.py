@@ -456,9 +456,7 @@ def test_smoothed_friction_is_known_from_the_start(
     assert abs(smoothed["mu"][-1] - filtered["mu"][-1]) < 0.1 * filtered["mu_std"][-1]
 
 
-def test_a_torque_at_the_range_of_its_sensor_is_told(
-    estimate: Run, simulated: Path, rig: Path, tmp_path: Path
-) -> None:
+def test_a_torque_at_the_range_of_its_sensor_is_told(estimate: Run, simulated: Path, rig: Path) -> None:
     torque = np.abs(table_of(simulated)["M_z"])
     most = 0.5 * torque.max()
     share = np.mean(torque >= 0.95 * most)

@@ -170,7 +170,9 @@ def test_implausible_samples_are_those_of_python(generated: Generate, name: str)
 
 
 @pytest.mark.parametrize("name", ["ekf declared aligning", "ekf declared steering"])
-def test_a_torque_beyond_the_range_of_the_sensor_is_left_out_in_c(generated: Generate, name: str) -> None:
+def test_a_torque_beyond_the_range_of_the_sensor_is_left_out_in_c(
+    generated: Generate, name: str
+) -> None:
     usual = observer_named(name)
     rows = on_ice(usual.measurement_model)
     most = float(0.7 * np.abs(rows[:, 2]).max())
