@@ -20,6 +20,7 @@ from brushgrip.estimation.estimates import (
     observer_factory,
 )
 from brushgrip.estimation.suspected import (
+    beyond_range,
     differing_rates,
     far_load,
     hardly_turned,
@@ -203,9 +204,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     noise = inconsistency_remedy(factory(recording, found), recording, estimates)
     of_car = recording.standstills is not None
     rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
-    cause = "" if estimates.usable.any() else hardly_turned(recording)
+    cause, doubts = "" if estimates.usable.any() else hardly_turned(recording), [beyond_range(recording)]
     if at is None:
-        cause = cause or suspected_cause(factory, recording, found, estimates)
+        cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
     if task.budget and not task.smooth:
@@ -221,9 +222,10 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         told += [note, "" if budget else rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])])]
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
-        doubts = [stiffness_note(values["k"], recording), far_load(recording, found)]
-        told += (doubts := [*doubts, weaker_direction(values)])
-        note = BETWEEN.join(filter(None, (note, *doubts)))
+        doubts += [stiffness_note(values["k"], recording), far_load(recording, found)]
+        doubts += [weaker_direction(values)]
+    told += [doubt for doubt in doubts if doubt != cause]
+    note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in told if line)
     beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)
     return EstimateOutcome(row=row_of(recording, estimates, beside), lines=tuple(lines))
