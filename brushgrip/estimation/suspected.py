@@ -22,6 +22,8 @@ from observers.protocol import MAX_SAMPLE_PERIOD
 from observers.tuning import REFERENCE_STEP
 from symbolic import InvalidInputError
 
+SUSPECTED = "an input looks wrong, so that the result may be void"
+"""How the note on it begins in a diagnosis."""
 MAX_REPLAYED_SAMPLES = 20_000
 """Samples that go through the observer once more, one by one."""
 
@@ -35,6 +37,11 @@ def require_plausible(recording: Recording) -> None:
 def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
     return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
+
+
+def suspected_notes(recordings: Sequence[Recording]) -> list[str]:
+    """Those lines as notes on a diagnosis, which begin with `SUSPECTED`."""
+    return [f"{SUSPECTED}: {line}" for line in implausibility_lines(recordings)]
 
 
 def _suspects(recording: Recording) -> str:
