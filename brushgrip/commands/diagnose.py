@@ -86,8 +86,8 @@ class DiagnoseRequest(RecordingRequest):
             held_out=len(held_out), robust=self.robust, ground=list(self.ground or ())
         )
         earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)
-        for line in (suspected := suspected_notes(read)):
-            warn(line)
+        suspected = suspected_notes(read, warn)
+        library = CAR_EFFECTS if self.vehicle else CANDIDATES
         least_squares, huber = identification.LEAST_SQUARES, identification.Huber
         loss = least_squares if self.robust is None else huber(threshold=self.robust)
         with (
@@ -104,10 +104,7 @@ class DiagnoseRequest(RecordingRequest):
                     read[:training],
                     read[training:],
                     loss=loss,
-                    candidates=[
-                        *(CAR_EFFECTS if self.vehicle else CANDIDATES).values(),
-                        *inputs.effects,
-                    ],
+                    candidates=[*library.values(), *inputs.effects],
                     jobs=self.jobs,
                     executor=executor,
                     progress=report,

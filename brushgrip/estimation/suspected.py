@@ -1,6 +1,6 @@
 """What looks wrong with a recording, in words: its inputs, the noise of its torque, and its rates."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
 
 import numpy as np
@@ -39,9 +39,12 @@ def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
 
 
-def suspected_notes(recordings: Sequence[Recording]) -> list[str]:
-    """Those lines as notes on a diagnosis, which begin with `SUSPECTED`."""
-    return [f"{SUSPECTED}: {line}" for line in implausibility_lines(recordings)]
+def suspected_notes(recordings: Sequence[Recording], warn: Callable[[str], None]) -> list[str]:
+    """Those lines, told at once, as notes on a diagnosis, which begin with `SUSPECTED`."""
+    lines = implausibility_lines(recordings)
+    for line in lines:
+        warn(line)
+    return [f"{SUSPECTED}: {line}" for line in lines]
 
 
 def _suspects(recording: Recording) -> str:

@@ -8,7 +8,7 @@ from observers import Estimate, Status
 
 
 class LastUsable:
-    """The last usable friction of a source, unless what follows contradicts it, as `estimate` tells it."""
+    """The last usable friction of a source, unless what follows contradicts it, as for `estimate`."""
 
     def __init__(self) -> None:
         """Begin: nothing was usable yet."""

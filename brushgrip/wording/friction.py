@@ -107,13 +107,14 @@ def last_usable(estimates: Estimates) -> int | None:
 
 
 def last_uncontradicted(
-    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array
+    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array | None
 ) -> int | None:
     """The last usable sample from `begin` on; None for none, or if too much turn contradicts it."""
     known = begin + np.flatnonzero(usable[begin:])
     if not known.size:
         return None
     last = int(known[-1])
+    turn = np.ones(usable.size) if turn is None else turn
     after = 0.0 if inconsistent is None else float(turn[last + 1 :] @ inconsistent[last + 1 :])
     return last if after <= CONTRADICTED * turn[known].sum() else None
 
