@@ -1,6 +1,6 @@
 """What looks wrong with a recording, in words: its inputs, the noise of its torque, and its rates."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
 
 import numpy as np
@@ -24,6 +24,8 @@ from observers.tuning import REFERENCE_STEP
 from symbolic import InvalidInputError
 from symbolic.deformation import full_slide_arm
 
+SUSPECTED = "an input looks wrong, so that the result may be void"
+"""How the note on it begins in a diagnosis."""
 MAX_REPLAYED_SAMPLES = 20_000
 """Samples that go through the observer once more, one by one."""
 
@@ -37,6 +39,14 @@ def require_plausible(recording: Recording) -> None:
 def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
     return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
+
+
+def suspected_notes(recordings: Sequence[Recording], warn: Callable[[str], None]) -> list[str]:
+    """Those lines, told at once, as notes on a diagnosis, which begin with `SUSPECTED`."""
+    lines = implausibility_lines(recordings)
+    for line in lines:
+        warn(line)
+    return [f"{SUSPECTED}: {line}" for line in lines]
 
 
 def _suspects(recording: Recording) -> str:

@@ -4,6 +4,7 @@ from math import sqrt
 from statistics import fmean
 
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.suspected import SUSPECTED
 from brushgrip.report.friction_summary import (
     band_shares,
     grounds_alike,
@@ -156,7 +157,9 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """
     tracks = outcome.tracks_of(EKF_FOUND)
     steps = []
-    if doubts(diagnosis):
+    if diagnosis.notes and diagnosis.notes[0].startswith(SUSPECTED):
+        steps.append("mend the input that looks wrong, or leave its recording out, and run this again")
+    elif doubts(diagnosis):
         where = "stiffness in the vehicle file" if diagnosis.of_car else "k under [tyre] in the rig file"
         steps.append(f"{CHECKS} ({where})")
     never = [name for name, track in tracks.items() if track.last_usable is None]
@@ -167,9 +170,8 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         )
     if len(diagnosis.recordings) + len(diagnosis.holdout) == 1:
         steps.append("make a second recording, without which nothing judges the result")
-    if like_load := [
-        plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from
-    ]:
+    like_load = [plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from]
+    if like_load:
         steps.append(
             f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )

@@ -46,12 +46,13 @@ from brushgrip.wording.friction import (
     further_recording,
     last_usable,
     not_usable,
+    other_direction,
 )
 from brushgrip.wording.remarks import BETWEEN, remark
 from identification import Recording, read_rig
 from identification.diagnosis.found_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers
-from observers import ESTIMATE, Estimates, Status, ground_friction
+from observers import ESTIMATE, DirectionalFriction, Estimates, Status, ground_friction
 from symbolic import BrushgripError, InvalidInputError
 
 FLAGS = {
@@ -215,8 +216,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
-        note = dry_friction_note(float(estimates.mu_eff[at]), recording.rig)
-        told.append(note)
+        other = other_direction(estimates, at) * isinstance(task.aligning, DirectionalFriction)
+        told += (notes := [dry_friction_note(float(estimates.mu_eff[at]), recording.rig), other])
+        note = BETWEEN.join(filter(None, notes))
     else:
         note = "" if car.speed_recorded else STANDS
         told += [note, "" if budget else rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])])]

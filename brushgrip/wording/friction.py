@@ -61,9 +61,9 @@ OF_CAR = {
 }
 """What a remedy names, as a vehicle file calls it."""
 CONTRADICTED = 3.0
-"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which friction
-is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was wrong. A
-wheel at rest shows neither."""
+"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which
+friction is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was
+wrong. A wheel at rest shows neither."""
 LEAST_PART = 0.1
 """Share of a band below which a part of it is not told [1]."""
 
@@ -107,13 +107,14 @@ def last_usable(estimates: Estimates) -> int | None:
 
 
 def last_uncontradicted(
-    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array
+    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array | None
 ) -> int | None:
-    """The last usable sample from `begin` on; None for none, or if too much of the turn contradicts it."""
+    """The last usable sample from `begin` on; None for none, or if too much turn contradicts it."""
     known = begin + np.flatnonzero(usable[begin:])
     if not known.size:
         return None
     last = int(known[-1])
+    turn = np.ones(usable.size) if turn is None else turn
     after = 0.0 if inconsistent is None else float(turn[last + 1 :] @ inconsistent[last + 1 :])
     return last if after <= CONTRADICTED * turn[known].sum() else None
 
@@ -146,6 +147,19 @@ def dry_friction_note(mu: float, rig: Rig) -> str:
         f"below {SLIPPERY:g}, dry friction of the sensor not declared: it counts as the ground's, which"
         " matters there; measure it with the wheel lifted, [sensor] dry_friction = ... N m"
     )
+
+
+def other_direction(estimates: Estimates, at: int) -> str:
+    """Friction of the direction that a sample of an estimate by direction is not of, in one line."""
+    begin = int(np.append(np.flatnonzero(estimates.status[: at + 1] & Status.RESET), 0).max())
+    way = np.sign(estimates.M_z_predicted)
+    other = begin + np.flatnonzero(estimates.usable[begin:] & (way[begin:] == -way[at]))
+    told = "it was never usable"
+    if other.size:
+        last = int(other[-1])
+        told = f"{with_95_band(float(estimates.mu_eff[last]), float(estimates.mu_eff_std[last]))},"
+        told += f" last usable at {estimates.t[last]:.4g} s"
+    return f"mu_eff of one direction only: where M_z is {'nega' if way[at] > 0 else 'posi'}tive, {told}"
 
 
 def narrowed_by(cause: str, *, with_model: bool) -> str:

@@ -30,6 +30,7 @@ from brushgrip.wording.friction import (
     estimates_summary,
     last_usable,
     not_usable,
+    other_direction,
     with_95_band,
 )
 from brushgrip.wording.remarks import remark, remark_counts, remark_heads
@@ -214,6 +215,19 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
     rested = estimates(*usable, *seen.status.tolist(), *contradicted)
     turn = np.pad(seen.turn, 1000)
     assert (last_usable(replace(rested, usable=rested.status == 0, turn=turn)) == 1009) == is_told
+
+
+def test_friction_of_the_other_direction_stands_beside_that_of_one() -> None:
+    seen = estimates(*[Status.USED] * 20)
+    way = np.where(np.arange(20) < 15, 1.0, -1.0)
+    line = other_direction(replace(seen, M_z_predicted=way), 19)
+
+    assert line == (
+        "mu_eff of one direction only: where M_z is positive, 1.18 ± 0.08, last usable at 0.14 s"
+    )
+    # What was usable on the ground before says nothing of this one.
+    reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
+    assert other_direction(replace(seen, M_z_predicted=way, status=reset), 19).endswith("never usable")
 
 
 def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:
