@@ -83,13 +83,10 @@ def lines_to_send(
     sure = " ".join(filter(None, certainty if known else doubts(diagnosis)))
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": headline(diagnosis)}
+    friction = {"Friction between tyre and ground": _friction(diagnosis, told, known=known)}
     lines = {
         "Note": warning,
-        **(
-            {"Friction between tyre and ground": _friction(diagnosis, told, known=known)}
-            if outcome
-            else finding
-        ),
+        **(friction if outcome else finding),
         "How sure": sure,
         "To do": sentence(";\n".join(numbered)),
         **finding,

@@ -297,6 +297,4 @@ def summary_csv(rows: Sequence[Row]) -> str:
 def _cell(value: str | int | float) -> str | int | float:
     if isinstance(value, str):
         return f"'{value}" if value.startswith(FORMULA) else value
-    if isinstance(value, int):
-        return value
-    return "" if value != value else f"{value:.{DIGITS}g}"
+    return value if isinstance(value, int) else "" if value != value else f"{value:.{DIGITS}g}"
