@@ -137,7 +137,7 @@ class Session:
     def _words(self, estimate: Estimate | None, age: float) -> str:
         parts = [self._fault, self._implausible]
         if self._ended and not self._waiting:
-            parts.append(f"the source has ended: {self._last_usable}")
+            parts.append(f"the source has ended: {self._last_usable.told}")
         elif age >= OLD:
             none = "compiling the observer" if self._estimating else "no sample has come yet"
             old = f"{age:.1f} s behind the source" if self._waiting else f"no sample for {age:.0f} s"

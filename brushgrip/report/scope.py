@@ -25,8 +25,6 @@ from identification.diagnosis.found_effects import ASSUMED
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from symbolic import EFFECTS, InvalidInputError
 
-VOID = (SUSPECTED, OFF_STIFFNESS)
-"""How notes begin that make friction itself doubtful."""
 LEFT_OUT = "What the assumed tyre model leaves out"
 """Label of `missing_effects`."""
 CERTAIN = "the gain is not luck, this cause likely but not proven"
@@ -79,12 +77,17 @@ def validity(diagnosis: Diagnosis) -> str:
 
 def doubts(diagnosis: Diagnosis) -> list[str]:
     """What makes friction itself doubtful, each in a sentence."""
-    return [sentence(note) for note in diagnosis.notes if note.startswith(VOID)]
+    return [sentence(note) for note in diagnosis.notes if note.startswith((SUSPECTED, OFF_STIFFNESS))]
 
 
 def reservation(diagnosis: Diagnosis) -> str:
     """What the bands of friction rest on that no recording tells, in one or two sentences."""
-    notes = [n for begin in (*VOID, ASSUMED) for n in diagnosis.notes if n.startswith(begin)]
+    notes = [
+        n
+        for begin in (SUSPECTED, OFF_STIFFNESS, ASSUMED)
+        for n in diagnosis.notes
+        if n.startswith(begin)
+    ]
     counted = (
         "The ± counts the tolerances and, by its size, what the model leaves out; if a value is off by"
         " more, so is friction."

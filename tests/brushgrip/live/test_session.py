@@ -478,6 +478,6 @@ def test_the_end_of_a_source_tells_no_friction_that_what_follows_contradicts() -
             last.see(number, 0.01 * number, seen, usable=seen.usable)
             # A wheel at rest shows neither.
             last.see(number, 0.01 * number, seen, usable=seen.usable)
-        assert str(last).startswith("friction was 0.80 ± 0.20") == is_told
+        assert last.told.startswith("friction was 0.80 ± 0.20") == is_told
         last.see(99.0, 0.0, replace(known, status=Status.RESET), usable=False)
-        assert str(last) == "friction is not known since a new ground was noticed at 99 s"
+        assert last.told == "friction is not known since a new ground was noticed at 99 s"
