@@ -11,7 +11,8 @@ Counted are runs in which more than 1 % of the samples are usable and beyond thr
 that is off by a factor is friction off by that factor: below what any ground holds, nothing tells them
 apart. With --k, k is declared with this tolerance, and drawn within it. With --found the rig has one of
 seven effects, 5 % of the torque's range, and the observer the model with it; without the faults of a
-patch that was twisted.
+patch that was twisted. With --range the rig declares that its torque sensor is straight up to this share
+of the greatest torque.
 """
 
 import argparse
@@ -56,12 +57,16 @@ FRICTIONS, DURATIONS = (0.05, 0.3, 0.8, 1.5), (5.0, 14.0)
 
 @dataclass(frozen=True, kw_only=True)
 class FaultCase:
-    """What is run: observer, torque, tolerance of k [1], whether the model with an effect is found."""
+    """What is run: observer, torque, tolerance of k [1], whether the model with an effect is found.
+
+    `range` is that of the torque sensor over the greatest torque [1]; None where it is not declared.
+    """
 
     observer: str = "ekf"
     torque: str = "M_z"
     k: float = OFF["k"]
     found: bool = False
+    range: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,6 +121,8 @@ def outcome(task: tuple[FaultCase, str, int, RunBeforeFault]) -> tuple[bool, flo
     rig = replace(
         RIG, **{n: inputs[n] for n in ("a", "J_A", "b_t")}, tolerances=Tolerances(k=case.k * inputs["k"])
     )
+    if case.range is not None:
+        rig = replace(rig, range=case.range * float(np.abs(one.inputs["torque"]).max()))
     observer = KINDS[case.observer](
         model=Model(effects=effects_named(one.effects)), values={"k": inputs["k"], **one.values},
         rig=rig, measurement_model=TORQUES[case.torque],
@@ -145,11 +152,13 @@ def main() -> None:
     parser.add_argument("--only", default="", help="faults whose name has this in it")
     parser.add_argument("--k", type=float, default=OFF["k"], help="tolerance of k, as a share of it")
     parser.add_argument("--found", action="store_true", help="the rig has an effect, and the model too")
+    parser.add_argument("--range", type=float, help="of the torque sensor, over the greatest torque")
     options = parser.parse_args()
     if options.found and options.torque == "M":
         parser.error("the effects are planted into the aligning torque: --found goes with M_z")
     case = FaultCase(
-        observer=options.observer, torque=options.torque, k=options.k, found=options.found
+        observer=options.observer, torque=options.torque, k=options.k, found=options.found,
+        range=options.range,
     )  # fmt: skip
     runs = list(product(FRICTIONS, DURATIONS, range(options.seed, options.seed + options.seeds)))
     print(

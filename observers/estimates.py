@@ -24,8 +24,7 @@ _SHOWN, _MARGIN = (0.05, 0.95), 0.15
 class Estimates:
     """Causal estimates over a recording; arrays of shape (n,), fields as in `Estimate`.
 
-    Attributes:
-        turn: angle turned since the last sample that had one, without its sign [rad].
+    And `turn`, the angle turned since the last sample that had one, without its sign [rad].
     """
 
     t: Array

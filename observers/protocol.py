@@ -119,8 +119,8 @@ _REMEDIES = {
     Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: find"
     " what the model lacks (brushgrip diagnose), check units, a, F_N and k, declare the torque's noise"
     " ([sensor] noise), or raise error of the tuning to 0.1: with more, friction is hardly acquired",
-    Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor, or"
-    " raise the limits of the tuning",
+    Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor and"
+    " its declared range, or raise the limits of the tuning",
     Status.ACQUIRING: "friction is being acquired: turn on, or turn back once, and where that does not"
     " help, check the torque's unit and gear, then k (stiffness of a vehicle)",
     Status.SUSPECT: "an input looks wrong by its unit, its sign, its gear or its sensor, or k, a and F_N"

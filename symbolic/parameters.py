@@ -97,8 +97,9 @@ class Rig:
             stated [rad/s], greater than 0; see `symbolic.full_slide`.
         tolerances: how far off a, e, k, the recorded load and the torque's zero may be.
         noise: white error of the torque sensor, of one sample in 10 ms, greater than 0 [N m]; None
-            where unknown, as for the next one.
+            where unknown, as for the next two.
         dry_friction: of the bearings between the sensor and the patch, at least 0 [N m].
+        range: torque up to which its sensor is straight, either way, greater than 0 [N m].
 
     Raises:
         InvalidInputError: a value is outside its range, or not a finite number.
@@ -112,6 +113,7 @@ class Rig:
     tolerances: Tolerances = Tolerances()
     noise: float | None = None
     dry_friction: float | None = None
+    range: float | None = None
 
     @property
     def zero_std(self) -> float | None:
@@ -138,8 +140,9 @@ class Rig:
                 f"b_t must be a number from 0 to {MAX_DAMPING:g} N m s/rad, got {self.b_t:g}"
             )
         require_positive("slide_rate", self.slide_rate, "rad/s")
-        if self.noise is not None:
-            require_positive("noise", self.noise, "N m")
+        for name, value in (("noise", self.noise), ("range", self.range)):
+            if value is not None:
+                require_positive(name, value, "N m")
         if self.dry_friction is not None and not 0 <= self.dry_friction < math.inf:
             raise InvalidInputError(
                 f"dry_friction must be a finite number of at least 0 N m, got {self.dry_friction:g}"

@@ -1,6 +1,6 @@
 """`brushgrip diagnose`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 from brushgrip.commands.options import (
@@ -60,7 +60,7 @@ class DiagnoseRequest(RecordingRequest):
         """Search for what the declared model lacks, and write all results."""
         import identification
         from brushgrip.estimation.friction_before_and_after import friction_by_both_models
-        from brushgrip.estimation.suspected import implausibility_lines
+        from brushgrip.estimation.suspected import suspected_notes
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress, say, warn
         from brushgrip.outputs.provenance import require_same_run
@@ -86,10 +86,9 @@ class DiagnoseRequest(RecordingRequest):
             held_out=len(held_out), robust=self.robust, ground=list(self.ground or ())
         )
         earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)
-        for line in implausibility_lines(read):
-            warn(line)
-        least_squares, huber = identification.LEAST_SQUARES, identification.Huber
+        suspected = suspected_notes(read, warn)
         library = CAR_EFFECTS if self.vehicle else CANDIDATES
+        least_squares, huber = identification.LEAST_SQUARES, identification.Huber
         loss = least_squares if self.robust is None else huber(threshold=self.robust)
         with (
             trial_journal(self.out) as journal,
@@ -114,5 +113,6 @@ class DiagnoseRequest(RecordingRequest):
                 report("estimating friction", 0, 1)
                 submit = submit_of(executor)
                 outcome = friction_by_both_models(used[:training], used[training:], result, submit)
+            result = replace(result, notes=(*suspected, *result.notes))
             content = write_diagnosis(folder, result, outcome, made, submit)
         clean_up_and_print(self.out, earlier, content, result, outcome)

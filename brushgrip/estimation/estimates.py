@@ -53,14 +53,13 @@ class FrictionTrack:
         mu_std: its standard deviation [1]; NaN where the observer has none.
         usable: True where a controller may act on it: informed, and no flag of any kind.
         changes: instants at which the observer detected a change of the ground [s], shape (c,).
-        inconsistent: True where model and stated error do not explain the torque.
+        inconsistent: True where model and stated error do not explain the torque: too small a band.
         turn: angle turned since the sample before, as in `Estimates`; None counts every sample alike.
         reference: effective friction to compare with [1], None where unknown.
         reference_label: where the reference comes from.
         last_status: of the last sample.
         usable_share: share of usable samples among those with a torque [1].
-        budget: half of the 95 % band at the last usable sample by cause [1], see
-            `observers.uncertainty_budget`; empty where it was not asked for.
+        budget: half of the 95 % band at the last usable sample by cause [1]; empty if not asked for.
     """
 
     name: str
@@ -82,8 +81,7 @@ class FrictionTrack:
     def last_usable(self) -> int | None:
         """As `brushgrip.wording.friction.last_usable`."""
         begin = int(np.searchsorted(self.t, self.changes[-1])) if self.changes.size else 0
-        turn = np.ones(self.t.size) if self.turn is None else self.turn
-        return last_uncontradicted(self.usable, self.inconsistent, begin, turn)
+        return last_uncontradicted(self.usable, self.inconsistent, begin, self.turn)
 
 
 def model_observer(
@@ -259,12 +257,11 @@ def angle_without_imputed(recording: Recording) -> Array:
 def samples_of(recording: Recording) -> Iterator[Sample]:
     """The samples of a recording as a sensor gives them, with the torque that an observer takes."""
     channel = "M_z" if has_aligning_torque(recording) else "M"
-    torque = recording.M_z if channel == "M_z" else recording.M
     rate = recording.psi_dot if recording.psi_dot_recorded else np.full(recording.t.size, np.nan)
     columns = zip(
         angle_without_imputed(recording).tolist(), rate.tolist(), recording.F_N.tolist(),
         np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1]).tolist(),
-        np.asarray(torque).tolist(), strict=True,
+        np.asarray(getattr(recording, channel)).tolist(), strict=True,
     )  # fmt: skip
     return (Sample(psi=p, psi_dot=w, F_N=F, dt=dt, **{channel: m}) for p, w, F, dt, m in columns)
 

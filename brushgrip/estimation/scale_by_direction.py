@@ -4,7 +4,6 @@ The search for friction with one value for both directions finds the scale also 
 """
 
 from dataclasses import replace
-from math import nan
 
 import numpy as np
 
@@ -17,45 +16,29 @@ UNCHECKED = int(Status.ACQUIRING | Status.SUSPECT)
 
 DIRECTIONS = {"positive": -1, "negative": 1}
 """Directions of turning, by the sign of psi, and the sign of M_z while they load the patch."""
-OF_DIRECTIONS = tuple(f"mu_eff_{way}{of}" for way in DIRECTIONS for of in ("", "_std"))
+OF_DIRECTIONS = tuple(f"{name}_{way}" for way in DIRECTIONS for name in ("mu_eff", "mu_eff_std"))
 """Columns of the friction of each direction."""
 
 
-def last_by_direction(estimates: Estimates) -> dict[str, int]:
-    """The last usable sample of each direction that has one, up to that of `last_usable`.
+def friction_of_directions(estimates: Estimates) -> tuple[dict[str, float], str]:
+    """The known ones of `OF_DIRECTIONS`, and a line, by the last usable sample of each direction.
 
     A sample counts for the direction that loads the patch, with more than half the torque of full slide.
     """
-    at, changes = last_usable(estimates), np.flatnonzero(estimates.status & Status.RESET)
-    if at is None:
-        return {}
-    begin = int(changes[-1]) if changes.size else 0
-    loaded = {w: s * estimates.M_z_predicted > estimates.M_slide / 2 for w, s in DIRECTIONS.items()}
-    own = {
-        way: begin + np.flatnonzero((estimates.usable & of)[begin : at + 1])
-        for way, of in loaded.items()
-    }
-    return {way: int(samples[-1]) for way, samples in own.items() if samples.size}
-
-
-def friction_of_directions(estimates: Estimates) -> dict[str, float]:
-    """`OF_DIRECTIONS` by the last usable sample of each; NaN where there is none."""
-    known = last_by_direction(estimates)
-    row = dict.fromkeys(OF_DIRECTIONS, nan)
-    row |= {f"mu_eff_{way}": float(estimates.mu_eff[i]) for way, i in known.items()}
-    return row | {f"mu_eff_{way}_std": float(estimates.mu_eff_std[i]) for way, i in known.items()}
-
-
-def directions_in_words(estimates: Estimates) -> str:
-    """Friction of each direction with its band, in one line; empty where no friction is known."""
-    known = last_by_direction(estimates)
-    told = [
-        f"{with_95_band(float(estimates.mu_eff[i]), float(estimates.mu_eff_std[i]))} turning to {way}"
-        f" psi, at {estimates.t[i]:.4g} s"
-        for way, i in known.items()
-    ]
-    other = [f"not known turning to {way} psi" for way in DIRECTIONS if way not in known]
-    return f"mu_eff by direction, last usable: {'; '.join(told + other)}" * bool(known)
+    row: dict[str, float] = {}
+    told, at = [], last_usable(estimates)
+    begin = max(np.flatnonzero(estimates.status & Status.RESET), default=0)
+    for way, sign in DIRECTIONS.items():
+        loads = estimates.usable & (sign * estimates.M_z_predicted > estimates.M_slide / 2)
+        own = np.flatnonzero(loads[begin : 0 if at is None else at + 1])
+        if own.size:
+            i = begin + int(own[-1])
+            mu, std = float(estimates.mu_eff[i]), float(estimates.mu_eff_std[i])
+            row |= {f"mu_eff_{way}": mu, f"mu_eff_std_{way}": std}
+            told.append(f"{with_95_band(mu, std)} turning to {way} psi, at {estimates.t[i]:.4g} s")
+        else:
+            told.append(f"never usable turning to {way} psi")
+    return row, f"mu_eff by direction, last usable: {'; '.join(told)}" * bool(row)
 
 
 def single_friction(observer: Observer) -> Observer:

@@ -1,6 +1,6 @@
 """What looks wrong with a recording, in words: its inputs, the noise of its torque, and its rates."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
 
 import numpy as np
@@ -19,9 +19,13 @@ from identification import FoundModel, Recording
 from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.protocol import MAX_SAMPLE_PERIOD
+from observers.quality.tolerances import STRAIGHT
 from observers.tuning import REFERENCE_STEP
 from symbolic import InvalidInputError
+from symbolic.deformation import full_slide_arm
 
+SUSPECTED = "an input looks wrong, so that the result may be void"
+"""How the note on it begins in a diagnosis."""
 MAX_REPLAYED_SAMPLES = 20_000
 """Samples that go through the observer once more, one by one."""
 
@@ -35,6 +39,14 @@ def require_plausible(recording: Recording) -> None:
 def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
     return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
+
+
+def suspected_notes(recordings: Sequence[Recording], warn: Callable[[str], None]) -> list[str]:
+    """Those lines, told at once, as notes on a diagnosis, which begin with `SUSPECTED`."""
+    lines = implausibility_lines(recordings)
+    for line in lines:
+        warn(line)
+    return [f"{SUSPECTED}: {line}" for line in lines]
 
 
 def _suspects(recording: Recording) -> str:
@@ -128,6 +140,25 @@ def weaker_direction(values: Mapping[str, float]) -> str:
     told = "friction differs by direction: mu_eff and M_slide are the mean of both; turning to"
     told += f" {side} psi the ground holds {100 * below:.0f} % less"
     return told * bool(below >= MIN_REPORTED_SHARE)
+
+
+def beyond_range(recording: Recording) -> str:
+    """That the torque reached the range of its sensor, and what follows; empty if not, or none is known.
+
+    What is left out is the largest torque, so that full slide may never be seen.
+    """
+    rig, torque = recording.rig, recording.M_z if has_aligning_torque(recording) else recording.M
+    if rig.range is None or torque is None:
+        return ""
+    sizes, end = np.abs(torque[np.isfinite(torque)]), STRAIGHT * rig.range
+    share = float(np.mean(sizes >= end))
+    if share <= MIN_REPORTED_SHARE:
+        return ""
+    most = end / (float(np.median(recording.F_N[recording.F_N > 0])) * full_slide_arm(rig.a, rig.e))
+    return (
+        f"torque at its sensor's range, {rig.range:g} N m, left out: in {100 * share:.0f} % of the"
+        f" samples; friction above {most:.2f} cannot be told with this sensor at this load"
+    )
 
 
 def differing_rates(recording: Recording) -> str:

@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.live.adviser import Adviser
+from brushgrip.live.last_usable import LastUsable
 from brushgrip.live.mapped_columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator
-from brushgrip.live.session_state import State, friction_of
+from brushgrip.live.session_state import State
 from brushgrip.live.sources import WAIT, Source
 from brushgrip.live.timestamps import TimestampFilter, arrival
-from brushgrip.wording.friction import with_95_band
 from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
 
@@ -77,7 +77,7 @@ class Session:
         self._stretch, self._done, self._came, self._looked = 0, -np.inf, -np.inf, 0.0
         self._t, self._fault, self._implausible, self._ended = nan, "", "", False
         self._newest: Estimate | None = None
-        self._measured, self._last_usable, self._estimating = -np.inf, "", False
+        self._measured, self._last_usable, self._estimating = -np.inf, LastUsable(), False
 
     def start(self) -> None:
         """Open the source and run."""
@@ -137,7 +137,7 @@ class Session:
     def _words(self, estimate: Estimate | None, age: float) -> str:
         parts = [self._fault, self._implausible]
         if self._ended and not self._waiting:
-            parts.append("the source has ended: " + (self._last_usable or "friction was never usable"))
+            parts.append(f"the source has ended: {self._last_usable.told}")
         elif age >= OLD:
             none = "compiling the observer" if self._estimating else "no sample has come yet"
             old = f"{age:.1f} s behind the source" if self._waiting else f"no sample for {age:.0f} s"
@@ -241,10 +241,9 @@ class Session:
         """Count a sample; the newest one counts, where torques come more slowly that with the last."""
         t, estimate = point.recorded[0], point.estimate
         self._counts["without a torque"] += bool(estimate.status & Status.MISSING)
-        if estimate.usable and not self._implausible:
-            self._counts["usable"] += 1
-            friction = with_95_band(*friction_of(estimate))
-            self._last_usable = f"friction was {friction} at {t:.4g} s, last usable"
+        usable = estimate.usable and not self._implausible
+        self._counts["usable"] += usable
+        self._last_usable.see(t, point.psi, estimate, usable=usable)
         if estimate.status != Status.MISSING:
             self._measured = t
         elif t - self._measured < OLD:
@@ -260,7 +259,7 @@ class Session:
         points = self.ring.since(self.ring.end - MAX_QUEUED_SAMPLES, self._stretch)
         self._implausible = self.estimator.implausible(points.recorded[:, : len(self.estimator.columns)])
         if not self.plausible:
-            self._counts["usable"], self._last_usable = 0, ""
+            self._counts["usable"], self._last_usable = 0, LastUsable()
 
     def _follow_wish(self) -> None:
         """Begin or end a recording where that is wanted."""

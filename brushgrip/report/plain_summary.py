@@ -4,6 +4,7 @@ from math import sqrt
 from statistics import fmean
 
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.suspected import SUSPECTED
 from brushgrip.report.friction_summary import (
     band_shares,
     grounds_alike,
@@ -81,13 +82,10 @@ def lines_to_send(
     sure = " ".join(filter(None, certainty if known else doubts(diagnosis)))
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": headline(diagnosis)}
+    friction = {"Friction between tyre and ground": _friction(diagnosis, told, known=known)}
     lines = {
         "Note": warning,
-        **(
-            {"Friction between tyre and ground": _friction(diagnosis, told, known=known)}
-            if outcome
-            else finding
-        ),
+        **(friction if outcome else finding),
         "How sure": sure,
         "To do": sentence(";\n".join(numbered)),
         **finding,
@@ -99,15 +97,13 @@ def lines_to_send(
 
 
 def _friction(diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool) -> str:
-    """Friction of every ground, and what it is where the torque reads as wrong as k seems to say.
-
-    A car's k is below the usual one by suspension and column, which leave its friction as it is.
-    """
+    """Friction of every ground, and what it is where the torque reads as wrong as k seems to say."""
     count, ratio = len(outcome.before), diagnosis.stiffness_ratio
     speed = f"at {1e3 * outcome.slide_speed:.2g} mm/s sliding, " if known and outcome.slide_speed else ""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     in_all = " in all" * (len(outcome.grounds) > 1)
     line = f"{speed}{grounds} (from {count} recording{'s' * (count != 1)}{in_all})"
+    # Suspension and column make the k of a car small, and leave its friction as it is.
     if not known or ratio == 1 or (diagnosis.of_car and ratio < 1):
         return sentence(line)
     bands = {g: one for g, one in outcome.further().items() if one.further is not None}
@@ -159,7 +155,9 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """
     tracks = outcome.tracks_of(EKF_FOUND)
     steps = []
-    if doubts(diagnosis):
+    if diagnosis.notes and diagnosis.notes[0].startswith(SUSPECTED):
+        steps.append("mend the input that looks wrong, or leave its recording out, and run this again")
+    elif doubts(diagnosis):
         steps.append(CHECKS[diagnosis.of_car])
     never = [name for name, track in tracks.items() if track.last_usable is None]
     # A model that misses more than it has found is why friction is not known.
@@ -169,9 +167,8 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         )
     if len(diagnosis.recordings) + len(diagnosis.holdout) == 1:
         steps.append("make a second recording, without which nothing judges the result")
-    if like_load := [
-        plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from
-    ]:
+    like_load = [plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from]
+    if like_load:
         steps.append(
             f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )
@@ -221,11 +218,7 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
 def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """What narrows the ± of friction, and what no recording would settle."""
     cause = next(iter(band_shares(outcome)), "")
-    narrower = (
-        f"to narrow the ±, {narrowed_by(cause, with_model=True)}{_at_best(outcome, cause)}"
-        if cause
-        else "nothing"
-    )
+    narrower = f"to narrow the ±, {narrowed_by(cause)}{_at_best(outcome, cause)}" if cause else "nothing"
     rest = [not_separable(e) for e in diagnosis.effects if e.experiment]
     if all(e.grade != "ambiguous" for e in diagnosis.effects):
         rest.append("no further recording is needed to find the model")

@@ -9,6 +9,7 @@ import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.suspected import SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.wording.diagnosis_in_words import CLEAR, UNPROVEN, is_unconfirmed, rest_is_larger
@@ -76,12 +77,17 @@ def validity(diagnosis: Diagnosis) -> str:
 
 def doubts(diagnosis: Diagnosis) -> list[str]:
     """What makes friction itself doubtful, each in a sentence."""
-    return [sentence(note) for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)]
+    return [sentence(note) for note in diagnosis.notes if note.startswith((SUSPECTED, OFF_STIFFNESS))]
 
 
 def reservation(diagnosis: Diagnosis) -> str:
     """What the bands of friction rest on that no recording tells, in one or two sentences."""
-    notes = [n for begin in (OFF_STIFFNESS, ASSUMED) for n in diagnosis.notes if n.startswith(begin)]
+    notes = [
+        n
+        for begin in (SUSPECTED, OFF_STIFFNESS, ASSUMED)
+        for n in diagnosis.notes
+        if n.startswith(begin)
+    ]
     counted = (
         "The ± counts the tolerances and, by its size, what the model leaves out; if a value is off by"
         " more, so is friction."

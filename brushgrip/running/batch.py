@@ -19,12 +19,9 @@ from brushgrip.estimation.estimates import (
     observe,
     observer_factory,
 )
-from brushgrip.estimation.scale_by_direction import (
-    OF_DIRECTIONS,
-    directions_in_words,
-    friction_of_directions,
-)
+from brushgrip.estimation.scale_by_direction import OF_DIRECTIONS, friction_of_directions
 from brushgrip.estimation.suspected import (
+    beyond_range,
     differing_rates,
     far_load,
     hardly_turned,
@@ -208,16 +205,18 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     noise = inconsistency_remedy(factory(recording, found), recording, estimates)
     of_car = recording.standstills is not None
     rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
-    cause = "" if estimates.usable.any() else hardly_turned(recording)
+    of_model = ""
+    cause, doubts = "" if estimates.usable.any() else hardly_turned(recording), [beyond_range(recording)]
     if at is None:
-        cause = cause or suspected_cause(factory, recording, found, estimates)
+        cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
-    if by_direction := isinstance(task.aligning, DirectionalFriction):
-        told.append(directions_in_words(estimates))
+    by_direction = isinstance(task.aligning, DirectionalFriction)
+    directed, line = friction_of_directions(estimates) if by_direction else ({}, "")
+    told.append(line)
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
-        told.append(band_parts(budget, with_model=found is not None or of_car))
+        told.append(band_parts(budget))
     if at is None:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
@@ -228,14 +227,13 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         told += [note, "" if budget else rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])])]
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
-        doubts = [stiffness_note(values["k"], recording), far_load(recording, found)]
-        told += [*doubts, "" if by_direction else weaker_direction(values)]
-        note = BETWEEN.join(filter(None, (note, *doubts)))
+        doubts += [stiffness_note(values["k"], recording), far_load(recording, found)]
+        of_model = "" if by_direction else weaker_direction(values)
+    told += [*(doubt for doubt in doubts if doubt != cause), of_model]
+    note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in told if line)
     beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)
-    row = row_of(recording, estimates, beside)
-    if by_direction:
-        row = {**row, **friction_of_directions(estimates)}
+    row = {**row_of(recording, estimates, beside), **directed}
     return EstimateOutcome(row=row, lines=tuple(lines))
 
 
@@ -290,6 +288,4 @@ def summary_csv(rows: Sequence[Row]) -> str:
 def _cell(value: str | int | float) -> str | int | float:
     if isinstance(value, str):
         return f"'{value}" if value.startswith(FORMULA) else value
-    if isinstance(value, int):
-        return value
-    return "" if value != value else f"{value:.{DIGITS}g}"
+    return value if isinstance(value, int) else "" if value != value else f"{value:.{DIGITS}g}"

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from brushgrip.wording.formatting import band_decimals
 from observers import Estimates, GroundFriction, Status
 from observers.estimates import BAND_STDS
-from observers.planning.forecast import OF_ZERO
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.protocol import UNCHECKED, uninformed_remedy
 from observers.quality.ground_friction import MIN_RECORDINGS
@@ -37,12 +36,12 @@ OTHER_STIFFNESS = (
 )
 NARROWED_BY = {
     SLOPE: OTHER_STIFFNESS,
-    REST: "turn to and fro more often, or have the model's error measured (brushgrip diagnose)",
+    REST: "turn to and fro more often, or find what the model lacks (brushgrip diagnose)",
     OF_LENGTHS: "measure a and e, and declare them with their tolerances",
     OF_LOAD: "weigh the load, and declare its tolerance ([rig] load = { tolerance = ... })",
     OF_SCALE: OTHER_STIFFNESS,
-    OF_ZERO: "read the torque with the wheel lifted, and declare how far off its zero may be ([rig] zero"
-    " = { tolerance = ... } N m)",
+    "zero of the torque": "read the torque with the wheel lifted, and declare how far off its zero may"
+    " be ([rig] zero = { tolerance = ... } N m)",
     OF_TUNING: "declare the tolerances of a, e and load, then --tune mu_floor=0",
     "dry friction": "declare that of the sensor's bearings ([sensor] dry_friction)",
     "axle load": "weigh the axle, and declare front_axle_load with its tolerance: 5 % of load are 6 % of"
@@ -51,10 +50,6 @@ NARROWED_BY = {
     "half-length of the contact": "measure it on a print, and declare half_length with its tolerance",
 }
 """What narrows a band, by the largest part of it."""
-WITH_MODEL = {
-    REST: "turn to and fro more often",
-}
-"""The same where a model is given, or for a car, whose model is the vehicle file."""
 OF_CAR = {
     "declare the torque's noise ([sensor] noise), or raise error of the tuning to 0.1: with more,"
     " friction is hardly acquired": "or declare a greater force_error or force_noise",
@@ -67,9 +62,9 @@ OF_CAR = {
 }
 """What a remedy names, as a vehicle file calls it."""
 CONTRADICTED = 3.0
-"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which friction
-is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was wrong. A
-wheel at rest shows neither."""
+"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which
+friction is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was
+wrong. A wheel at rest shows neither."""
 LEAST_PART = 0.1
 """Share of a band below which a part of it is not told [1]."""
 
@@ -113,13 +108,14 @@ def last_usable(estimates: Estimates) -> int | None:
 
 
 def last_uncontradicted(
-    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array
+    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array | None
 ) -> int | None:
-    """The last usable sample from `begin` on; None for none, or if too much of the turn contradicts it."""
+    """The last usable sample from `begin` on; None for none, or if too much turn contradicts it."""
     known = begin + np.flatnonzero(usable[begin:])
     if not known.size:
         return None
     last = int(known[-1])
+    turn = np.ones(usable.size) if turn is None else turn
     after = 0.0 if inconsistent is None else float(turn[last + 1 :] @ inconsistent[last + 1 :])
     return last if after <= CONTRADICTED * turn[known].sum() else None
 
@@ -131,7 +127,7 @@ def told_parts(budget: Mapping[str, float]) -> dict[str, float]:
     return {name: half for name, half in largest if half >= least}
 
 
-def band_parts(budget: Mapping[str, float], *, with_model: bool) -> str:
+def band_parts(budget: Mapping[str, float]) -> str:
     """What a band is made of and what narrows it, in one line; empty where that is not known."""
     if not budget:
         return ""
@@ -140,7 +136,7 @@ def band_parts(budget: Mapping[str, float], *, with_model: bool) -> str:
     return (
         f"the band ± {half:.{digits}f} is made of (the squares add up):"
         f" {', '.join(f'{name} {part:.{digits}f}' for name, part in parts.items())};"
-        f" to narrow it, {narrowed_by(next(iter(parts)), with_model=with_model)}"
+        f" to narrow it, {narrowed_by(next(iter(parts)))}"
     )
 
 
@@ -154,10 +150,9 @@ def dry_friction_note(mu: float, rig: Rig) -> str:
     )
 
 
-def narrowed_by(cause: str, *, with_model: bool) -> str:
+def narrowed_by(cause: str) -> str:
     """What makes a part of a band smaller."""
-    known = {**NARROWED_BY, **(WITH_MODEL if with_model else {})}
-    return known.get(cause, f"measure the {cause}, and declare the tolerance")
+    return NARROWED_BY.get(cause, f"measure the {cause}, and declare the tolerance")
 
 
 LACKING = "find what the model lacks (brushgrip diagnose), then --model"

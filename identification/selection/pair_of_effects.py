@@ -6,9 +6,9 @@ from dataclasses import replace
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     SelectionCriteria,
-    addition_justified,
     advantage,
     delta_bic,
+    forward_step_justified,
     is_second_law,
 )
 from identification.selection.search_step import SearchStep, rank_for_confirmation
@@ -27,15 +27,29 @@ def promising_pairs(alone: SearchStep, training: Sequence[Recording]) -> list[Ef
 
     Those that judge do not confirm such an effect: it may take along what its partner would explain.
     """
-    singles = {t.effects[0]: t.fitted for t in alone.trials if len(t.effects) == 1}
+    present = alone.before.effects
+    singles = {
+        t.effects[-1]: t.fitted
+        for t in alone.trials
+        if t.effects[:-1] == present and not is_second_law(t.effects)
+    }
     changes = {e: delta_bic(one, alone.coarse_before.fitted, training) for e, one in singles.items()}
     firsts = sorted((e for e in singles if changes[e] < DEMANDED), key=lambda e: changes[e])[:FIRSTS]
-    pairs = [(first, e) for i, first in enumerate(firsts) for e in singles if e not in firsts[: i + 1]]
+    pairs = [
+        (*present, first, e)
+        for i, first in enumerate(firsts)
+        for e in singles
+        if e not in firsts[: i + 1]
+    ]
     return [pair for pair in pairs if not is_second_law(pair)]
 
 
 def steps_to_pair(
-    alone: SearchStep, pairs: Sequence[Trial], runner: TrialRunner, criteria: SelectionCriteria
+    alone: SearchStep,
+    pairs: Sequence[Trial],
+    runner: TrialRunner,
+    criteria: SelectionCriteria,
+    declared: Trial,
 ) -> list[SearchStep]:
     """Two steps to the first of these pairs that is clear on the whole recordings; none where none is.
 
@@ -46,24 +60,28 @@ def steps_to_pair(
         pairs: coarse trials, least judged error first.
         runner: runs the trials on the whole recordings.
         criteria: thresholds.
+        declared: the declared model.
     """
-    declared, thinned = alone.before, runner.thinned_training
-    justified = [p for p in pairs if addition_justified(p, alone.coarse_before, thinned, criteria)]
+    before, thinned = alone.before, runner.thinned_training
+    justified = [
+        p for p in pairs if forward_step_justified(p, alone.coarse_before, thinned, criteria, declared)
+    ]
     # Those with the same first effect are compared as candidates beside it.
-    beside = [pair for pair in justified if pair.effects[0] == justified[0].effects[0]]
+    beside = [pair for pair in justified if pair.effects[-2] == justified[0].effects[-2]]
     ranked = rank_for_confirmation(beside, thinned, criteria)
     for candidate in ranked[: 1 + criteria.runners_up]:
         pair = candidate.trial
         both = runner.run_fine(pair.effects, pair.values)
-        mean, error = advantage(both.judgement, declared.judgement, criteria.long_block)
-        worth = addition_justified(both, declared, runner.training, criteria)
+        mean, error = advantage(both.judgement, before.judgement, criteria.long_block)
+        worth = forward_step_justified(both, before, runner.training, criteria, declared)
         if not worth or mean <= CLEAR * error:
             continue
-        first, second = ((effect,) for effect in pair.effects)
+        *present, one, other = pair.effects
+        first, second = (*present, one), (*present, other)
         alone_first, alone_second = (
             runner.run_fine(one, values_for(both, one)) for one in (first, second)
         )
-        turned = runner.run_fine((*second, *first), both.values)
+        turned = runner.run_fine((*second, one), both.values)
         step = replace(alone, trials=tuple(pairs))
         return [
             alone,

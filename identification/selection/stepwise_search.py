@@ -66,18 +66,18 @@ class Search:
         while current:
             steps.append(self._step(current, declared, steps))
             current = steps[-1].after
-            if current is None and steps[-1].before is declared:
-                current = self._add_pair(steps)
+            if current is None:
+                current = self._add_pair(steps, declared)
         return steps
 
-    def _add_pair(self, steps: list[SearchStep]) -> Trial | None:
+    def _add_pair(self, steps: list[SearchStep], declared: Trial) -> Trial | None:
         """Replace the step in which no effect was worth adding alone by those to a pair, if one is."""
-        (alone,), runner = steps, self.runner
+        alone, runner = steps[-1], self.runner
         if not (sets := promising_pairs(alone, runner.thinned_training)):
             return None
-        present = self._present(alone.before, alone.before)
+        present = self._present(alone.before, declared)
         pairs = self._rank(present, sets, "trying pairs of effects")
-        steps[:] = steps_to_pair(alone, pairs, runner, self.criteria) or steps
+        steps[-1:] = steps_to_pair(alone, pairs, runner, self.criteria, declared) or [alone]
         return steps[-1].after
 
     def _step(self, current: Trial, declared: Trial, steps: Sequence[SearchStep]) -> SearchStep:

@@ -102,8 +102,13 @@ class CasadiObserver:
         # Half-length and caster follow the parameters of the model.
         a_at = len(self.model.parameters) if self.is_checked else None
         return build_screened_step(
-            self.step_function, self.layout, self.sample_limits, self.channel, a_at
+            self.step_function, self.layout, self._limits_at or self.sample_limits, self.channel, a_at
         )
+
+    @property
+    def _limits_at(self) -> int | None:
+        """Index of the first of the limits among the constants; None where they are not among them."""
+        return None
 
     @property
     def layout(self) -> Layout:

@@ -18,7 +18,7 @@ from observers.quality import acquisition_and_tracking
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.quality.tolerances import with_tolerances
-from observers.tuning import TUNING_FIELDS, Tuning
+from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.array_alias import Array
 from symbolic.compliance import deflection_of
@@ -134,7 +134,11 @@ class ModelObserver(CasadiObserver):
     @property
     def sample_limits(self) -> tuple[float, ...]:
         """Limits of what a sensor may give, in the order of `observers.tuning.PLAUSIBLE`."""
-        return self.tuning.limits
+        return self.effective_tuning.limits
+
+    @property
+    def _limits_at(self) -> int:
+        return len(self.model.parameters) + len(RIG) + TUNING_FIELDS.index(PLAUSIBLE[0])
 
     @property
     def initial_function(self) -> ca.Function:

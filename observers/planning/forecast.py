@@ -223,10 +223,6 @@ class Forecaster:
         return Forecast(mu=rows[MU], deviation=deviation, usable=usable, torque=rows[-1], status=status)
 
 
-OF_ZERO = "zero of the torque"
-"""Of an observer with a friction of each direction, of which the zero is no state."""
-
-
 def least_deviation(observer: ModelObserver, mu: float, F_N: float) -> dict[str, float]:
     """Deviations that no steering lowers, by cause, as shares of mu [1]; they add in quadrature."""
     causes = friction_floor(observer.tuning, observer.rig)
@@ -235,5 +231,5 @@ def least_deviation(observer: ModelObserver, mu: float, F_N: float) -> dict[str,
     causes["dry friction"] = (DRY_FRICTION if dry is None else dry / slide) / mu
     states, zero = observer.measurement_model.states, observer.rig.zero_std
     if OTHER in states and "M_0" not in states:
-        causes[OF_ZERO] = (observer.tuning.zero_std if zero is None else zero / slide) / mu
+        causes["zero of the torque"] = (observer.tuning.zero_std if zero is None else zero / slide) / mu
     return causes

@@ -112,14 +112,15 @@ def initial_screen(psi: float) -> Array:
 
 @cache
 def build_screened_step(
-    step: ca.Function, parts: Layout, limits: tuple[float, ...], channel: str, a_at: int | None
+    step: ca.Function, parts: Layout, limits: tuple[float, ...] | int, channel: str, a_at: int | None
 ) -> ca.Function:
     """A step (state, sample, constants) -> (state_next, output) of plausible samples alone.
 
     Args:
         step: of the observer.
         parts: of its state; those of the check follow.
-        limits: of the samples, in the order of `PLAUSIBLE`.
+        limits: of the samples, in the order of `PLAUSIBLE`, or the index of the first among the
+            constants, so that one step serves all limits.
         channel: the torque that is measured.
         a_at: index of the half-length of the patch among the constants, so that one step serves all
             lengths; None where units and signs are not checked.
@@ -136,7 +137,12 @@ def build_screened_step(
     suspect = ca.MX(0)
     if a_at is not None:
         evidence, suspect = build_evidence(channel)(evidence, sample, constants[a_at])
-    screen, passed = build_screen()(screen, sample, ca.DM(limits))
+    bounds = (
+        ca.fmin(constants[limits : limits + len(PLAUSIBLE)], NO_LIMIT)
+        if isinstance(limits, int)
+        else ca.MX(ca.DM(limits))
+    )
+    screen, passed = build_screen()(screen, sample, bounds)
     after, output = step(own, passed, constants)
     at = OUTPUT.index("status")
     status = with_flag(output[at], Status.SUSPECT, suspect)

@@ -1,12 +1,13 @@
-"""Additions to a tuning from the tolerances of the rig's declared values.
+"""What a rig declares and its tuning takes: tolerances of its values, the range of its torque sensor.
 
 Full slide measures mu times load and lever, so that an error of either is one of mu which no measurement
 lowers: a parameter that is considered, not estimated, [Schmidt 1966]. An error of half-length or caster
-also makes the patch stiffer or softer, as one of k does.
+also makes the patch stiffer or softer, as one of k does. A sensor that
+ends looks like full slide: what is near the end is left out.
 """
 
 from dataclasses import replace
-from math import hypot
+from math import hypot, inf
 
 from observers.tuning import Tuning
 from symbolic import Rig
@@ -17,6 +18,9 @@ OF_LENGTHS = "tolerances of half-length and caster"
 OF_LOAD = "tolerance of the load"
 OF_TUNING = "mu_floor of the tuning"
 """Causes of a floor of mu."""
+STRAIGHT = 0.95
+"""Share of the declared range of a torque sensor from which on a torque is left out [1]: what its noise
+and its zero take from the range."""
 LEAST_STIFFNESS = 1.5
 """Least deviation of the stiffness over the model's error [1], that of an undeclared k at most: a torque
 that is off by that error tells k no closer, and a k that is declared closer would never be confirmed."""
@@ -24,6 +28,8 @@ that is off by that error tells k no closer, and a k that is declared closer wou
 
 def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
     """The tuning with the floor of mu and the deviation of the stiffness that tolerances make.
+
+    Its limit of the torque is within the range of the sensor.
 
     Args:
         tuning: its own floor and deviation are added to, in quadrature.
@@ -33,8 +39,10 @@ def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
     stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
     patch = spread_by_lengths(lambda a, e: unit_corner_moment(0.0, a, e), rig)
     least = min(LEAST_STIFFNESS * tuning.error, EVEN * USUAL["k"])
+    straight = inf if rig.range is None else STRAIGHT * rig.range
     return replace(
         tuning,
+        torque_limit=min(tuning.torque_limit, straight),
         mu_floor=hypot(*friction_floor(tuning, rig).values()),
         stiffness_std=max(hypot(tuning.stiffness_std, EVEN * stiffness, patch), least),
     )

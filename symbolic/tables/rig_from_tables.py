@@ -15,7 +15,7 @@ from symbolic.tables.parsing import absolute_tolerance, excerpt, floats, require
 
 RIG_KEYS = {
     "rig": {"a": "half-length", "e": "caster", "J_A": "inertia", "b_t": "damping", "slide_rate": ""},
-    "sensor": {"noise": "", "dry_friction": ""},
+    "sensor": {"noise": "", "dry_friction": "", "range": ""},
     "tyre": {"k": "stiffness per length", "mu": "friction"},
 }
 """Sections of a rig file and their keys, with words where a key is a symbol."""
@@ -36,7 +36,7 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
 
     a, e and k may be tables ``{value = 0.045, tolerance = 0.0025}``, and so may ``load`` and ``zero``
     of the rig, whose value, if given, is 1 and 0: see `Tolerances`. A tolerance ``"20%"`` is that share
-    of the value. ``[sensor] noise, dry_friction`` are optional too, see `Rig`.
+    of the value. ``[sensor] noise, dry_friction, range`` are optional too, see `Rig`.
 
     Raises:
         InvalidInputError: a section or key is missing or unknown, a value is not a number within its

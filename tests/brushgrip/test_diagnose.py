@@ -180,6 +180,22 @@ def test_another_sign_is_named(
     assert "other sign" in outcome.err
 
 
+def test_what_looks_wrong_with_an_input_stands_in_every_result(
+    diagnose: Diagnose, asked: list[Any], write_csv: Write, repository_root: Path, tmp_path: Path
+) -> None:
+    columns = table_of(repository_root / "examples" / "recordings" / "train_a.csv")
+    top = 0.6 * columns["M_z"].max()
+    outcome = diagnose(write_csv("a.csv", columns | {"M_z": columns["M_z"].clip(-top, top)}), "b")
+    note, *_ = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["notes"]
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+
+    assert note.startswith("an input looks wrong, so that the result may be void: a: the torque is clip")
+    assert asked
+    for told in (" ".join(outcome.out.split()), page):
+        assert "An input looks wrong, so that the result may be void: a: the torque is clip" in told
+        assert "end the input that looks wrong, or leave its recording out, and run this again" in told
+
+
 @pytest.mark.usefixtures("no_report")
 def test_an_interrupted_search_keeps_its_trials(
     diagnose: Diagnose, asked: list[Any], search: Callable[..., None], tmp_path: Path

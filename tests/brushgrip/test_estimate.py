@@ -494,3 +494,19 @@ def test_smoothed_friction_is_known_from_the_start(
     assert smoothed["mu_std"][0] < 0.5 * filtered["mu_std"][0]
     # The smoother begins about what the filter ends with, and linearises there.
     assert abs(smoothed["mu"][-1] - filtered["mu"][-1]) < 0.1 * filtered["mu_std"][-1]
+
+
+def test_a_torque_at_the_range_of_its_sensor_is_told(estimate: Run, simulated: Path, rig: Path) -> None:
+    torque = np.abs(table_of(simulated)["M_z"])
+    most = 0.5 * torque.max()
+    share = np.mean(torque >= 0.95 * most)
+    plain = rig.read_text()
+    rig.write_text(f"{plain}[sensor]\nrange = {2 * torque.max()}\n")
+    ample = estimate(simulated).out
+    rig.write_text(f"{plain}[sensor]\nrange = {most}\n")
+    told = estimate(simulated, out="low.csv").out
+
+    assert "sensor's range" not in ample
+    assert f"torque at its sensor's range, {most:g} N m, left out: in {100 * share:.0f} %" in told
+    assert "friction above 0.5" in told
+    assert told.count("sensor's range") == 1

@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from brushgrip.estimation.scale_by_direction import friction_of_directions
 from brushgrip.running.batch import row_of
 from brushgrip.wording.diagnosis_in_words import experiment_in_words, headline, taken_from_model
 from brushgrip.wording.formatting import (
@@ -216,6 +217,25 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
     assert (last_usable(replace(rested, usable=rested.status == 0, turn=turn)) == 1009) == is_told
 
 
+def test_friction_of_each_direction_is_of_the_last_ground() -> None:
+    seen = estimates(*[Status.USED] * 20)
+    seen = replace(seen, M_z_predicted=np.where(np.arange(20) < 15, 1.0, -1.0))
+    row, line = friction_of_directions(seen)
+
+    assert line == (
+        "mu_eff by direction, last usable: 1.25 ± 0.08 turning to positive psi, at 0.19 s;"
+        " 1.18 ± 0.08 turning to negative psi, at 0.14 s"
+    )
+    assert row["mu_eff_negative"] == pytest.approx(1.184, abs=1e-3)
+    # What was usable on the ground before says nothing of this one.
+    reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
+    row, line = friction_of_directions(replace(seen, status=reset))
+    assert line.endswith("; never usable turning to negative psi")
+    assert "mu_eff_negative" not in row
+    # A torque about zero belongs to neither.
+    assert friction_of_directions(replace(seen, M_z_predicted=0.4 * seen.M_z_predicted)) == ({}, "")
+
+
 def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:
     seen = estimates(*[Status.USED] * 20, *[Status.INCONSISTENT] * 30)
     line = estimates_summary(replace(seen, usable=seen.status == 0))
@@ -271,7 +291,7 @@ def test_ice_asks_for_the_dry_friction_of_the_sensor() -> None:
 
 
 def test_a_narrow_band_has_parts_that_are_told_apart() -> None:
-    line = band_parts({REST: 0.006, SLOPE: 0.004}, with_model=False)
+    line = band_parts({REST: 0.006, SLOPE: 0.004})
     assert line.startswith("the band ± 0.007 is made of (the squares add up): ")
     assert f"{REST} 0.006, {SLOPE} 0.004;" in line
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from brushgrip.inputs.command_inputs import locate_inputs
+from brushgrip.live.last_usable import LastUsable
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
 from brushgrip.live.session_state import line_of, usability_of
@@ -465,3 +466,18 @@ def test_the_end_of_a_source_is_no_dead_sensor(tmp_path: Path) -> None:
     assert (
         session.state().status == "the source has ended: friction was 0.80 ± 0.20 at 1.5 s, last usable"
     )
+
+
+def test_the_end_of_a_source_tells_no_friction_that_what_follows_contradicts() -> None:
+    known = replace(prior_estimate(OBSERVER), informed=True, mu_eff=0.8, mu_eff_std=0.1)
+    for usable, inconsistent, is_told in ((10, 29, True), (10, 31, False), (0, 5, False)):
+        last = LastUsable()
+        flags = [Status.USED] * (1 + usable) + [Status.INCONSISTENT] * inconsistent
+        for number, status in enumerate(flags):
+            seen = replace(known, status=status)
+            last.see(number, 0.01 * number, seen, usable=seen.usable)
+            # A wheel at rest shows neither.
+            last.see(number, 0.01 * number, seen, usable=seen.usable)
+        assert last.told.startswith("friction was 0.80 ± 0.20") == is_told
+        last.see(99.0, 0.0, replace(known, status=Status.RESET), usable=False)
+        assert last.told == "friction is not known since a new ground was noticed at 99 s"

@@ -15,6 +15,7 @@ from identification import (
     read_model,
     smoothed_rate,
 )
+from identification.diagnosis.found_effects import CLEAR_ERRORS
 from reference_rig import Campaign
 from symbolic import CANDIDATES, EFFECTS, InvalidInputError, Rig, Tolerances, Tyre
 from tests.identification.factories import read_campaign, with_torque

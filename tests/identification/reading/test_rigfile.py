@@ -145,6 +145,7 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
     within = Tolerances(a=0.002, e=1e-3, load=0.02, zero=0.1)
     for rig, tyre in (
         (Rig(a=0.045, e=0.009), Tyre(k=2.4e6)),
+        (Rig(a=0.045, e=0.009, noise=0.02, range=7.5), Tyre(k=2.4e6)),
         (Rig(a=0.1 / 3, e=-0.01, J_A=0.14, b_t=1.5, tolerances=within), Tyre(k=2.4e6 / 7, mu=1.2)),
     ):
         assert read_rig(write(tmp_path, rig_text(rig, tyre))) == (rig, tyre)

@@ -1,5 +1,6 @@
 """Acquisition in C is that of Python: the same friction, flags and samples left out."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -166,3 +167,21 @@ def test_implausible_samples_are_those_of_python(generated: Generate, name: str)
     seen = np.flatnonzero(estimates[:, -1].astype(int) & Status.IMPLAUSIBLE)
     assert {0, 60, 90, 120, 126, 160, 169, 230, 231, 240, 241, 250, 280} <= set(seen.tolist())
     assert not {1, 61, 127, 171, 232, 242, 251, 281} & set(seen.tolist())
+
+
+@pytest.mark.parametrize("name", ["ekf declared aligning", "ekf declared steering"])
+def test_a_torque_beyond_the_range_of_the_sensor_is_left_out_in_c(
+    generated: Generate, name: str
+) -> None:
+    usual = observer_named(name)
+    rows = on_ice(usual.measurement_model)
+    most = float(0.7 * np.abs(rows[:, 2]).max())
+    observer = replace(usual, rig=replace(usual.rig, range=most))
+    expected = python_estimates(observer, rows)
+    estimates = generated(observer, DOUBLE).run(rows)
+
+    np.testing.assert_array_equal(estimates[:, STATUS], expected[:, STATUS])
+    np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=1e-9)
+    seen = estimates[:, STATUS].astype(int) & Status.IMPLAUSIBLE != 0
+    np.testing.assert_array_equal(seen, np.abs(rows[:, 2]) >= 0.95 * most)
+    assert seen.any()

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from observers import DirectionalFriction, Ekf, Mhe, Sample, SteeringTorque
-from observers.planning.forecast import OF_ZERO, Forecaster, least_deviation
+from observers.planning.forecast import Forecaster, least_deviation
 from observers.planning.path import SteeringPath, steer
 from symbolic import Rig, Tolerances
 from tests.observers.planning.conftest import LOAD, observe_on_rig
@@ -90,6 +90,6 @@ def test_what_no_steering_lowers(acquiring: Ekf) -> None:
     assert sorted(causes.values()) == pytest.approx([0.0, 0.03 / 3**0.5, 0.04, 0.1 / 3**0.5], abs=1e-4)
     directed = replace(acquiring, rig=rig, measurement_model=DirectionalFriction())
     # 0.03 of full slide at mu = 1, of 0.5.
-    assert least_deviation(directed, 0.5, LOAD) == {**causes, OF_ZERO: 0.06}
+    assert least_deviation(directed, 0.5, LOAD) == {**causes, "zero of the torque": 0.06}
     floor = replace(acquiring, rig=rig).effective_tuning.mu_floor
     assert hypot(floor, causes["dry friction"]) == pytest.approx(hypot(*causes.values()))

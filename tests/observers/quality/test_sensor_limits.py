@@ -10,10 +10,10 @@ import pytest
 
 from identification import read_recording
 from observers import Ekf, Loop, Mhe, Sample, Status, Tuning, run, smooth
-from reference_rig import RigRecording
+from reference_rig import RigRecording, make_recording
 from symbolic import InvalidInputError
-from tests.observers.conftest import make
-from tests.observers.factories import columns_of, samples_of
+from tests.observers.conftest import EXACT_RIG, RIG, make
+from tests.observers.factories import acquiring_ekf, columns_of, samples_of, wrong_and_usable
 
 KINDS = pytest.mark.parametrize("kind", [Ekf, Mhe])
 AT = 700
@@ -144,3 +144,37 @@ def test_limits_are_greater_than_nothing(name: str) -> None:
     with pytest.raises(InvalidInputError, match=f"{name} must be greater than 0"):
         Tuning(**{name: 0.0})
     assert max(Tuning(**{name: inf}).limits) == 1e9
+
+
+@KINDS
+def test_a_torque_near_the_declared_range_is_left_out(kind: Any, samples: list[Sample]) -> None:
+    observer, other = (make(kind, rig=replace(EXACT_RIG, range=most)) for most in (10.0, 20.0))
+    start = observer.init(samples[0])
+    seen = {
+        M_z: Status.IMPLAUSIBLE
+        in observer.estimate(observer.step(start, replace(samples[1], M_z=M_z))).status
+        for M_z in (9.4, -9.4, 9.6, -9.6)
+    }
+
+    assert seen == {9.4: False, -9.4: False, 9.6: True, -9.6: True}
+    assert observer.screened_step is other.screened_step
+    assert make(kind, rig=EXACT_RIG).sample_limits == Tuning().limits
+    lower = make(kind, rig=replace(EXACT_RIG, range=10.0), torque_limit=3.0)
+    assert lower.sample_limits[3] == 3.0
+
+
+def test_a_sensor_that_ends_is_never_taken_for_full_slide() -> None:
+    made = make_recording(590_003, mu=0.8, duration=8.0, bristles=500)
+    columns, most = columns_of(made, slice(None)), 0.7 * float(np.abs(made.M_z).max())
+    noise = 0.03 * np.random.default_rng(1).standard_normal(made.t.size)
+    columns["M_z"] = np.clip(made.M_z, -most, most) + noise
+    silent, declared, ample = (
+        run(replace(acquiring_ekf(), rig=replace(RIG, range=end)), **columns)
+        for end in (None, most, 1.2 * most)
+    )
+
+    # Without the range, friction is that at which the sensor ends, and usable.
+    assert wrong_and_usable(silent, 0.8).mean() > 0.03
+    assert not wrong_and_usable(declared, 0.8).any()
+    assert declared.usable.any()
+    np.testing.assert_array_equal(silent.mu, ample.mu)
