@@ -15,8 +15,6 @@ OTHER_SCALE = 3.0, 2.5
 """Tolerances of a declared k beyond which a found one is no tyre's but that of a torque or an angle in
 another unit or before a gear [1]; and the factor that is always beyond, if not within the tolerance, and
 where none is declared [1]. What is too large by a factor is too small by its inverse."""
-RATIO = "asymmetric_friction.ratio"
-"""Friction at rising over that at falling angle, in a model that has it."""
 SHARED, MAX_LOAD_TOLERANCE = 0.5, 0.95
 """Share of what k is off by that counts as the torque's scale [1]; greatest tolerance of a load [1]."""
 
@@ -215,8 +213,8 @@ class FoundModel:
             if parameter.scope == "recording" and parameter.neutral is not None
         }
         values = {**self.tyre, **self.on_ground(ground)}
-        if by_direction and RATIO in values:
-            values[RATIO] = 1.0
+        if by_direction and "asymmetric_friction.ratio" in values:
+            values["asymmetric_friction.ratio"] = 1.0
         return neutral | {name: value for name, value in values.items() if name != "mu"}
 
 
