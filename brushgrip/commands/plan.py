@@ -147,9 +147,7 @@ class PlanRequest:
         print_table(title, headings, rows_by_ground(planned, self.vehicle), right=True)
         say("one path for all grounds: on most its first turns do; stop once friction is as good")
         if self.vehicle:
-            say(
-                "this is for a car as declared; off within its tolerances it may take more: turn on till then"
-            )
+            say("this is for a car as declared; off within its tolerances it may take more")
         for reason in planned.reasons:
             say(reason)
         if finals:
