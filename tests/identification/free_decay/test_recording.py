@@ -58,7 +58,7 @@ def test_faults(tmp_path: Path) -> None:
 
     assert message_of(write(tmp_path), without_inertia).startswith("J_A is not known, and a free vib")
     assert message_of(write(tmp_path), None).startswith("a and e and k not known; name a rig file")
-    assert "column psi missing" in message_of(write(tmp_path, header="t,angle"))
+    assert "channel psi missing" in message_of(write(tmp_path, header="t,angle"))
     assert "row 1: J_A must be" in message_of(write(tmp_path, "# J_A = -1"))
     assert "holds 3 samples" in message_of(write(tmp_path, rows=["0,1", "1,2", "2,3"]))
     assert "every psi is missing" in fault_of(
