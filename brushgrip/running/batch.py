@@ -204,8 +204,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
     noise = inconsistency_remedy(factory(recording, found), recording, estimates)
     of_car = recording.standstills is not None
-    rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
-    of_model = ""
+    rates, at, budget, note, of_model = differing_rates(recording), last_usable(estimates), {}, "", ""
     cause, doubts = "" if estimates.usable.any() else hardly_turned(recording), [beyond_range(recording)]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]

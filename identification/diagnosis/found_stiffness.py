@@ -34,8 +34,8 @@ def stiffness_note(k: float, recording: Recording) -> str:
     """What a found stiffness [N/m^2] beyond the tolerance of the declared one means; empty within.
 
     Before anything slides the torque goes with k a (a^2 + 3 e^2), in full slide with mu and an arm that
-    grows no faster than a. So a wrong a moves mu by the cube root of the ratio of k at most. In a car
-    column and suspension are in series with the tyres: they lower k, and leave full slide as it is.
+    grows no faster than a. So a wrong a moves mu by the cube root of the ratio of k at most. What is in
+    series with a car's tyres lowers k, and leaves full slide as it is.
     """
     ratio, declared = stiffness_ratio(k, recording), recording.tyre.k
     if ratio == 1:
