@@ -37,7 +37,7 @@ from observers import (
     run,
 )
 from observers.measurement.measurement_model import GAIN_SHARE, MeasurementModel
-from observers.quality.hypothesis_mixture import GAIN_FREE
+from observers.quality.mixture_verdict import GAIN_FREE
 from observers.quality.tolerances import with_tolerances
 from observers.tuning import REFERENCE_STEP
 from reference_rig import (

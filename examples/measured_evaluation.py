@@ -32,7 +32,7 @@ from identification import (
     recording_from_raw,
 )
 from identification.loop_plot import matplotlib_text
-from observers import Ekf, ZoneHistory, ZoneRootSolver, run, zone_history
+from observers import Ekf, RootObserver, ZoneHistory, run, zone_history
 from symbolic import Model, Rig, Tyre, simulate
 
 Array = NDArray[np.float64]
@@ -108,7 +108,7 @@ def friction_error(recording: Recording, kind: str) -> float:
     """RMSE of mu over the second half."""
     k = recording.tyre.k
     observer = (
-        Ekf(model=Model(), values={"k": k}, rig=RIG) if kind == "ekf" else ZoneRootSolver(rig=RIG, k=k)
+        Ekf(model=Model(), values={"k": k}, rig=RIG) if kind == "ekf" else RootObserver(rig=RIG, k=k)
     )
     mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
     return rms(mu[mu.size // 2 :] - TYRE.mu)

@@ -37,7 +37,7 @@ from identification import (
     LowPass,
     Pipeline,
     Recording,
-    Resampled,
+    Resampler,
     Values,
     diagnose,
     fit,
@@ -77,7 +77,7 @@ def read(folder: Path, name: str) -> Recording:
 
 def at_rate(name: str, columns: Mapping[str, Array], rate: float) -> Recording:
     """What `raw` read as a recording with so many samples a second."""
-    pipeline = Pipeline((LowPass(cutoff=min(0.4 * rate, CUTOFF)), Resampled(rate=rate)))
+    pipeline = Pipeline((LowPass(cutoff=min(0.4 * rate, CUTOFF)), Resampler(rate=rate)))
     values = {
         "psi": columns["x"] / RADIUS,
         "M_z": -columns["F"] * RADIUS,

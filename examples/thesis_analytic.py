@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
-from observers import Sample, ZoneRootSolver, ZoneRootState
+from observers import RootObserver, Sample, ZoneRootState
 from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
 from symbolic import full_slide_level, full_slide_torque
 from thesis_profile import DT, FACTORS, LOAD, RIG, SETTLED, K, rmse, steered
@@ -74,7 +74,7 @@ def stepped(recording: Recording, at: int, x: Array) -> Array:
 
 def states_of(recording: Recording, smoothing: float = 0.0) -> list[ZoneRootState]:
     """The method's state after every sample."""
-    root = ZoneRootSolver(rig=RIG, k=K, smoothing=smoothing, least_turn=MIN_REVERSAL)
+    root = RootObserver(rig=RIG, k=K, smoothing=smoothing, least_turn=MIN_REVERSAL)
     state, states = None, []
     for psi, psi_dot, F_N, M_z in zip(
         recording.psi, recording.psi_dot, recording.F_N, recording.M_z, strict=True

@@ -22,7 +22,7 @@ from brushgrip.comparison.methods import corrected_root, neural_network
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording, read_recording
 from identification.thesis.friction_network import Design, FrictionNetwork, LabelMean, label_mean
-from observers import Ekf, ZoneRootSolver
+from observers import Ekf, RootObserver
 from published import measured_folder
 from symbolic import Model
 from thesis_analytic import late
@@ -67,7 +67,7 @@ def simulation_methods(recording: Recording, *, delayed: bool) -> dict[str, Arra
 def measured_methods(recording: Recording) -> dict[str, Array]:
     """The methods that learn nothing, on a recording: declared model, default tuning."""
     k, rig = recording.tyre.k, recording.rig
-    methods = {"root": ZoneRootSolver(rig=rig, k=k), "EKF": Ekf(model=Model(), values={"k": k}, rig=rig)}
+    methods = {"root": RootObserver(rig=rig, k=k), "EKF": Ekf(model=Model(), values={"k": k}, rig=rig)}
     return {name: estimated(observer, recording) for name, observer in methods.items()}
 
 

@@ -34,7 +34,7 @@ from brushgrip.comparison.methods import (
 )
 from brushgrip.pictures.style import BEFORE, MEASURED, picture
 from observers import Ekf, Mhe, Sample, Tuning
-from observers.thesis.zone_root_solver import CLOSE, nearest
+from observers.thesis.root_observer import CLOSE, nearest
 from observers.thesis.zone_state_machine import curve
 from symbolic import Model, full_slide_torque
 from thesis_profile import DT, LOAD, RIG, K, steered

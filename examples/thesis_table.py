@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
-from observers import Ekf, Mhe, Observer, Tuning, ZoneRootSolver, run
+from observers import Ekf, Mhe, Observer, RootObserver, Tuning, run
 from published import simulation_folder
 from symbolic import Model, Tyre, effects_named
 from thesis_profile import DT, FACTORS, NESTED, RIG, SETTLED, K, rmse, steered, zones
@@ -41,9 +41,9 @@ def estimated(observer: Observer, recording: Recording) -> Array:
     return run(observer, *channels).mu
 
 
-def root() -> ZoneRootSolver:
+def root() -> RootObserver:
     """The thesis's method."""
-    return ZoneRootSolver(rig=RIG, k=K)
+    return RootObserver(rig=RIG, k=K)
 
 
 def ours(kind: type[Ekf] | type[Mhe], *, delayed: bool = False, tuning: Tuning = CLEAN) -> Observer:

@@ -20,7 +20,7 @@ from identification.fits.problem import signals_of
 from identification.fits.profile import LIMIT, Profile, profile
 from identification.fits.values import ParameterEstimate, Values, initial_guess, replaced_rig
 from identification.free_decay.recording import Decay, read_decay
-from identification.free_decay.results import FittedVibration, FreeDecay
+from identification.free_decay.results import FreeDecay, VibrationFit
 from identification.free_decay.stiffness_and_damping import identify_free_decay
 from identification.reading.car import Standstills, read_vehicle
 from identification.reading.conditioning import (
@@ -28,7 +28,7 @@ from identification.reading.conditioning import (
     LowPass,
     OffsetRemoved,
     Pipeline,
-    Resampled,
+    Resampler,
     Scaled,
     default_pipeline,
     recording_from_raw,
@@ -60,7 +60,6 @@ __all__ = [
     "Errors",
     "Fit",
     "FitOptions",
-    "FittedVibration",
     "FoundEffect",
     "FoundFamily",
     "FoundModel",
@@ -76,7 +75,7 @@ __all__ = [
     "Proposal",
     "Reader",
     "Recording",
-    "Resampled",
+    "Resampler",
     "Scaled",
     "SelectionCriteria",
     "Series",
@@ -91,6 +90,7 @@ __all__ = [
     "TowedFriction",
     "Unexplained",
     "Values",
+    "VibrationFit",
     "default_pipeline",
     "diagnose",
     "fit",

@@ -36,7 +36,7 @@ from observers.quality.ground_friction import GroundFriction, ground_friction
 from observers.quality.innovations import Innovations, innovations
 from observers.quality.input_plausibility import suspicions_of
 from observers.quality.settling_and_coverage import FrictionQuality, friction_quality, friction_spread
-from observers.thesis.zone_root_solver import ZoneRootSolver, ZoneRootState
+from observers.thesis.root_observer import RootObserver, ZoneRootState
 from observers.thesis.zone_state_machine import ZoneHistory, zone_history
 from observers.tuning import Tuning
 from observers.udu import covariance_of
@@ -68,13 +68,13 @@ __all__ = [
     "Plan",
     "Probe",
     "RackForce",
+    "RootObserver",
     "Sample",
     "Status",
     "SteeringLimits",
     "SteeringTorque",
     "Tuning",
     "ZoneHistory",
-    "ZoneRootSolver",
     "ZoneRootState",
     "build_clean",
     "car_observer",

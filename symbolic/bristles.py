@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.deformation import full_slide_arm, gauss_legendre
+from symbolic.deformation import full_slide_arm, unit_gauss_legendre
 from symbolic.errors import InvalidInputError
 from symbolic.patch_interface import Expression, PatchInputs
 from symbolic.slip import SlipSearch, clipped, log_creep_factor, slip
@@ -192,8 +192,8 @@ class BristlePatch:
     def nodes(self) -> tuple[ca.DM, ca.DM, ca.DM]:
         """Places x / a, y / half_width and weights over u of every bristle."""
         wide = self.traits.half_width is not None
-        along, share = gauss_legendre(self.columns // 2 if wide else self.columns)
-        across, part = gauss_legendre(self.rows if wide else 1)
+        along, share = unit_gauss_legendre(self.columns // 2 if wide else self.columns)
+        across, part = unit_gauss_legendre(self.rows if wide else 1)
         u = np.repeat(2 * along - 1, len(across))
         v = np.tile(across, len(along))
         return ca.DM(u), ca.DM(v), ca.DM(np.outer(2 * share, part).ravel())

@@ -34,7 +34,7 @@ from symbolic.patch_interface import Expression
 
 
 @cache
-def gauss_legendre(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def unit_gauss_legendre(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Nodes and weights on [0, 1], exact for polynomials up to degree 2 * order - 1.
 
     Args:
@@ -89,7 +89,7 @@ def edge_strip_moment(z: Expression, width: Expression, a: Expression, arm: Expr
         a: half-length of the contact patch [m].
         arm: distance of that edge from the kingpin [m].
     """
-    nodes, weights = gauss_legendre(2)
+    nodes, weights = unit_gauss_legendre(2)
     total: Expression = 0
     for node, weight in zip(nodes, weights, strict=True):
         from_edge = node * width

@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperCommand
 
 from brushgrip import commands
-from brushgrip.cli.own_packages import foreign_packages
+from brushgrip.cli.shadowed_packages import foreign_packages
 from brushgrip.outputs.standard_streams import REMARKS, fault_of_output, spell_what_is_lacking
 from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Speech, flags_first, reserve_stdout
 

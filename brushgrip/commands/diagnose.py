@@ -59,8 +59,8 @@ class DiagnoseRequest(RecordingRequest):
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
         import identification
+        from brushgrip.estimation.anomalies import suspected_notes
         from brushgrip.estimation.friction_before_and_after import friction_by_both_models
-        from brushgrip.estimation.suspected import suspected_notes
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress, say, warn
         from brushgrip.outputs.provenance import require_same_run
@@ -68,7 +68,7 @@ class DiagnoseRequest(RecordingRequest):
             DIAGNOSIS,
             clean_up_and_print,
             results_in,
-            thinning,
+            thinning_note,
             write_diagnosis,
         )
         from brushgrip.running.cluster import cluster_or_local_executor
@@ -96,7 +96,7 @@ class DiagnoseRequest(RecordingRequest):
             cluster_or_local_executor(self.scheduler, self.jobs) as executor,
         ):
             used, shortened = thin_recordings(read)
-            for line in filter(None, (shortened, thinning(used))):
+            for line in filter(None, (shortened, thinning_note(used))):
                 say(line)
             with progress() as report:
                 # It bounds the recordings itself, and notes that in its result.

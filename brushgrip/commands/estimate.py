@@ -157,7 +157,7 @@ class EstimateRequest(GroundRequest):
         self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path], found: "FoundModel | None"
     ) -> None:
         """Print what was estimated; recordings that could not be are a fault."""
-        from brushgrip.estimation.suspected import weaker_direction
+        from brushgrip.estimation.anomalies import weaker_direction
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.report.printed import say_grounds
         from brushgrip.wording.diagnosis_in_words import taken_from_model

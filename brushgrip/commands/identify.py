@@ -203,7 +203,7 @@ class IdentifyRequest:
         from brushgrip.outputs.console import say, show
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import declared_rig, identified_rig_text
-        from brushgrip.pictures.free_decay_parameters import draw_free_decay
+        from brushgrip.pictures.free_decay_fit import draw_free_decay
         from brushgrip.report.printed import print_free_decay
         from brushgrip.wording.formatting import free_decay_document, json_text, listed
         from identification.thesis import estimate_by_decrement

@@ -20,7 +20,7 @@ from brushgrip.estimation.estimates import (
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording
 from identification.thesis import Activation, Design, FrictionNetwork, label_mean, train
-from observers import Ekf, ZoneHistory, ZoneRootSolver, run, zone_history
+from observers import Ekf, RootObserver, ZoneHistory, run, zone_history
 from observers.embedded import NativeObserver, compile_native
 from symbolic import Model, Rig, compiler
 from symbolic.array_alias import Array
@@ -132,7 +132,7 @@ def _compiled_ekf(model: Model, values: tuple[tuple[str, float], ...], rig: Rig)
 ANALYTIC = 9
 """Column of `all_inputs` that holds the analytic estimate of mu."""
 MIN_REVERSAL = 5e-4
-"""Least turn back that is taken for a reversal [rad], as in `observers.ZoneRootSolver`."""
+"""Least turn back that is taken for a reversal [rad], as in `observers.RootObserver`."""
 
 
 def angle_and_torque_inputs(recording: Recording) -> Array:
@@ -154,9 +154,7 @@ def all_inputs(recording: Recording) -> Array:
     """
     rig, k, history = recording.rig, recording.tyre.k, _zones(recording)
     # The root solver takes missing torques as they are.
-    analytic = run(
-        ZoneRootSolver(rig=rig, k=k), recording.t, recording.psi, recording.F_N, recording.M_z
-    )
+    analytic = run(RootObserver(rig=rig, k=k), recording.t, recording.psi, recording.F_N, recording.M_z)
     constant = [np.full(recording.t.size, value) for value in (rig.e, rig.a, k)]
     return np.column_stack([
         angle_and_torque_inputs(recording),

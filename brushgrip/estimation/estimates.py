@@ -22,11 +22,11 @@ from observers import (
     Mhe,
     Observer,
     RackForce,
+    RootObserver,
     Sample,
     Status,
     SteeringTorque,
     Tuning,
-    ZoneRootSolver,
     run,
     run_standstills,
     smooth,
@@ -125,7 +125,7 @@ def model_observer(
 
 def root_solver(
     recording: Recording, found: FoundModel | None = None, *, smoothing: float = 0.0
-) -> ZoneRootSolver:
+) -> RootObserver:
     """The root solve of [Györök 2022] for every sample, on the declared model alone."""
     if found is not None:
         raise InvalidInputError(
@@ -136,7 +136,7 @@ def root_solver(
         raise InvalidInputError("--observer root knows no steering gear; for a car use ekf or mhe")
     if not has_aligning_torque(recording):
         raise InvalidInputError("--observer root needs M_z; from M, use ekf or mhe")
-    return ZoneRootSolver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
+    return RootObserver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
 
 
 OBSERVERS: Mapping[ObserverName, ObserverFactory] = {

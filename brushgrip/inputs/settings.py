@@ -38,7 +38,7 @@ class ChosenTuning(NamedTuple):
         return {"tuning": asdict(self.tuning), "by_hand": sorted(self.by_hand)}
 
 
-def named_texts(values: Sequence[str] | None) -> list[tuple[str, str, str]]:
+def key_value_texts(values: Sequence[str] | None) -> list[tuple[str, str, str]]:
     """Each pair of texts such as "angle=0.2,rate=0.5", with its name and what is behind the sign."""
     pairs = [pair.strip() for text in values or () for pair in text.split(",") if pair.strip()]
     parted = (pair.partition("=") for pair in pairs)
@@ -52,7 +52,7 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTunin
 
     Without a name it is the usual profile; values are texts such as "mu_walk=0.02,mu_std=0.2".
     """
-    pairs = named_texts(values)
+    pairs = key_value_texts(values)
     if name is None and not pairs:
         return None
     given: dict[str, float] = {}
@@ -85,7 +85,7 @@ def number_of(where: str, text: str, *, whole: bool = False) -> float:
 def chosen_limits(texts: Sequence[str] | None) -> SteeringLimits:
     """The limits that texts such as "angle=0.2,rate=0.5" set."""
     names, given = [field.name for field in fields(SteeringLimits)], {}
-    for pair, name, text in named_texts(texts):
+    for pair, name, text in key_value_texts(texts):
         if name not in names or name in given:
             raise InvalidInputError(
                 f"--limit {pair}: expected NAME=NUMBER, each name once out of {', '.join(names)}"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car import require_steering, to_mean_wheel
-from identification.reading.car_plausibility import rack_position_and_force, require_plausible_car
+from identification.reading.car_plausibility import rack_signals, require_plausible_car
 from identification.reading.rack_derivatives import RackDifferentiator, RackInstant
 from identification.reading.signal_map import ANGLES, NO_MAP, SignalMap
 from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
@@ -246,7 +246,7 @@ class CarStandstillEstimator(RowEstimator):
     def _wheel(self, recorded: tuple[float, ...], brakes: bool) -> tuple[float, float]:
         """Angle [rad] and torque [N m] of the mean wheel."""
         columns = {name: np.array([v]) for name, v in zip(self.columns, recorded, strict=True)}
-        s, force = rack_position_and_force(columns, self._vehicle)
+        s, force = rack_signals(columns, self._vehicle)
         moved = self._motion(recorded[0], float(s[0]), float(np.ravel(force)[0]))
         psi, M_z = to_mean_wheel(
             self._vehicle, RackInstant(*(np.array([each]) for each in moved)), np.array([brakes])

@@ -33,7 +33,7 @@ def with_identified(vehicle: Vehicle, result: PlatesResult | TyresResult) -> Cha
     """What of a vehicle file changes by what was identified on plates or on ground of known friction."""
     if isinstance(result, PlatesResult):
         return with_plates(vehicle, result)
-    return with_tyres(vehicle, result)
+    return tyre_changes(vehicle, result)
 
 
 def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
@@ -55,7 +55,7 @@ def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
     return changes
 
 
-def with_tyres(vehicle: Vehicle, result: TyresResult) -> Changes:
+def tyre_changes(vehicle: Vehicle, result: TyresResult) -> Changes:
     """Slide factor and stiffness; the tolerance of the load is what it may change by from now on.
 
     The load is written beside them as that at which they hold, with the half-length under it.

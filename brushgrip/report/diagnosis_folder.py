@@ -26,7 +26,7 @@ def results_in(folder: Path) -> list[Path]:
     return [folder / DIAGNOSIS, folder / MODEL, folder / PAGE, *folder.resolve().glob("*.png")]
 
 
-def thinning(recordings: Sequence[Recording]) -> str:
+def thinning_note(recordings: Sequence[Recording]) -> str:
     """What of these recordings the search leaves out while it ranks candidates; empty for nothing."""
     whole, thinned = (sum(r.t.size for r in some) for some in (recordings, map(thin, recordings)))
     if thinned == whole:

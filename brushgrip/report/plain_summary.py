@@ -3,8 +3,8 @@
 from math import sqrt
 from statistics import fmean
 
+from brushgrip.estimation.anomalies import SUSPECTED
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.estimation.suspected import SUSPECTED
 from brushgrip.report.friction_summary import (
     band_shares,
     grounds_alike,

@@ -11,7 +11,7 @@ from brushgrip.report.friction_summary import (
 )
 from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
 from brushgrip.report.scope import notes_beside
-from brushgrip.report.tables import friction_by_ground
+from brushgrip.report.tables import latest_friction
 from brushgrip.wording.diagnosis_in_words import (
     GRADES,
     experiment_in_words,
@@ -64,7 +64,7 @@ def print_diagnosis(
     for line in notes:
         print_text(line)
     if outcome:
-        friction = friction_by_ground(outcome, diagnosis)
+        friction = latest_friction(outcome, diagnosis)
         print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
         if causes := widest_causes(outcome):
             print_text(causes)

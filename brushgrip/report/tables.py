@@ -52,7 +52,7 @@ class ReportTable:
     narrow: bool = False
 
 
-def friction_by_ground(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
+def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
     tracks, named = friction.tracks_of(EKF_FOUND), any(friction.grounds)
     loads = median_loads(diagnosis)

@@ -10,6 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgrip.estimation.anomalies import (
+    beyond_range,
+    differing_rates,
+    far_load,
+    hardly_turned,
+    inconsistency_remedy,
+    require_plausible,
+    suspected_cause,
+    weaker_direction,
+)
 from brushgrip.estimation.budget import friction_budget
 from brushgrip.estimation.estimates import (
     Aligning,
@@ -20,16 +30,6 @@ from brushgrip.estimation.estimates import (
     observer_factory,
 )
 from brushgrip.estimation.scale_by_direction import OF_DIRECTIONS, friction_of_directions
-from brushgrip.estimation.suspected import (
-    beyond_range,
-    differing_rates,
-    far_load,
-    hardly_turned,
-    inconsistency_remedy,
-    require_plausible,
-    suspected_cause,
-    weaker_direction,
-)
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.settings import ChosenTuning

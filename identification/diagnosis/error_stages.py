@@ -10,7 +10,7 @@ import numpy as np
 
 from identification.diagnosis.result_parts import Errors
 from identification.diagnosis.unrefitted_prediction import (
-    predicted_friction,
+    friction_from_training,
     residual_of,
     unrefitted_residuals,
 )
@@ -109,7 +109,7 @@ def declared_errors(training: Sequence[Recording], holdout: Sequence[Recording],
     everything = [*training, *holdout]
     friction = declared_or_fitted_mu(everything, loss)
     predicted = {
-        r.name: predicted_friction(friction, training, r) if r.tyre.mu is None else r.tyre.mu
+        r.name: friction_from_training(friction, training, r) if r.tyre.mu is None else r.tyre.mu
         for r in holdout
     }
     unrefitted = _declared_residuals(on_fitted_ground(training, holdout), predicted)

@@ -13,7 +13,7 @@ import numpy as np
 
 from identification.fits.fitting import Fit
 from identification.fits.problem import signals_of
-from identification.fits.values import Values, ground_of, with_effects
+from identification.fits.values import Values, complete_values, ground_of
 from identification.reading.recordings import Recording
 from symbolic import RIG_DIRECTIONS, Model, parameter_name, simulate
 from symbolic.array_alias import Array
@@ -24,7 +24,7 @@ SLOPE = 1 / 3
 """Standard deviation of the slope of ln mu over ln F_N between grounds [1]."""
 
 
-def predicted_friction(
+def friction_from_training(
     known: Mapping[str, float], training: Sequence[Recording], recording: Recording
 ) -> float:
     """The friction coefficient of a recording by its ground and load, from mu of training recordings.
@@ -51,9 +51,9 @@ def predicted_values(fitted: Fit, training: Sequence[Recording], recording: Reco
         for effect, p in fitted.model.parameters
         if p.scope == "recording" and p.neutral is not None
     }
-    own["mu"] = predicted_friction(known, training, recording)
+    own["mu"] = friction_from_training(known, training, recording)
     alone = Values(tyre=fitted.values.tyre, grounds=fitted.values.grounds, own={recording.name: own})
-    return with_effects(fitted.model, alone, [recording])
+    return complete_values(fitted.model, alone, [recording])
 
 
 def unrefitted_residuals(

@@ -22,7 +22,7 @@ from identification.fits.linear_algebra import one_thread
 from identification.fits.loss import LEAST_SQUARES, Loss, cost
 from identification.fits.options import FINE_FIT, FitOptions, Label
 from identification.fits.problem import Problem, over_range
-from identification.fits.values import Values, initial_guess, with_effects
+from identification.fits.values import Values, complete_values, initial_guess
 from identification.reading.recordings import Recording
 from symbolic import Model, parameter_name
 from symbolic.array_alias import Array
@@ -96,7 +96,7 @@ def fit(
         InvalidInputError: a torque is constant, or no parameter is free.
     """
     begin = start or initial_guess(model, recordings)
-    problem = Problem(model, recordings, with_effects(model, begin, recordings), options)
+    problem = Problem(model, recordings, complete_values(model, begin, recordings), options)
     x = problem.origin()
     if options.prior_weight is None:
         weights = problem.prior_weights(np.clip(x, *problem.bounds()))

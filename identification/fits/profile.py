@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import Fit, fit
 from identification.fits.options import FINE_FIT, FitOptions, Label
-from identification.fits.values import Values, with_effects
+from identification.fits.values import Values, complete_values
 from identification.reading.recordings import Recording
 from symbolic import TOLERATED, InvalidInputError, Model, Rig, units_of
 from symbolic.array_alias import Array
@@ -176,7 +176,7 @@ def profile(
             such parameter.
     """
     name, unit = axis.name_and_unit(model)
-    start = with_effects(model, start, recordings)
+    start = complete_values(model, start, recordings)
     values = np.asarray(grid, dtype=np.float64)
     if values.ndim != 1 or values.size < 3 or not (np.diff(values) > 0).all():
         raise InvalidInputError(f"the grid of {name} must be at least three increasing values")

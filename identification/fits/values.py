@@ -113,10 +113,10 @@ def initial_guess(model: Model, recordings: Sequence[Recording]) -> Values:
         largest = float(np.nanquantile(np.abs(recording.M_z), UPPER_QUANTILE))
         own[recording.name] = {"mu": float(np.clip(largest / slide, 0.05, 5.0))}
     k = float(np.exp(np.mean([np.log(recording.tyre.k) for recording in recordings])))
-    return with_effects(model, Values(tyre={"k": k}, own=own), recordings)
+    return complete_values(model, Values(tyre={"k": k}, own=own), recordings)
 
 
-def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
+def complete_values(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
     """The values, completed by those of every parameter of the model that they lack.
 
     A parameter that is never fitted takes the value that the recordings give, any other one its start. A

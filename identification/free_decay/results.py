@@ -55,7 +55,7 @@ class ContactResult:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FittedVibration:
+class VibrationFit:
     """One recording beside its fit; arrays of shape (n,), from the first turning point on.
 
     Attributes:
@@ -139,7 +139,7 @@ class FreeDecay:
     noise: float
     condition: float
     identifiability: tuple[str, ...]
-    vibrations: tuple[FittedVibration, ...]
+    vibrations: tuple[VibrationFit, ...]
     converged: bool
     status: str
     remedy: str

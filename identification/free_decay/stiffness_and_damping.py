@@ -19,9 +19,9 @@ from identification.free_decay.noise_continuation import Solution, jackknife, so
 from identification.free_decay.recording import Decay
 from identification.free_decay.results import (
     ContactResult,
-    FittedVibration,
     FreeDecay,
     IdentifiedParameter,
+    VibrationFit,
 )
 from identification.free_decay.vibration import stiffness
 from identification.free_decay.vibration_detection import find_vibration
@@ -149,14 +149,14 @@ def _contacts(
 
 def _vibrations(
     likelihood: Likelihood, solution: Solution, k: float, b_t: float
-) -> tuple[FittedVibration, ...]:
+) -> tuple[VibrationFit, ...]:
     fitted = []
     pairs = zip(likelihood.vibrations, solution.evaluation.responses, strict=True)
     for i, (vibration, response) in enumerate(pairs):
         decay, centre = vibration.decay, likelihood.columns(i)[-1]
         omega_n = float(np.sqrt(stiffness(k, *contact_geometry(vibration)) / decay.inertia))
         fitted.append(
-            FittedVibration(
+            VibrationFit(
                 name=decay.name,
                 a=decay.rig.a,
                 t=vibration.t,

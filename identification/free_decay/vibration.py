@@ -53,7 +53,7 @@ def stiffness(k: Expression, a: Expression, e: Expression) -> Expression:
     return k * unit_corner_moment(0, a, e)
 
 
-def slip_torque_loss(
+def sliding_torque_deficit(
     turn: Expression, k: Expression, slip: Expression, a: Expression, e: Expression
 ) -> Expression:
     """Torque that a virgin patch lacks by sliding, M_v + K psi [N m]; odd in turn and slip.
@@ -133,7 +133,7 @@ def initial_state(unknowns: Expression, geometry: Expression) -> Expression:
     a, e, J_A = _parts(geometry)
     pull = (-b_t * psi_dot - stiffness(k, a, e) * (psi - centre)) / J_A
     psi_r = psi - psi_dot**2 / 2 / pull
-    S = 2 * slip_torque_loss((psi - psi_r) / 2, k, slip, a, e)
+    S = 2 * sliding_torque_deficit((psi - psi_r) / 2, k, slip, a, e)
     return ca.vertcat(psi, psi_dot, psi_r, 0, S, 0)
 
 
@@ -174,7 +174,7 @@ def vibration_step(
     turned = (psi_next - psi) * heading < 0
     pull = (S - b_t * psi_dot - K * offset) / J_A
     turning = psi - psi_dot**2 / 2 / ca.if_else(turned, pull, 1)
-    S_turning = S_r + 2 * slip_torque_loss((turning - psi_r) / 2, k, slip, a, e)
+    S_turning = S_r + 2 * sliding_torque_deficit((turning - psi_r) / 2, k, slip, a, e)
     psi_r, S_r = ca.if_else(turned, turning, psi_r), ca.if_else(turned, S_turning, S_r)
-    S_next = S_r + 2 * slip_torque_loss((psi_next - psi_r) / 2, k, slip, a, e)
+    S_next = S_r + 2 * sliding_torque_deficit((psi_next - psi_r) / 2, k, slip, a, e)
     return ca.vertcat(psi_next, drifted + dt / 2 * S_next / J_A, psi_r, S_r, S_next, psi_next - psi)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.car_plausibility import (
-    rack_position_and_force,
+    rack_signals,
     require_plausible_car,
     shares_at_limits,
 )
@@ -86,7 +86,7 @@ def read_rack(path: str | Path, vehicle: Vehicle, signals: SignalMap = NO_MAP) -
     table = read_table(path, ("t",), READERS, signals)
     require_steering(table, vehicle)
     require_plausible_car(table, vehicle)
-    s, force = rack_position_and_force(table.columns, vehicle)
+    s, force = rack_signals(table.columns, vehicle)
     standstills = standstills_of(table.columns, vehicle)
     known = np.isfinite(s) & np.isfinite(force) & (standstills.stretch >= 0)
     if known.sum() < MIN_SAMPLES:
@@ -128,7 +128,7 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
             f"{table.path}: the car never stands for {MIN_SAMPLES} samples: speed stays above"
             f" {vehicle.standstill:g} m/s, or is not known"
         )
-    s, force = rack_position_and_force(columns, vehicle)
+    s, force = rack_signals(columns, vehicle)
     held = np.append(standstills.brakes, False)[standstills.stretch]
     moved = rack_instants(columns["t"], s, np.broadcast_to(force, s.shape), standstills.stretch)
     psi, M_z = to_mean_wheel(vehicle, moved, held)

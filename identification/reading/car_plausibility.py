@@ -48,7 +48,7 @@ def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
         raise InvalidInputError(f"{table.path}: {'; '.join(reasons)}: {remedy}")
 
 
-def rack_position_and_force(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array, Array]:
+def rack_signals(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array, Array]:
     """Way of the rack [m] and force on it [N], measured or from the handwheel's side."""
     bar = columns.get("T_bar", np.zeros_like(columns["t"]))
     s, force = columns.get("rack"), columns.get("F_rack")
@@ -108,7 +108,7 @@ def _span(values: Array) -> float:
 
 def _signs(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
     """Columns that count the other way, and why."""
-    s, force = rack_position_and_force(columns, vehicle)
+    s, force = rack_signals(columns, vehicle)
     ds = np.diff(s, prepend=s[:1])
     if not _span(s) > MIN_RACK_SPAN:
         return {}

@@ -148,7 +148,7 @@ class LowPass:
             raise InvalidInputError(
                 f"cutoff must be less than half the rate, {channel.rate / 2:g} Hz, got {self.cutoff} Hz"
             )
-        # Here, not above, as in `Resampled`: it takes half a second to load.
+        # Here, not above, as in `Resampler`: it takes half a second to load.
         from scipy.signal import butter, sosfiltfilt
 
         sections = butter(self.order, self.cutoff, fs=channel.rate, output="sos")
@@ -159,7 +159,7 @@ class LowPass:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Resampled:
+class Resampler:
     """Resamples by a filter of linear phase against aliasing, its delay compensated.
 
     Attributes:
@@ -192,7 +192,7 @@ class Pipeline:
     """Steps in their order.
 
     Attributes:
-        steps: as `Scaled`, `OffsetRemoved`, `LowPass`, `Resampled`.
+        steps: as `Scaled`, `OffsetRemoved`, `LowPass`, `Resampler`.
     """
 
     steps: tuple[ChannelStep, ...]
@@ -227,7 +227,7 @@ def default_pipeline(
             Scaled(factor=factor),
             OffsetRemoved(start=start, stop=stop, level=level),
             LowPass(cutoff=cutoff),
-            Resampled(rate=rate),
+            Resampler(rate=rate),
         )
     )
 

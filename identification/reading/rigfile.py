@@ -17,7 +17,7 @@ from identification.reading.signal_map import (
 from identification.reading.table import Table
 from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.tables.parsing import MAX_TABLES_SIZE, excerpt, floats, naming, shown, toml_of
-from symbolic.tables.rig_from_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, SIGNALS, rig_from_values
+from symbolic.tables.rig_from_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, SIGNALS, rig_and_tyre
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 """Parameters that a recording may give for itself."""
@@ -87,7 +87,7 @@ def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, T
             " MAT file"
         )
     try:
-        return rig_from_values(table.declared, nominal, table.tolerances)
+        return rig_and_tyre(table.declared, nominal, table.tolerances)
     except InvalidInputError as error:
         # The message begins with the parameter; where the file itself gave it, name its place.
         name = str(error).split()[0]

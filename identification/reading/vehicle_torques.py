@@ -20,7 +20,7 @@ from identification.reading.shortened_recordings import at_samples
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
-from symbolic.vehicle.kingpin import growth_of
+from symbolic.vehicle.kingpin import growth_to_full_lock
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of
 from symbolic.vehicle.steering import OF_LOCK, inclination_of_return, jacking_torque, lock_angle
 
@@ -44,7 +44,7 @@ def vehicle_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
     if (car := recording.standstills) is None:
         return {}
     vehicle, psi, tolerances = car.vehicle, recording.psi, car.vehicle.tolerances
-    growth = growth_of(vehicle, brakes=car.brakes[0]).torque * np.sin(psi) ** 2
+    growth = growth_to_full_lock(vehicle, brakes=car.brakes[0]).torque * np.sin(psi) ** 2
     measured = np.nan_to_num(recording.M_z)
     declared = {
         "gear_share": (_gear(recording), tolerances.gear_friction),
@@ -58,7 +58,7 @@ def vehicle_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
 def return_torque_note(car: Standstills, stiffness: float, std: float, share: float) -> str:
     """What a stiffness [N m/rad] beside this share of the declared return torque says of the kingpin."""
     vehicle, angle = car.vehicle, OF_LOCK * lock_angle(car.vehicle)
-    growth = growth_of(vehicle, brakes=car.brakes[0]).torque * np.sin(angle) ** 2
+    growth = growth_to_full_lock(vehicle, brakes=car.brakes[0]).torque * np.sin(angle) ** 2
     if not (declared := float(jacking_torque(vehicle, angle))):
         return "the declared kingpin makes no return torque: declare its inclination"
     by_stiffness = angle * (1 + growth) / declared

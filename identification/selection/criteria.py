@@ -109,12 +109,12 @@ def exceeds_law_mismatch(
     """
     if present.effects and not richer.nrmse < (1 - criteria.further_gain) * present.nrmse:
         return False
-    share = criteria.second_law if is_second_law((*present.effects, added)) else criteria.law
+    share = criteria.second_law if family_already_present((*present.effects, added)) else criteria.law
     explained = max(declared.nrmse**2 - present.nrmse**2, 0.0)
     return present.nrmse**2 - richer.nrmse**2 > share**2 * explained
 
 
-def is_second_law(effects: Sequence[Effect]) -> bool:
+def family_already_present(effects: Sequence[Effect]) -> bool:
     """Whether another effect is a law of the last one's family.
 
     What has values of each recording alone, such as a zero or where it begins, is no law.

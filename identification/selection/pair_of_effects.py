@@ -8,8 +8,8 @@ from identification.selection.criteria import (
     SelectionCriteria,
     advantage,
     delta_bic,
+    family_already_present,
     forward_step_justified,
-    is_second_law,
 )
 from identification.selection.search_step import SearchStep, rank_for_confirmation
 from identification.selection.trial_runner import Effects, TrialRunner, values_for
@@ -31,7 +31,7 @@ def promising_pairs(alone: SearchStep, training: Sequence[Recording]) -> list[Ef
     singles = {
         t.effects[-1]: t.fitted
         for t in alone.trials
-        if t.effects[:-1] == present and not is_second_law(t.effects)
+        if t.effects[:-1] == present and not family_already_present(t.effects)
     }
     changes = {e: delta_bic(one, alone.coarse_before.fitted, training) for e, one in singles.items()}
     firsts = sorted((e for e in singles if changes[e] < DEMANDED), key=lambda e: changes[e])[:FIRSTS]
@@ -41,7 +41,7 @@ def promising_pairs(alone: SearchStep, training: Sequence[Recording]) -> list[Ef
         for e in singles
         if e not in firsts[: i + 1]
     ]
-    return [pair for pair in pairs if not is_second_law(pair)]
+    return [pair for pair in pairs if not family_already_present(pair)]
 
 
 def steps_to_pair(

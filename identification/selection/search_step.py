@@ -9,7 +9,7 @@ from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     SelectionCriteria,
     distinguishable,
-    is_second_law,
+    family_already_present,
     overfits_judged,
 )
 from identification.selection.trial_runner import Effects
@@ -114,7 +114,7 @@ def _simplicity(trial: Trial) -> tuple[bool, bool, int, float]:
     """Order of models that judge alike, the one to prefer first: a family has one law."""
     return (
         last_effect_at_bound(trial.fitted),
-        is_second_law(trial.effects),
+        family_already_present(trial.effects),
         len(trial.fitted.labels),
         trial.nrmse,
     )

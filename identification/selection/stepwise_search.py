@@ -15,8 +15,8 @@ from identification.selection.criteria import (
     SelectionCriteria,
     distinguishable,
     exchange_justified,
+    family_already_present,
     forward_step_justified,
-    is_second_law,
     removal_justified,
 )
 from identification.selection.pair_of_effects import promising_pairs, steps_to_pair
@@ -181,7 +181,7 @@ class Search:
             exchanged
             for effect in helpful[: self.criteria.exchanges]
             for removed in effects
-            if not is_second_law(exchanged := (*without(effects, removed), effect))
+            if not family_already_present(exchanged := (*without(effects, removed), effect))
         ]
         return self._replaced(present, self._rank(present, sets, label), exchange_justified)
 
@@ -202,7 +202,7 @@ class Search:
         if rival is None or rival not in candidates:
             return None
         *others, chosen = present.fine.effects
-        if is_second_law((*others, rival)):
+        if family_already_present((*others, rival)):
             return None
         hopeless = {rival, *added.idle(self.criteria)}
         sets = [(*others, rival, effect) for effect in candidates if effect not in hopeless]

@@ -34,9 +34,9 @@ from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
 from observers.quality.branches import TRACK
-from observers.quality.directional_change_monitor import monitor_fields
-from observers.quality.hypothesis_mixture import VERDICT
+from observers.quality.change_by_direction import monitor_fields
 from observers.quality.innovation_gate import COUNTS
+from observers.quality.mixture_verdict import VERDICT
 from observers.quality.ratio_hypotheses import SETTINGS, hypothesis_fields
 from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY

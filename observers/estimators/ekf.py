@@ -35,7 +35,7 @@ from observers.patch.update import (
     tyre_parameters,
 )
 from observers.protocol import OUTPUT
-from observers.quality.directional_change_monitor import monitor_fields
+from observers.quality.change_by_direction import monitor_fields
 from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight, innovation_variance
 from observers.udu import add_variance, build_predict_covariance, build_update_covariance, covariance
 from symbolic import GEOMETRY, InvalidInputError

@@ -47,11 +47,11 @@ from observers.estimators.step_terms import StepSample, clip_to_bounds, step_sym
 from observers.layout import Layout, Parts, symbols
 from observers.measurement.linearisation import angle_is_state, directions
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
-from observers.patch.history import PatchHistory
+from observers.patch.history import PatchWindow
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
-from observers.quality.directional_change_monitor import monitor_fields
+from observers.quality.change_by_direction import monitor_fields
 from observers.quality.innovation_gate import COUNTS
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
@@ -106,7 +106,7 @@ def layout(model: PatchModel, measurement_model: MeasurementModel, window: int) 
     n = len(measurement_model.states)
     return Layout(
         (
-            *PatchHistory(model=model, measurement_model=measurement_model, window=window).fields,
+            *PatchWindow(model=model, measurement_model=measurement_model, window=window).fields,
             ("samples", len(ROWS), window),
             ("x", n, window),
             ("mean", n, 1),
@@ -158,7 +158,7 @@ def build_window_step(
     before = parts.split(inputs["state"])
     last = before["samples"][: len(CLEAN), -1]
     sample = StepSample.of(model, measurement_model, inputs, last)
-    patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
+    patch = PatchWindow(model=model, measurement_model=measurement_model, window=window)
     torques = partial(patch.torques, theta=sample.theta, rig=sample.rig)
     samples = ca.horzcat(before["samples"], ca.vertcat(sample.now, 1, 0))
     mean, factor = _arrival(sample, before, samples, torques(before, before["x"][:, 0]))

@@ -34,7 +34,7 @@ from observers.measurement.torque_error import (
 )
 from observers.tuning import REFERENCE_STEP
 from symbolic import full_slide_arm
-from symbolic.vehicle.kingpin import growth_of
+from symbolic.vehicle.kingpin import growth_to_full_lock
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock
 from symbolic.vehicle.steering import jacking_torque, lock_angle
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
@@ -104,7 +104,7 @@ class RackForce(AligningTorque):
             error=vehicle.steering_arm / 2 * vehicle.force_error,
             jacking=JACKING * abs(float(jacking_torque(vehicle, lock))) / sin(lock),
             damping=STD_PER_TOLERANCE * vehicle.tolerances.damping * vehicle.damping,
-            growth=GROWTH * abs(growth_of(vehicle, brakes=held).torque),
+            growth=GROWTH * abs(growth_to_full_lock(vehicle, brakes=held).torque),
             lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,
             **chosen,
         )

@@ -28,7 +28,7 @@ from symbolic import GEOMETRY, SIGNALS
 
 
 @dataclass(frozen=True, kw_only=True)
-class PatchHistory:
+class PatchWindow:
     """The patch over a window of samples; parts hold one block of columns per sample, oldest first."""
 
     model: PatchModel

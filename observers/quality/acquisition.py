@@ -16,8 +16,8 @@ from observers.protocol import OUTPUT, Status
 from observers.quality.acquired_to_estimator import handover_vector
 from observers.quality.branches import START, TRACK, build_mu_sensitivity, build_track
 from observers.quality.handover_decision import is_decided
-from observers.quality.hypothesis_mixture import VERDICT, build_deviation_by_scale, build_verdict
 from observers.quality.input_plausibility import MAX_TYRE_FRICTION
+from observers.quality.mixture_verdict import VERDICT, build_deviation_by_scale, build_verdict
 from observers.quality.ratio_hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,

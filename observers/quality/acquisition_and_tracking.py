@@ -44,7 +44,7 @@ from observers.quality.acquisition import (
 from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.branches import TRACK, build_present_branch, sliding_onset_turn
 from observers.quality.equivalent_patch import added_torques
-from observers.quality.hypothesis_mixture import VERDICT, build_deviation_by_scale
+from observers.quality.mixture_verdict import VERDICT, build_deviation_by_scale
 from observers.quality.ratio_hypotheses import (
     RESTART_STD,
     SETTINGS,

@@ -17,7 +17,7 @@ from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.update import signals_with_states
 from observers.quality.acquired_to_estimator import newest_of_sample, newest_state
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
-from observers.quality.hypothesis_mixture import VERDICT
+from observers.quality.mixture_verdict import VERDICT
 from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, VAGUE, build_search_start
 from observers.tuning import Tuning
 from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate

@@ -4,7 +4,7 @@ import casadi as ca
 
 from observers.layout import Expression, Parts
 from observers.measurement.torque_error import is_known
-from observers.quality.hypothesis_mixture import ALLOWED
+from observers.quality.mixture_verdict import ALLOWED
 
 DECIDED = 0.15
 """Standard deviation of ln mu at which the filter takes over [1]."""

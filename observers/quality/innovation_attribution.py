@@ -7,7 +7,7 @@ from observers.measurement.torque_error import is_known
 from observers.measurement.wheel_yaw_dynamics import BLOCK_TIME
 from observers.quality.acquisition import EquivalentPatch
 from observers.quality.branches import stiffness_slope
-from observers.quality.hypothesis_mixture import VERDICT, variance_of_scale
+from observers.quality.mixture_verdict import VERDICT, variance_of_scale
 from observers.quality.ratio_hypotheses import NOISIER, SETTINGS, build_torque_error
 
 BEYOND, IN_A_ROW = 2.5, 5

@@ -156,7 +156,7 @@ def zone_history(psi: Array, least_turn: float = 5e-4) -> ZoneHistory:
 
     Args:
         psi: yaw angle, shape (n,), without gaps; the patch stands at rest at its first sample [rad].
-        least_turn: turn back by which a reversal counts [rad], as of `ZoneRootSolver`.
+        least_turn: turn back by which a reversal counts [rad], as of `RootObserver`.
 
     Raises:
         InvalidInputError: psi is no such array, or least_turn is out of range.

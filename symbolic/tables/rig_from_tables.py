@@ -61,7 +61,7 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
     values = (
         _section("rig", rig) | _section("tyre", tyre) | _section("sensor", document.get("sensor", {}))
     )
-    return rig_from_values(values, tolerances=tolerances)
+    return rig_and_tyre(values, tolerances=tolerances)
 
 
 def _without_tolerances(part: str, section: object) -> tuple[Any, dict[str, float]]:
@@ -95,7 +95,7 @@ def _with_tolerance(part: str, name: str, entry: object) -> tuple[Any, Any]:
     return value, tolerance
 
 
-def rig_from_values(
+def rig_and_tyre(
     values: Mapping[str, float],
     nominal: tuple[Rig, Tyre] | None = None,
     tolerances: Mapping[str, float] | None = None,

@@ -25,7 +25,7 @@ import numpy as np
 from symbolic.array_alias import Array
 from symbolic.deformation import full_slide_arm, unit_corner_moment
 from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
-from symbolic.vehicle.kingpin import Contact, growth_of, kingpin_axis, pressures_and_arms
+from symbolic.vehicle.kingpin import Contact, growth_to_full_lock, kingpin_axis, pressures_and_arms
 from symbolic.vehicle.steering import (
     Expression,
     jacking_torque,
@@ -63,7 +63,13 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     calibrated = vehicle.slide_factor is not None
     arm *= vehicle.slide_factor or 1.0
     a = arm / full_slide_arm(1.0, OFFSET)
-    k = COMPLIANCE * vehicle.k * stiffness * softening(contact) / unit_corner_moment(0.0, a, OFFSET * a)
+    k = (
+        COMPLIANCE
+        * vehicle.k
+        * stiffness
+        * stiffness_factor(contact)
+        / unit_corner_moment(0.0, a, OFFSET * a)
+    )
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
     by_contact = hypot(*_spreads("stiffness", contact, tolerances).values(), 2 * tolerances.geometry)
     # Under another load than that at which it was measured, k may be as it was, or go with 1/load.
@@ -119,7 +125,7 @@ def friction_uncertainties(vehicle: Vehicle, *, brakes: bool) -> dict[str, float
 
 
 @cache
-def softening(contact: Contact) -> float:
+def stiffness_factor(contact: Contact) -> float:
     """Factor on the stiffness with which the line's virgin torque comes closest to the contact's."""
     turns = np.geomspace(0.05, 8.0, 120)
     own = _virgin(*pressures_and_arms(contact), turns)
@@ -160,7 +166,7 @@ def _spreads(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> 
 
 def straight_ahead_angle(vehicle: Vehicle, psi: Expression, *, brakes: bool) -> Expression:
     """Angle of the mean wheel's contact straight ahead [rad], see `symbolic.vehicle.kingpin`."""
-    growth = growth_of(vehicle, brakes=brakes)
+    growth = growth_to_full_lock(vehicle, brakes=brakes)
     sine, cosine = sine_and_cosine(psi)
     return psi + (growth.stiffness - growth.torque) * (psi - sine * cosine) / 2
 
@@ -183,10 +189,10 @@ def aligning_torque_with_friction(
     returned, sine = jacking_torque(vehicle, psi), sine_and_cosine(psi)[0]
     inert = (r / 2 * vehicle.moved_mass + WHEEL_INERTIA / r) * acceleration
     M_z = inert + vehicle.damping / r * speed - r / 2 * force + returned
-    return M_z / (1 + growth_of(vehicle, brakes=brakes).torque * sine**2)
+    return M_z / (1 + growth_to_full_lock(vehicle, brakes=brakes).torque * sine**2)
 
 
 def lever_growth_at_lock(vehicle: Vehicle, *, brakes: bool) -> float:
     """Growth of one over the gear's lever at full lock, torques divided as above [1]."""
-    growth = growth_of(vehicle, brakes=brakes).torque * np.sin(lock_angle(vehicle)) ** 2
+    growth = growth_to_full_lock(vehicle, brakes=brakes).torque * np.sin(lock_angle(vehicle)) ** 2
     return float((1 + lever_growth(vehicle)) * (1 + growth) - 1)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from observers import Ekf, Loop, Mhe, Observer, Sample, ZoneRootSolver, covariance_of
+from observers import Ekf, Loop, Mhe, Observer, RootObserver, Sample, covariance_of
 from symbolic import Model, Rig, effects_named
 from tests.attack.attack_class import Effort, Tried
 
@@ -40,7 +40,7 @@ def observers() -> dict[str, Observer]:
         "ekf with effects": Ekf(model=found, values=VALUES | EFFECTS, rig=RIG),
         "mhe": Mhe(model=plain, values=VALUES, rig=RIG, window=5),
         "mhe with effects": Mhe(model=found, values=VALUES | EFFECTS, rig=RIG, window=5),
-        "root": ZoneRootSolver(rig=RIG, k=K),
+        "root": RootObserver(rig=RIG, k=K),
     }
 
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from identification import SignalMap, SignalSource, read_model, read_recording, read_signals
 from identification.reading.rigfile import signals_section
-from observers import Ekf, Estimates, Loop, Mhe, Sample, ZoneRootSolver, run
+from observers import Ekf, Estimates, Loop, Mhe, RootObserver, Sample, run
 from symbolic import (
     EFFECTS,
     InvalidInputError,
@@ -41,7 +41,7 @@ def observer(name: str) -> Any:
     kinds = {
         "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG),
         "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=5),
-        "root": lambda: ZoneRootSolver(rig=RIG, k=K),
+        "root": lambda: RootObserver(rig=RIG, k=K),
     }
     return kinds[name]()
 

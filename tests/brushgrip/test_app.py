@@ -7,9 +7,9 @@ import pytest
 
 import brushgrip
 from brushgrip import commands
-from brushgrip.cli import own_packages
+from brushgrip.cli import shadowed_packages
 from brushgrip.cli.app import COMMANDS, app, command_of, found_commands, main, repeat_lists
-from brushgrip.cli.own_packages import BEGINNINGS, foreign_packages
+from brushgrip.cli.shadowed_packages import BEGINNINGS, foreign_packages
 from brushgrip.published.fetch import FetchError
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Run, Write
@@ -160,9 +160,9 @@ def test_a_command_is_a_file(
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder where `symbolic` stands, and no `observers` is anywhere."""
     (tmp_path / "symbolic").mkdir()
-    found = own_packages._origin
+    found = shadowed_packages._origin
     places = {"symbolic": tmp_path / "symbolic" / "__init__.py", "observers": None}
-    monkeypatch.setattr(own_packages, "_origin", lambda name: places.get(name, found(name)))
+    monkeypatch.setattr(shadowed_packages, "_origin", lambda name: places.get(name, found(name)))
     return tmp_path
 
 
@@ -183,7 +183,9 @@ def test_a_package_that_was_written_over_is_not_ours(
     place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     package = place / "symbolic" / "__init__.py"
-    monkeypatch.setattr(own_packages, "__file__", str(place / "brushgrip" / "cli" / "own_packages.py"))
+    monkeypatch.setattr(
+        shadowed_packages, "__file__", str(place / "brushgrip" / "cli" / "shadowed_packages.py")
+    )
     package.write_text('"""Something else."""\n')
     assert f"'symbolic' in {package.parent} is another" in foreign_packages()
     package.write_text(BEGINNINGS["symbolic"])

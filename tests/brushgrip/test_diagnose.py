@@ -161,7 +161,7 @@ def test_friction_takes_the_samples_that_the_search_takes(
     monkeypatch.setattr(
         "identification.reading.shortened_recordings.thin_recordings", lambda _: (thinned, None)
     )
-    monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning", lambda _: "")
+    monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning_note", lambda _: "")
     search(lambda training, *_, **__: searched.extend(r.name for r in training))
     monkeypatch.setattr(friction_before_and_after, "friction_by_both_models", stop)
     diagnose()

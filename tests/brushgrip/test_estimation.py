@@ -7,6 +7,7 @@ from typing import ClassVar, cast
 import numpy as np
 import pytest
 
+from brushgrip.estimation.anomalies import differing_rates, inconsistency_remedy, weaker_direction
 from brushgrip.estimation.estimates import (
     angle_without_imputed,
     friction_track,
@@ -16,7 +17,6 @@ from brushgrip.estimation.estimates import (
     observe,
     run_observer,
 )
-from brushgrip.estimation.suspected import differing_rates, inconsistency_remedy, weaker_direction
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import Ekf, Estimate, Estimates, Sample, Status

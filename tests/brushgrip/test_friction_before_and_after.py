@@ -36,7 +36,7 @@ from brushgrip.report.scope import (
     reservation,
     simulated_warning,
 )
-from brushgrip.report.tables import friction_by_ground
+from brushgrip.report.tables import latest_friction
 from identification import Curve, Diagnosis, FoundFamily, FoundModel
 from identification.diagnosis.found_effects import assumed_tolerances
 from observers.planning.uncertainty_budget import SLOPE
@@ -72,7 +72,7 @@ def test_without_held_out_recordings_all_are_training() -> None:
 def test_friction_is_that_of_the_last_usable_sample() -> None:
     judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     diagnosis = make_diagnosis(("a", "b", "d"), ("c",))
-    rows = {name: cells for name, *cells in friction_by_ground(judged, diagnosis).rows}
+    rows = {name: cells for name, *cells in latest_friction(judged, diagnosis).rows}
     load = f"{np.median(diagnosis.series[0].F_N):.0f}"
 
     assert rows["a"] == ["ice", load, "1.20 ± 0.10", "from 5.0 s to the end"]

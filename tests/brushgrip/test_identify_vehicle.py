@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.outputs.rig_and_vehicle_files import with_plates, with_tyres
+from brushgrip.outputs.rig_and_vehicle_files import tyre_changes, with_plates
 from identification import ParameterEstimate
 from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.plates import PlatesResult
@@ -126,13 +126,13 @@ def test_tyres_are_written_with_room_for_fuel_and_the_length_under_the_load() ->
     car = declared_vehicle(slide_factor=1.1, **weighed)
     one = ParameterEstimate(value=1.1, std=0.05, unit="1")
     found = TyresResult(slide_factor=one, stiffness=one, samples=9, rms=1.0, rest=0.02, deviations=0.5)
-    changes = with_tyres(car, found)
+    changes = tyre_changes(car, found)
 
     assert changes["front_axle_load"] == pytest.approx((9600, 0.03 * 9600))
     assert changes["slide_load"] == 9600
     assert changes["half_length"] == pytest.approx((0.066, 0.15 * 0.066))
-    assert "half_length" not in with_tyres(replace(car, half_length=None), found)
-    assert "half_length" not in with_tyres(replace(car, slide_load=None), found)
+    assert "half_length" not in tyre_changes(replace(car, half_length=None), found)
+    assert "half_length" not in tyre_changes(replace(car, slide_load=None), found)
 
 
 def test_friction_stays_usable_under_the_load_that_is_declared_since(run: Run, tmp_path: Path) -> None:

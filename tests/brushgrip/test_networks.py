@@ -7,7 +7,7 @@ import pytest
 
 from brushgrip.comparison.methods import ANALYTIC, all_inputs, angle_and_torque_inputs
 from identification import Recording
-from observers import ZoneRootSolver, run
+from observers import RootObserver, run
 from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read
 
@@ -36,7 +36,7 @@ def test_inputs_of_the_neural_network_are_angle_last_reversal_and_torque(recordi
 def test_inputs_of_the_correcting_network_hold_the_analytic_estimate(recording: Recording) -> None:
     rows = all_inputs(recording)
     mu = run(
-        ZoneRootSolver(rig=recording.rig, k=recording.tyre.k),
+        RootObserver(rig=recording.rig, k=recording.tyre.k),
         *(recording.t, recording.psi, recording.F_N, recording.M_z),
     ).mu
 

@@ -23,7 +23,7 @@ from observers.measurement.measurement_model import CLEAN, RIG, ROWS, Measuremen
 from observers.patch.effective_friction import build_effective_friction
 from observers.patch.update import reset_retention, sensitivity_retention, signals_with_states
 from observers.protocol import SAMPLE
-from observers.quality.innovation_monitor import variance_between_grounds
+from observers.quality.innovation_monitor import log_mu_change_variance
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
 
@@ -96,7 +96,7 @@ def retentions(
     at = state_index(model)
     walk = sensitivity_retention(model, variances, Q, x, now)
     variance = variances[at, at] + Q[at] if predicted else variances[at, at]
-    change = reset_retention(ca.MX(1), variance, variance_between_grounds(named(TUNING_FIELDS, tuning)))
+    change = reset_retention(ca.MX(1), variance, log_mu_change_variance(named(TUNING_FIELDS, tuning)))
     function = function_of_symbols(
         "retentions", [factor, now, rig, tuning], retention=ca.vertcat(walk, change)
     )

@@ -23,7 +23,7 @@ from observers.quality import (
     acquisition_and_tracking,
     branch_consistency,
     branches,
-    hypothesis_mixture,
+    mixture_verdict,
     ratio_hypotheses,
 )
 from observers.quality.acquired_to_estimator import covariance_pairs, handed_states, handover_names
@@ -55,7 +55,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         ratio_hypotheses.build_hypothesis_update(gear),
         ratio_hypotheses.build_torque_error(),
         scalar_function("follow_output", follow, known),
-        hypothesis_mixture.build_deviation_by_scale(found=patch.misfit > 0, gain_share=share),
+        mixture_verdict.build_deviation_by_scale(found=patch.misfit > 0, gain_share=share),
         scalar_function("conclude", conclude, known),
     ]
     if (added := build_added_torque(observer.model)) is not None:
@@ -77,7 +77,7 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
 
     Of its limits those are numbers that are the tuning's, without `tunable`.
     """
-    function = hypothesis_mixture.build_verdict(
+    function = mixture_verdict.build_verdict(
         acquisition_and_tracking.has_gear_friction(observer.measurement_model)
     )
     begin = len(observer.model.coordinates) + len(RIG)
@@ -108,7 +108,7 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
         **_handed(observer, is_window=bool(terms["window"])),
     }
     sizes = {
-        "own": len(acquisition.OWN), "verdict": len(hypothesis_mixture.VERDICT),
+        "own": len(acquisition.OWN), "verdict": len(mixture_verdict.VERDICT),
         "block": len(observer.measurement_model.torque_state),
         "track": len(branches.TRACK), "points": branches.POINTS * branches.PATHS, "result": len(OUTPUT),
     }  # fmt: skip
@@ -198,7 +198,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "afterwards": repr(acquisition_and_tracking.AFTERWARDS),
         "most_zero": repr(acquisition_and_tracking.MAX_ZERO_DEVIATIONS),
         "moved": repr(acquisition_and_tracking.MAY_HAVE_MOVED),
-        "verdict": hypothesis_mixture.VERDICT,
+        "verdict": mixture_verdict.VERDICT,
         "block": len(torque_state), "handover": len(handover_names(handed_states(states))),
         "vague": repr(ratio_hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
         "restart_std": repr(ratio_hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],

@@ -36,9 +36,9 @@ from observers.measurement.linearisation import build_motion, directions
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE
-from observers.quality.directional_change_monitor import monitor_fields
+from observers.quality.change_by_direction import monitor_fields
 from observers.quality.innovation_gate import COUNTS, build_innovation_test
-from observers.quality.innovation_monitor import variance_between_grounds
+from observers.quality.innovation_monitor import log_mu_change_variance
 from observers.tuning import TUNING_FIELDS
 
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
@@ -191,7 +191,7 @@ class WindowFunctions:
         """(row, age, test) -> accepted, jump."""
         row, age, test, tuning = inputs = self.symbols("row", "age", "test", "tuning")
         stored, three = named(stored_rows(self.model), row), test[: TEST.index("run") + 1]
-        unknown = variance_between_grounds(named(TUNING_FIELDS, tuning))
+        unknown = log_mu_change_variance(named(TUNING_FIELDS, tuning))
         accepted, jump = build_sample_acceptance()(
             stored["accepted"], stored["jump"], age, three, unknown
         )
@@ -202,7 +202,7 @@ class WindowFunctions:
         test, tuning = inputs = self.symbols("test", "tuning")
         result, unknown = (
             named(test_outputs(self.model), test),
-            variance_between_grounds(named(TUNING_FIELDS, tuning)),
+            log_mu_change_variance(named(TUNING_FIELDS, tuning)),
         )
         jump = arrival_variance_increment(self.window, result["reset"], result["run"], unknown)
         return function_of_symbols("reset_arrival", inputs, jump=jump)

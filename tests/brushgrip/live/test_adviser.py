@@ -11,11 +11,11 @@ from observers import (
     Estimate,
     Loop,
     Observer,
+    RootObserver,
     Sample,
     Status,
     SteeringLimits,
     SteeringTorque,
-    ZoneRootSolver,
 )
 from symbolic import Model, Rig
 from tests.processes import wait_for
@@ -60,7 +60,7 @@ def test_it_advises_without_keeping_samples_waiting() -> None:
 @pytest.mark.parametrize(
     ("observer", "reason"),
     [
-        (ZoneRootSolver(rig=RIG, k=2.4e6), "--target is for ekf and mhe"),
+        (RootObserver(rig=RIG, k=2.4e6), "--target is for ekf and mhe"),
         (
             replace(
                 OBSERVER, rig=Rig(a=0.045, e=0.009, J_A=0.1, b_t=1.0), measurement_model=SteeringTorque()

@@ -7,7 +7,7 @@ import pytest
 
 from identification import Fit, Recording, fit
 from identification.diagnosis.unrefitted_prediction import (
-    predicted_friction,
+    friction_from_training,
     predicted_values,
     unrefitted_residuals,
 )
@@ -38,9 +38,9 @@ MU = {"s0": 1.0, "s1": 1.1, "s2": 1.2, "e0": 2.0}
 def test_the_mean_of_its_ground_in_the_middle_of_the_loads() -> None:
     middle = float(np.exp(np.mean(np.log([300.0, 400.0, 500.0]))))
 
-    steel = predicted_friction(MU, [*STEEL, *EMERY], recorded("new", middle, "steel"))
+    steel = friction_from_training(MU, [*STEEL, *EMERY], recorded("new", middle, "steel"))
     assert steel == pytest.approx((1.0 * 1.1 * 1.2) ** (1 / 3))
-    assert predicted_friction(MU, [*STEEL, *EMERY], recorded("new", 900.0, "emery")) == 2.0
+    assert friction_from_training(MU, [*STEEL, *EMERY], recorded("new", 900.0, "emery")) == 2.0
 
 
 def test_the_slope_over_the_load_is_the_posteriors() -> None:
@@ -52,7 +52,7 @@ def test_the_slope_over_the_load_is_the_posteriors() -> None:
     expected = np.exp(level + slope * (np.log(600.0) - x.mean()))
 
     new = recorded("new", 600.0, "steel")
-    assert predicted_friction(MU, [*STEEL, *EMERY], new) == pytest.approx(expected)
+    assert friction_from_training(MU, [*STEEL, *EMERY], new) == pytest.approx(expected)
     assert 0 < slope < np.polyfit(x, y, 1)[0]
 
 
@@ -60,7 +60,7 @@ def test_a_ground_that_nobody_stood_on_has_the_mean_of_all() -> None:
     all_alike = dict.fromkeys(MU, 1.5)
     new = recorded("new", 600.0, "ice")
 
-    assert predicted_friction(all_alike, [*STEEL, *EMERY], new) == pytest.approx(1.5)
+    assert friction_from_training(all_alike, [*STEEL, *EMERY], new) == pytest.approx(1.5)
 
 
 @pytest.fixture(scope="module")

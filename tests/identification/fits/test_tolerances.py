@@ -9,7 +9,7 @@ from identification import Fit, Recording, fit, initial_guess
 from identification.fits.covariance import standard_deviations
 from identification.fits.options import COARSE_FIT, FitOptions
 from identification.fits.problem import Problem
-from identification.fits.values import with_effects
+from identification.fits.values import complete_values
 from identification.selection.criteria import delta_bic, effective_parameters
 from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trials import RANKING, model_of, thin
@@ -115,7 +115,7 @@ def test_the_jacobian_is_that_of_the_residuals(made: tuple[Campaign, list[Record
     ]
     effects = effects_named(["carcass_torsion", "stiffness_by_ground"])
     model = Model(effects=effects, corners=16, bristles=20)
-    start = with_effects(model, initial_guess(model, recordings), recordings)
+    start = complete_values(model, initial_guess(model, recordings), recordings)
     problem = Problem(model, recordings, start, FitOptions())
     rng = np.random.default_rng(3)
     x = problem.origin() + rng.uniform(-0.3, 0.3, len(problem.labels))

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from identification import Values
-from identification.fits.values import UNNAMED_GROUND, grounds_of, replaced_rig, with_effects
+from identification.fits.values import UNNAMED_GROUND, complete_values, grounds_of, replaced_rig
 from symbolic import InvalidInputError, Model, Tolerances, effects_named
 from tests.identification.factories import recording
 
 TOGETHER = Model(effects=effects_named(["frictional_creep"]))
-APART = Model(effects=effects_named(["frictional_creep", "stiffness_by_ground", "friction_by_ground"]))
+APART = Model(effects=effects_named(["frictional_creep", "stiffness_by_ground", "latest_friction"]))
 
 
 ONE, TWO, OTHER = recording("one", "steel"), recording("two", "emery"), recording("other", "ice")
@@ -19,7 +19,7 @@ SAME = Values(tyre={"k": 2e6, "frictional_creep.c": 0.1}, own={"one": {"mu": 1.0
 
 
 def test_every_ground_begins_with_the_value_of_the_tyre() -> None:
-    values = with_effects(APART, SAME, [ONE, TWO])
+    values = complete_values(APART, SAME, [ONE, TWO])
 
     assert values.tyre == {}
     assert values.grounds == {
@@ -34,7 +34,7 @@ def test_a_ground_that_nothing_is_known_of_has_the_geometric_mean() -> None:
         "emery": {"k": 4.0e6, "frictional_creep.c": 0.05},
     }
     own = {"other": {"mu": 1.0}}
-    values = with_effects(APART, Values(tyre={}, own=own, grounds=grounds), [OTHER])
+    values = complete_values(APART, Values(tyre={}, own=own, grounds=grounds), [OTHER])
 
     assert values.grounds.keys() == {"ice"}
     assert values.of(OTHER)["k"] == pytest.approx(np.sqrt(5.4e6 * 4.0e6))
@@ -42,14 +42,14 @@ def test_a_ground_that_nothing_is_known_of_has_the_geometric_mean() -> None:
 
 
 def test_values_of_two_signs_have_the_arithmetic_mean() -> None:
-    model = Model(effects=effects_named(["rate_friction", "friction_by_ground"]))
+    model = Model(effects=effects_named(["rate_friction", "latest_friction"]))
     grounds = {"steel": {"rate_friction.c": 0.1}, "emery": {"rate_friction.c": -0.04}}
     start = Values(tyre={"k": 2e6}, own={"other": {"mu": 1.0}}, grounds=grounds)
-    values = with_effects(model, start, [OTHER])
+    values = complete_values(model, start, [OTHER])
 
     assert values.of(OTHER)["rate_friction.c"] == pytest.approx(0.03)
     same_sign = {"steel": {"rate_friction.c": -0.09}, "emery": {"rate_friction.c": -0.04}}
-    values = with_effects(model, replace(start, grounds=same_sign), [OTHER])
+    values = complete_values(model, replace(start, grounds=same_sign), [OTHER])
     assert values.of(OTHER)["rate_friction.c"] == pytest.approx(-0.06)
 
 
@@ -58,7 +58,7 @@ def test_the_tyre_has_the_mean_where_nothing_belongs_to_grounds_any_more() -> No
         "steel": {"k": 4e6, "frictional_creep.c": 0.2},
         "emery": {"k": 1e6, "frictional_creep.c": 0.2},
     }
-    values = with_effects(TOGETHER, Values(tyre={}, own=SAME.own, grounds=grounds), [ONE, TWO])
+    values = complete_values(TOGETHER, Values(tyre={}, own=SAME.own, grounds=grounds), [ONE, TWO])
 
     assert values.grounds == {}
     assert values.tyre == pytest.approx({"k": 2e6, "frictional_creep.c": 0.2})
@@ -84,7 +84,7 @@ def test_the_owner_of_a_value() -> None:
 
 def test_what_is_declared_with_a_tolerance_begins_as_declared() -> None:
     tolerated = recording("one", None, a=0.002, zero=0.1)
-    values = with_effects(Model(), replace(SAME, rig={"one": {"a": 0.06}}), [tolerated, TWO])
+    values = complete_values(Model(), replace(SAME, rig={"one": {"a": 0.06}}), [tolerated, TWO])
 
     assert values.rig == {"one": {"a": pytest.approx(0.047), "zero": 0.0}}, "within its tolerance"
     found = replaced_rig(tolerated, replace(SAME, rig={"one": {"a": 0.044, "load": 1.02}}))
@@ -99,5 +99,5 @@ def test_scopes() -> None:
 
     assert scopes == {"mu": "recording", "k": "ground", "c": "ground"}
     assert {p.name: p.scope for _, p in TOGETHER.parameters}["k"] == "tyre"
-    fixed = Model(effects=effects_named(["contact_length", "friction_by_ground"]))
+    fixed = Model(effects=effects_named(["contact_length", "latest_friction"]))
     assert {p.scope for effect, p in fixed.parameters if effect} == {"tyre"}

@@ -4,7 +4,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from identification.free_decay.vibration import UNKNOWNS, simulate_vibration, slip_torque_loss, stiffness
+from identification.free_decay.vibration import (
+    UNKNOWNS,
+    simulate_vibration,
+    sliding_torque_deficit,
+    stiffness,
+)
 from reference_rig import THESIS_TYRE as TYRE
 from reference_rig import inertia, make_impact
 from symbolic import Model, simulate
@@ -53,16 +58,16 @@ def test_slip_is_what_the_patch_lacks_of_a_spring(psi: float) -> None:
     M_z = simulate(Model(), signals, np.array([TYRE.mu, K]), GEOMETRY[:2]).M_z[-1]
     spring = float(stiffness(K, TYRE.a, TYRE.e)) * psi
 
-    slipped = float(slip_torque_loss(psi, K, SLIP, TYRE.a, TYRE.e))
+    slipped = float(sliding_torque_deficit(psi, K, SLIP, TYRE.a, TYRE.e))
 
     assert slipped == pytest.approx(M_z + spring, rel=1e-8, abs=1e-12 * spring)
-    assert float(slip_torque_loss(-psi, K, SLIP, TYRE.a, TYRE.e)) == -slipped
-    assert float(slip_torque_loss(psi, K, -SLIP, TYRE.a, TYRE.e)) == -slipped
+    assert float(sliding_torque_deficit(-psi, K, SLIP, TYRE.a, TYRE.e)) == -slipped
+    assert float(sliding_torque_deficit(psi, K, -SLIP, TYRE.a, TYRE.e)) == -slipped
 
 
 def test_slip_is_smooth_where_nothing_slides() -> None:
     turn, slip = ca.SX.sym("turn"), ca.SX.sym("slip")
-    value = slip_torque_loss(turn, K, slip, TYRE.a, TYRE.e)
+    value = sliding_torque_deficit(turn, K, slip, TYRE.a, TYRE.e)
     by_slip = ca.Function("by_slip", [turn, slip], [ca.jacobian(value, slip)])
     by_turn = ca.Function("by_turn", [turn, slip], [ca.jacobian(value, turn)])
 
@@ -78,7 +83,7 @@ def test_half_a_cycle_is_a_balance_of_work() -> None:
     ).psi
     first, last = made[0], made.min()
     reach = np.linspace(0, (first - last) / 2, 101)
-    slipped = [float(slip_torque_loss(turn, K, SLIP, TYRE.a, TYRE.e)) for turn in reach]
+    slipped = [float(sliding_torque_deficit(turn, K, SLIP, TYRE.a, TYRE.e)) for turn in reach]
 
     # From turning point to turning point the work of -K psi + 2 (M_v + K .)((psi - psi_r) / 2) is nil.
     spring = float(stiffness(K, TYRE.a, TYRE.e)) / 2 * (last**2 - first**2)

@@ -13,7 +13,7 @@ from identification import (
     OffsetRemoved,
     Pipeline,
     Recording,
-    Resampled,
+    Resampler,
     Scaled,
     default_pipeline,
     recording_from_raw,
@@ -123,7 +123,7 @@ def test_scaled_and_offset_by_hand() -> None:
         (lambda: OffsetRemoved(start=0, stop=1, level=np.nan), "level"),
         (lambda: LowPass(cutoff=np.nan), "cutoff"),
         (lambda: LowPass(cutoff=20, order=0), "order"),
-        (lambda: Resampled(rate=0), "rate"),
+        (lambda: Resampler(rate=0), "rate"),
         (lambda: Channel(values=np.zeros(9), rate=-1), "rate"),
         (lambda: Channel(values=np.zeros((3, 3)), rate=1), "shape"),
         (lambda: Channel(values=np.array([0, 1, np.nan]), rate=1), "sample 2 is not finite"),
@@ -139,8 +139,8 @@ def test_nonsense_is_refused(step: Any, message: str) -> None:
     [
         ({"psi": Pipeline((OffsetRemoved(start=0, stop=99),))}, "psi: the quiet stretch"),
         ({"M_z": Pipeline((LowPass(cutoff=2000),))}, "M_z: cutoff must be less than half the rate"),
-        ({"M_z": Pipeline((Resampled(rate=99.999),))}, "M_z: 99.999 Hz from 4000.0 Hz is no ratio"),
-        ({"M_z": Pipeline((Resampled(rate=200.0),))}, "must end alike"),
+        ({"M_z": Pipeline((Resampler(rate=99.999),))}, "M_z: 99.999 Hz from 4000.0 Hz is no ratio"),
+        ({"M_z": Pipeline((Resampler(rate=200.0),))}, "must end alike"),
     ],
 )
 def test_a_step_that_cannot_be_done_names_its_channel(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from observers import Ekf, Mhe, Observer, Tuning, ZoneRootSolver, run
+from observers import Ekf, Mhe, Observer, RootObserver, Tuning, run
 from reference_rig import MOTION_STEP as STEP
 from reference_rig import RigTyre, SteeredMotion, Wheel, simulate_steering
 from symbolic import Model, Rig
@@ -40,7 +40,7 @@ def errors(observer: Observer, motion: SteeredMotion) -> tuple[float, float]:
 
 
 def test_the_root_solve_is_lost_beyond_five_zones(motion: SteeredMotion) -> None:
-    five, beyond = errors(ZoneRootSolver(rig=RIG, k=K), motion)
+    five, beyond = errors(RootObserver(rig=RIG, k=K), motion)
 
     print(f"root: off by {five:.1%} in five zones, by {beyond:.0%} beyond")
     assert five < 0.05

@@ -12,9 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import (
+    RootObserver,
     Sample,
     Status,
-    ZoneRootSolver,
     causal_rate,
     run,
 )
@@ -156,9 +156,9 @@ def test_a_loop_closed_over_the_direct_form_is_algebraic(recording: RigRecording
 
 
 def test_needs_a_state_that_is_one_vector(recording: RigRecording) -> None:
-    root: Any = ZoneRootSolver(rig=RIG, k=K)
+    root: Any = RootObserver(rig=RIG, k=K)
 
-    with pytest.raises(InvalidInputError, match="Ekf or Mhe, got ZoneRootSolver"):
+    with pytest.raises(InvalidInputError, match="Ekf or Mhe, got RootObserver"):
         as_system(root, first_of(columns_of(recording)))
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import Ekf, Loop, Mhe, ObserverState, Sample, ZoneRootSolver, run
+from observers import Ekf, Loop, Mhe, ObserverState, RootObserver, Sample, run
 from symbolic import InvalidInputError, Model, Rig
 
 GOOD = {"psi": 0.1, "psi_dot": 1.0, "F_N": 400.0, "dt": 0.01, "M_z": -0.5, "M": 2.0}
@@ -15,7 +15,7 @@ RIG = Rig(a=0.045, e=0.009)
 OBSERVERS = {
     "ekf": Ekf(model=Model(), values={"k": 2.4e6}, rig=RIG),
     "mhe": Mhe(model=Model(), values={"k": 2.4e6}, rig=RIG, window=3),
-    "root": ZoneRootSolver(rig=RIG, k=2.4e6),
+    "root": RootObserver(rig=RIG, k=2.4e6),
 }
 pytestmark = pytest.mark.usefixtures("interpreted")
 

@@ -12,9 +12,9 @@ from observers import (
     Estimate,
     Loop,
     Observer,
+    RootObserver,
     Sample,
     Status,
-    ZoneRootSolver,
     causal_rate,
     run,
 )
@@ -28,7 +28,7 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 COUNT = 120
 OBSERVERS: dict[str, Callable[[], Observer]] = {
     **MODEL_OBSERVERS,
-    "root": lambda: ZoneRootSolver(rig=RIG, k=K),
+    "root": lambda: RootObserver(rig=RIG, k=K),
 }
 
 
@@ -197,7 +197,7 @@ def test_history_is_a_whole_number(history: Any) -> None:
 
 @pytest.mark.parametrize("nonsense", [float("nan"), float("inf"), 1e30])
 def test_nonsense_is_no_angle(observer: Observer, nonsense: float) -> None:
-    if isinstance(observer, ZoneRootSolver):
+    if isinstance(observer, RootObserver):
         pytest.skip("the root solve takes what it is given")
     sound = [
         Sample(psi=0.01 * i, psi_dot=float("nan"), F_N=400.0, dt=0.01, M_z=-1.0, M=1.0) for i in range(5)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from examples.own_observer import MODEL, VALUES, ConstantGain
 from identification import Recording, read_recording, read_rig
-from observers import Loop, Sample, ZoneRootSolver, run
+from observers import Loop, RootObserver, Sample, run
 from observers.embedded import DOUBLE, generate
 from symbolic import InvalidInputError, compiler
 from tests.observers.embedded.generated_code import NO_COMPILER, generate_code, python_estimates
@@ -70,9 +70,9 @@ def test_c_is_the_same(observer: ConstantGain, recording: Recording, tmp_path: P
 
 
 def test_an_observer_without_functions_is_refused(recording: Recording, tmp_path: Path) -> None:
-    solver = ZoneRootSolver(rig=recording.rig, k=recording.tyre.k)
+    solver = RootObserver(rig=recording.rig, k=recording.tyre.k)
 
-    with pytest.raises(InvalidInputError, match="casadi Functions, got ZoneRootSolver") as caught:
+    with pytest.raises(InvalidInputError, match="casadi Functions, got RootObserver") as caught:
         generate(solver, tmp_path)
     assert "observers.FunctionObserver" in str(caught.value)
     assert "step_function" in str(caught.value)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, ZoneRootSolver, run
+from observers import AligningTorque, Ekf, Mhe, RootObserver, Status, SteeringTorque, run
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import InvalidInputError, Model
 from tests.interpreted import without_machine_code
@@ -28,7 +28,7 @@ OBSERVERS: dict[str, Any] = {
     "mhe": make(Mhe, window=20),
     "mhe, stiffness": make(Mhe, window=20, measurement_model=AligningTorque(stiffness=True)),
     "mhe, steering": make(Mhe, window=20, measurement_model=SteeringTorque()),
-    "root": ZoneRootSolver(rig=RIG, k=K),
+    "root": RootObserver(rig=RIG, k=K),
 }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import Ekf, Estimate, Loop, Mhe, Sample, SteeringTorque, Tuning, ZoneRootSolver, run
+from observers import Ekf, Estimate, Loop, Mhe, RootObserver, Sample, SteeringTorque, Tuning, run
 from observers.protocol import ESTIMATE
 from reference_rig import RigRecording, make_recording
 from symbolic import Model, Rig, effects_named
@@ -111,7 +111,7 @@ def test_nothing_is_stated_before_the_first_sample(recording: RigRecording) -> N
 
 
 def test_the_method_of_the_thesis_states_it_too(recording: RigRecording) -> None:
-    estimates = run(ZoneRootSolver(rig=RIG, k=K), **columns_of(recording))
+    estimates = run(RootObserver(rig=RIG, k=K), **columns_of(recording))
 
     np.testing.assert_array_equal(estimates.mu_eff, estimates.mu)
     np.testing.assert_allclose(estimates.M_slide, estimates.mu * recording.F_N * ARM, rtol=1e-6)

@@ -11,7 +11,7 @@ from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of,
 from symbolic.deformation import full_slide_arm
 from symbolic.masing import virgin_torque
 from symbolic.parameters import EVEN
-from symbolic.vehicle.kingpin import growth_of, standing_point
+from symbolic.vehicle.kingpin import growth_to_full_lock, standing_point
 from symbolic.vehicle.mean_wheel import (
     aligning_torque_with_friction,
     friction_uncertainties,
@@ -126,11 +126,11 @@ def test_where_a_wheel_stands(side: int) -> None:
 
 def test_upright_kingpins_turn_the_contact_alike_everywhere() -> None:
     upright = replace(CAR, inclination=0.0, caster=0.0)
-    growth = growth_of(upright, brakes=True)
+    growth = growth_to_full_lock(upright, brakes=True)
 
     assert (growth.torque, growth.stiffness) == pytest.approx((0.0, 0.0), abs=1e-12)
     assert straight_ahead_angle(upright, 0.4, brakes=True) == pytest.approx(0.4)
-    assert growth_of(CAR, brakes=True).torque > 0.05
+    assert growth_to_full_lock(CAR, brakes=True).torque > 0.05
 
 
 @pytest.mark.parametrize("turn", [0.005, 0.02, 0.05, 0.1, 0.3])

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers.protocol import Sample, Status
-from observers.thesis.zone_root_solver import ZoneRootSolver, ZoneRootState, nearest
+from observers.thesis.root_observer import RootObserver, ZoneRootState, nearest
 from observers.thesis.zone_state_machine import curve
 from symbolic import InvalidInputError, Model, Rig
 from tests.observers.published import DECLARED, FIVE_ZONES, MU, SETTLED, STEEL, TIME, published, rms
@@ -24,12 +24,12 @@ REACH = 4 * TYRE.slope(LOAD) * TYRE.a
 """A turn after which nearly all of the patch slides [rad]."""
 
 
-def root(rig: Rig = RIG, k: float = TYRE.k, **settings: float) -> ZoneRootSolver:
-    return ZoneRootSolver(rig=rig, k=k, **{"least_turn": 1e-9, **settings})
+def root(rig: Rig = RIG, k: float = TYRE.k, **settings: float) -> RootObserver:
+    return RootObserver(rig=rig, k=k, **{"least_turn": 1e-9, **settings})
 
 
 def states_of(
-    observer: ZoneRootSolver, psi: Array, M_z: Array | float = nan, F_N: Array | float = LOAD
+    observer: RootObserver, psi: Array, M_z: Array | float = nan, F_N: Array | float = LOAD
 ) -> list[ZoneRootState]:
     rows = np.broadcast_arrays(psi, M_z, F_N)
     state, states = None, []
@@ -212,7 +212,7 @@ def test_beyond_five_zones_the_method_fails_where_the_exact_patch_is_right(share
 def test_published_simulations(mu: float, late_bound: float, simulation_dir: FilePath) -> None:
     file = simulation_dir / f"sim_mu_{10 * mu:02.0f}.csv"
     t, psi, _, torque, e, F_N, _, _, published, _ = np.genfromtxt(file, delimiter=",")[1:].T
-    observer = ZoneRootSolver(rig=Rig(a=0.04, e=e[0]), k=6e4)
+    observer = RootObserver(rig=Rig(a=0.04, e=e[0]), k=6e4)
     # The torque has the other sign and is one sample late.
     in_time = mu_of(states_of(observer, psi[:-1], -torque[1:], F_N[:-1]))
     as_it_stands = mu_of(states_of(observer, psi, -torque, F_N))
@@ -230,7 +230,7 @@ def test_measured_on_steel_it_is_as_good_as_published(
     measured_dir: FilePath, name: str, shift: int
 ) -> None:
     recording, columns, same = published(measured_dir, name, shift)
-    observer = ZoneRootSolver(rig=recording.rig, k=recording.tyre.k)
+    observer = RootObserver(rig=recording.rig, k=recording.tyre.k)
     begin = perf_counter()
     states = states_of(observer, recording.psi, recording.M_z, recording.F_N)
     spent = (perf_counter() - begin) / len(states)

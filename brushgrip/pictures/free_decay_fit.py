@@ -7,7 +7,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
-from identification import FittedVibration, FreeDecay
+from identification import FreeDecay, VibrationFit
 from identification.loop_plot import matplotlib_text
 from identification.thesis import DecrementEstimate
 
@@ -35,7 +35,7 @@ def draw_free_decay(path: Path, result: FreeDecay, decrement: DecrementEstimate)
         legend_above(figure, artists)
 
 
-def _vibration(angle: Axes, residual: Axes, vibration: FittedVibration, step: float) -> list[Artist]:
+def _vibration(angle: Axes, residual: Axes, vibration: VibrationFit, step: float) -> list[Artist]:
     readings = 1000 * (vibration.psi - vibration.centre)
     fitted = 1000 * (vibration.fitted - vibration.centre)
     artists: list[Artist] = []

@@ -32,7 +32,7 @@ SHOWS = 0.1
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ZoneRootState:
-    """State of a `ZoneRootSolver` between samples.
+    """State of a `RootObserver` between samples.
 
     Attributes:
         rest: angle at which the patch stood at rest, NaN before the first angle [rad].
@@ -60,7 +60,7 @@ class ZoneRootState:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ZoneRootSolver:
+class RootObserver:
     """The estimator of [Györök 2022], sections 3.1 and 3.2.
 
     Attributes:

@@ -8,7 +8,7 @@ import pytest
 
 from observers import CLEAN, DirectionalFriction, Ekf, Mhe, Status, Tuning, run
 from observers.measurement.directional_friction import EXCHANGED
-from observers.quality.directional_change_monitor import (
+from observers.quality.change_by_direction import (
     REFERENCE,
     STEADY_WALK,
     has_changed,
