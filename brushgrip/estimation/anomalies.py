@@ -19,7 +19,7 @@ from identification import FoundModel, Recording
 from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.protocol import MAX_SAMPLE_PERIOD
-from observers.quality.tolerances import STRAIGHT
+from observers.quality.tolerances import USED_RANGE
 from observers.tuning import REFERENCE_STEP
 from symbolic import InvalidInputError
 from symbolic.deformation import full_slide_arm
@@ -75,7 +75,10 @@ def suspected_cause(
 def hardly_turned(recording: Recording) -> str:
     """That the wheel turned too little for anything but ice to slide; empty where it did."""
     turn, seconds = np.ptp(recording.psi), np.ptp(recording.t)
-    told = f"the wheel hardly turned: by {turn:.2g} rad in {seconds:.2g} s; it slides after 0.05 rad"
+    told = (
+        f"the wheel hardly turned: by {turn:.2g} rad in {seconds:.2g} s; on"
+        " dry ground it slides after 0.05 rad"
+    )
     return told * bool(turn < LEAST_TURN)
 
 
@@ -150,7 +153,7 @@ def beyond_range(recording: Recording) -> str:
     rig, torque = recording.rig, recording.M_z if has_aligning_torque(recording) else recording.M
     if rig.range is None or torque is None:
         return ""
-    sizes, end = np.abs(torque[np.isfinite(torque)]), STRAIGHT * rig.range
+    sizes, end = np.abs(torque[np.isfinite(torque)]), USED_RANGE * rig.range
     share = float(np.mean(sizes >= end))
     if share <= MIN_REPORTED_SHARE:
         return ""

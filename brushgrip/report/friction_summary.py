@@ -28,8 +28,8 @@ GROUP_LABELS = {"training": "training", "holdout": "validation"}
 """Labels of `FrictionOutcome.groups`."""
 
 
-LEAST_TOLD = 0.01
-"""Share of a variance from which on a part of it is told, and chance up to which an order is [1]."""
+LEAST_TOLD, CHANCE = 0.01, 0.01
+"""Share of a variance from which on a part of it is told; chance up to which an order is [1]."""
 
 
 def last_usable_friction(track: FrictionTrack) -> str:
@@ -100,9 +100,10 @@ def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
         if ground
     }
     chance, falls = order_by_chance(list(known.values()))
-    if chance > LEAST_TOLD:
+    if chance > CHANCE:
         return ""
-    on = listed([ground for ground, own in known.items() if len(own) > 1])
+    ways = {ground: order_by_chance([own]) for ground, own in known.items()}
+    on = listed([ground for ground, (alone, way) in ways.items() if alone < 1 and way == falls])
     return (
         f"On {on}, recordings at higher load"
         f" gave {'lower' if falls else 'higher'} friction (by chance in 1 of {1 / chance:.0f} cases);"

@@ -143,8 +143,8 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
     scatter = friction.scatter or 0.0
     times = sqrt(friction.scatter_share or 0.0) * (friction.further or 0.0) / scatter
     return (
-        f"how {len(values)} recordings differ ({min(values):.2f} to {max(values):.2f}); as they are few,"
-        f" it is {times:.1f} times their standard deviation of {scatter:.2f}"
+        f"how {len(values)} recordings differ ({min(values):.2f} to {max(values):.2f});"
+        f" a band from so few is {times:.1f} times their standard deviation of {scatter:.2f}"
     )
 
 
@@ -198,8 +198,9 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     what = "the other values that are" if doubts(diagnosis) else "what is"
     to_declare = [f"at the rig, measure {what} assumed, and declare the tolerance"] * assumed
     more = _more_recordings(outcome)
-    steps = steps[: MAX_STEPS - len(more)] or [_to_narrow(diagnosis, outcome)]
-    return [*steps, *more, *to_declare][:MAX_STEPS]
+    if not steps and (band_shares(outcome) or not [*more, *to_declare]):
+        steps = [_to_narrow(diagnosis, outcome)]
+    return [*steps[: MAX_STEPS - len(more)], *more, *to_declare][:MAX_STEPS]
 
 
 def _more_recordings(outcome: FrictionOutcome) -> list[str]:

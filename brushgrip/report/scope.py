@@ -194,8 +194,8 @@ def benefit(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
         return ""
     return (
-        f"Recordings whose torque the model explains, so that it tells friction: the assumed"
-        f" model {_known(declared)}, the model found {_known(found)}."
+        f"Recordings of which friction is told: by the assumed model {_known(declared)}, by the"
+        f" model found {_known(found)}."
     )
 
 

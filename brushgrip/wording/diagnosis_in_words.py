@@ -168,8 +168,8 @@ def _why_weak(effect: FoundEffect) -> str:
             f" ({gain[0]}; {CLEAR_ERRORS:g} are asked for): fit a recording of each ground, or judge"
             " without --holdout."
         )
-    if min(errors or 0.0, off or 0.0) >= CLEAR_ERRORS and effect.delta_bic <= CLEAR_BIC:
-        return f"Only the fit to one recording demands it ({listed([*gain, *size])}), none confirms it."
+    if errors is None and (off or 0.0) >= CLEAR_ERRORS and effect.delta_bic <= CLEAR_BIC:
+        return f"Only the fit to one recording demands it ({size[0]}), none confirms it."
     figures = f" ({listed([*gain, *size])}; {CLEAR_ERRORS:g} of each are asked for)"
     return f"It may be chance{figures * bool(gain or size)}."
 

@@ -30,8 +30,8 @@ its neutral value, for a finding."""
 CLEAR_BIC = -6.0
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
 OF_A_WRONG_LAW = 4.0
-"""Times what is left that a further effect explains at least: what a wrong law leaves another mechanism
-explains up to three quarters of (laws planted with seeds 300 to 302) [1]."""
+"""Squared error that a further effect has to explain, over what is left [1]. Of what a wrong law leaves
+another mechanism took up to three quarters, three times the rest (laws planted, seeds 300 to 302)."""
 ASSUMED = "assumed, as nobody declared a tolerance"
 """How the note on what counts as known within the usual tolerance begins."""
 UNRECORDED_LOAD = "unrecorded_load"
@@ -88,7 +88,7 @@ def found_effects(
                     has_rivals=bool(step.indistinguishable) or like_load,
                     stands_in=effect.name in standing_in,
                 ),
-                standard_errors=errors,
+                standard_errors=None if alone else errors,
                 deviations=distance,
                 at_bound=effect.name in at_bounds,
                 parameters=own,
@@ -246,8 +246,9 @@ def notes_on(
         if stiffness and recordings and (car := recordings[0].standstills) is not None:
             label = (recordings[0].name, "return_share")
             share = fitted.values.at(label) if label in fitted.labels else 1.0
-            doubt = "; have a second log confirm it before you declare it" * (effect.grade == "weak")
             told = return_torque_note(car, stiffness.value, stiffness.std or 0.0, share)
+            unsure = effect.grade in ("weak", "stands_in") and "inclination = " in told
+            doubt = "; have a second log confirm it before you declare it" * unsure
             notes.append(f"{effect.name}: {told}{doubt}")
         elif stiffness and stiffness.value < 0:
             notes.append(

@@ -2,8 +2,8 @@
 
 Full slide measures mu times load and lever, so that an error of either is one of mu which no measurement
 lowers: a parameter that is considered, not estimated, [Schmidt 1966]. An error of half-length or caster
-also makes the patch stiffer or softer, as one of k does. A sensor that
-ends looks like full slide: what is near the end is left out.
+also makes the patch stiffer or softer, as one of k does. A sensor that ends looks like full slide: what
+is near the end is left out.
 """
 
 from dataclasses import replace
@@ -18,7 +18,7 @@ OF_LENGTHS = "tolerances of half-length and caster"
 OF_LOAD = "tolerance of the load"
 OF_TUNING = "mu_floor of the tuning"
 """Causes of a floor of mu."""
-STRAIGHT = 0.95
+USED_RANGE = 0.95
 """Share of the declared range of a torque sensor from which on a torque is left out [1]: what its noise
 and its zero take from the range."""
 LEAST_STIFFNESS = 1.5
@@ -39,7 +39,7 @@ def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
     stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
     patch = spread_by_lengths(lambda a, e: unit_corner_moment(0.0, a, e), rig)
     least = min(LEAST_STIFFNESS * tuning.error, EVEN * USUAL["k"])
-    straight = inf if rig.range is None else STRAIGHT * rig.range
+    straight = inf if rig.range is None else USED_RANGE * rig.range
     return replace(
         tuning,
         torque_limit=min(tuning.torque_limit, straight),

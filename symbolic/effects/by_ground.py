@@ -34,7 +34,7 @@ class ByGround(Effect):
 class FrictionByGround(ByGround):
     """Parameters of the law of friction belong to a ground each."""
 
-    name: str = "latest_friction"
+    name: str = "friction_by_ground"
     summary: str = "every ground has a law of friction of its own"
     of: Literal["friction", "stiffness"] = "friction"
 

@@ -23,7 +23,8 @@ CORNERING = 15.0
 """Cornering stiffness over the load of a passenger car's tyre [1/rad]; [Pacejka 2012], chapter 1."""
 STD_PER_TOLERANCE = 0.68
 """Standard deviation of a declared value over its tolerance [1]: more than where it may be anywhere
-within, 0.58, so that bands hold for most cars with all values at an end of theirs at once."""
+within, 0.58, so that bands hold for most cars with all values but the force's scale at an end of
+theirs at once; where all push one way, friction is up to 2.4 deviations off."""
 RANGES: dict[str, tuple[float, float, str]] = {
     "front_axle_load": (500.0, 60e3, "N"),
     "tyre_width": (0.1, 0.4, "m"),

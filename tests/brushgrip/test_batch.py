@@ -156,7 +156,7 @@ def test_a_wheel_that_hardly_turned_is_told_so_and_no_unit_of_the_torque(
     told = run("estimate", "--rig", rig, still).out
     run("estimate", "--rig", rig, still, "--summary", tmp_path / "table.csv")
 
-    assert "not usable: the wheel hardly turned: by 0.001 rad in 0.59 s; it" in told
+    assert "not usable: the wheel hardly turned: by 0.001 rad in 0.59 s; on" in told
     assert "gear" not in told
     remark = rows_of(tmp_path / "table.csv")["still"]["remark"]
     assert remark.startswith("not known: the wheel hardly turned: by 0.001 rad in 0.59 s")

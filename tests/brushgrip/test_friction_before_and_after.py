@@ -140,8 +140,8 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert (
         f"{within}, and where a recording is named, the truth lies within ± in 95 of 100 cases; an error"
         " beyond the tolerances, which all recordings share, is not in it. Most of the ± on ice comes"
-        " from how 3 recordings differ (1.10 to 1.30); as they are few, it is 5.0 times their standard"
-        " deviation of 0.10."
+        " from how 3 recordings differ (1.10 to 1.30); a band from so few is 5.0 times their"
+        " standard deviation of 0.10."
     ) in text
     # Six of the same scatter: t of five degrees of freedom is 2.5706.
     wider = np.hypot(2.5706 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
@@ -238,15 +238,15 @@ def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
     assert benefit(make_diagnosis(), outcome) == (
-        "Recordings whose torque the model explains, so that it tells friction: the assumed model"
-        " 2 of 2 (first after 5.0 s; 1 not to the end), the model found 2 of 2 (first after"
+        "Recordings of which friction is told: by the assumed model"
+        " 2 of 2 (first after 5.0 s; 1 not to the end), by the model found 2 of 2 (first after"
         " 5.0 s; 1 not to the end)."
     )
     never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
-    assert "assumed model 1 of 2 (first after 5.0 s), the" in benefit(make_diagnosis(), once)
+    assert "assumed model 1 of 2 (first after 5.0 s), by the" in benefit(make_diagnosis(), once)
     none = replace(outcome, tracks=(*never, *TRACKS[:2]))
-    assert "assumed model none of 2, the" in benefit(make_diagnosis(), none)
+    assert "assumed model none of 2, by the" in benefit(make_diagnosis(), none)
     assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
     assert benefit(make_diagnosis(found=False), outcome) == ""
 

@@ -61,4 +61,5 @@ def test_a_return_torque_is_told_by_its_sign_with_the_key_that_has_it(tmp_path: 
         effect.summary == f"a return torque {'more' if sign > 0 else 'less'} than the declared kingpin's"
     )
     assert inclination == pytest.approx(other.inclination, abs=0.02)
-    assert (effect.grade == "weak") == found.unexplained.present
+    assert effect.grade in ("weak", "stands_in")
+    assert note.endswith("have a second log confirm it before you declare it")

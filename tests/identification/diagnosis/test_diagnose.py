@@ -167,8 +167,9 @@ def test_the_fit_to_a_single_recording_identifies_nothing() -> None:
     graded = {}
     for count in (1, 2):
         (effect,) = diagnose(recordings[:count], candidates=["stribeck"], jobs=1).effects
-        assert effect.standard_errors is not None
-        assert effect.standard_errors > CLEAR_ERRORS
+        # Nothing but the fit judges a single recording.
+        assert (effect.standard_errors or 0.0) > CLEAR_ERRORS or count == 1
+        assert (effect.standard_errors is None) == (count == 1)
         graded[count] = effect.grade
 
     assert graded == {1: "weak", 2: "strong"}

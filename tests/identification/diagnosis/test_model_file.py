@@ -170,7 +170,7 @@ def test_values_for_a_recording(tmp_path: Path) -> None:
 
 GROUNDS = {
     **CONTENT,
-    "effects": ["frictional_creep", "stiffness_by_ground", "latest_friction"],
+    "effects": ["frictional_creep", "stiffness_by_ground", "friction_by_ground"],
     "tyre": {},
     "grounds": {
         "steel": {"k": 5.4e6, "frictional_creep.c": 0.2},

@@ -11,7 +11,7 @@ from symbolic import InvalidInputError, Model, Tolerances, effects_named
 from tests.identification.factories import recording
 
 TOGETHER = Model(effects=effects_named(["frictional_creep"]))
-APART = Model(effects=effects_named(["frictional_creep", "stiffness_by_ground", "latest_friction"]))
+APART = Model(effects=effects_named(["frictional_creep", "stiffness_by_ground", "friction_by_ground"]))
 
 
 ONE, TWO, OTHER = recording("one", "steel"), recording("two", "emery"), recording("other", "ice")
@@ -42,7 +42,7 @@ def test_a_ground_that_nothing_is_known_of_has_the_geometric_mean() -> None:
 
 
 def test_values_of_two_signs_have_the_arithmetic_mean() -> None:
-    model = Model(effects=effects_named(["rate_friction", "latest_friction"]))
+    model = Model(effects=effects_named(["rate_friction", "friction_by_ground"]))
     grounds = {"steel": {"rate_friction.c": 0.1}, "emery": {"rate_friction.c": -0.04}}
     start = Values(tyre={"k": 2e6}, own={"other": {"mu": 1.0}}, grounds=grounds)
     values = complete_values(model, start, [OTHER])
@@ -99,5 +99,5 @@ def test_scopes() -> None:
 
     assert scopes == {"mu": "recording", "k": "ground", "c": "ground"}
     assert {p.name: p.scope for _, p in TOGETHER.parameters}["k"] == "tyre"
-    fixed = Model(effects=effects_named(["contact_length", "latest_friction"]))
+    fixed = Model(effects=effects_named(["contact_length", "friction_by_ground"]))
     assert {p.scope for effect, p in fixed.parameters if effect} == {"tyre"}

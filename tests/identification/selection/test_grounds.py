@@ -28,8 +28,8 @@ def changes(grounds: tuple[str | None, ...], present: list[str], effect: str) ->
 
 def test_grounds_are_tried_where_two_are_named_and_something_is_theirs() -> None:
     assert changes(("steel", "emery"), [], "stiffness_by_ground")
-    assert changes(("steel", "emery"), ["stribeck"], "latest_friction")
-    assert not changes(("steel", "emery"), ["carcass_torsion"], "latest_friction")
+    assert changes(("steel", "emery"), ["stribeck"], "friction_by_ground")
+    assert not changes(("steel", "emery"), ["carcass_torsion"], "friction_by_ground")
     assert not changes(("steel", "steel"), [], "stiffness_by_ground")
     assert not changes(("steel", None), [], "stiffness_by_ground")
     assert changes((None, None), ["stiffness_by_ground"], "carcass_torsion")
@@ -51,7 +51,7 @@ def campaign(creep: dict[str, float]) -> list[Recording]:
 
 
 def found(creep: dict[str, float]) -> Diagnosis:
-    candidates = ["frictional_creep", "latest_friction", "stiffness_by_ground"]
+    candidates = ["frictional_creep", "friction_by_ground", "stiffness_by_ground"]
     return diagnose(campaign(creep), candidates=candidates, jobs=1)
 
 
@@ -59,7 +59,7 @@ def found(creep: dict[str, float]) -> Diagnosis:
 def test_a_law_of_friction_that_differs_by_ground_is_named() -> None:
     creep, ground = found(CREEP).effects
 
-    assert (creep.name, ground.name) == ("frictional_creep", "latest_friction")
+    assert (creep.name, ground.name) == ("frictional_creep", "friction_by_ground")
     assert (creep.scope, ground.scope) == ("ground", "ground")
     assert creep.parameters.keys() == {"c [steel]", "c [emery]"}
     for name, c in CREEP.items():
