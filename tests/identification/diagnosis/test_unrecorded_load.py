@@ -13,7 +13,7 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 NAME = "steering_return"
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.long)])
 def test_a_return_torque_beside_a_constant_load_is_ambiguous(sign: float) -> None:
     _, recordings = read_campaign(None, 3, duration=8.0)
     turned = [replace(r, M_z=r.M_z - sign * 4.0 * r.psi) for r in recordings]

@@ -11,7 +11,7 @@ from symbolic import Model
 EKF = Ekf(model=Model(), values={"k": K}, rig=RIG, measurement_model=SteeringTorque())
 
 
-@pytest.mark.parametrize("mu", [0.3, 0.8])
+@pytest.mark.parametrize("mu", [0.8, pytest.param(0.3, marks=pytest.mark.long)])
 def test_turns_without_a_torque_count(mu: float) -> None:
     # The wheel turns on and back where the torque is beyond its limit.
     wrong = usable = 0
