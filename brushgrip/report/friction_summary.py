@@ -105,8 +105,8 @@ def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     ways = {ground: order_by_chance([own]) for ground, own in known.items()}
     on = listed([ground for ground, (alone, way) in ways.items() if alone < 1 and way == falls])
     return (
-        f"On {on}, recordings at higher load"
-        f" gave {'lower' if falls else 'higher'} friction (by chance in 1 of {1 / chance:.0f} cases);"
+        f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction"
+        f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
         " whether load is the cause is not known."
     )
 
