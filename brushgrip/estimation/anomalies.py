@@ -12,8 +12,8 @@ from brushgrip.estimation.estimates import (
     has_aligning_torque,
     samples_of,
 )
+from brushgrip.estimation.friction_by_direction import single_friction
 from brushgrip.estimation.map_correction import TIME, causes_with_map
-from brushgrip.estimation.scale_by_direction import single_friction
 from brushgrip.wording.friction import LACKING, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from identification.residuals.residual_tests import white_noise

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.scale_by_direction import single_friction, with_checked_scale
+from brushgrip.estimation.friction_by_direction import single_friction, with_checked_scale
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.settings import ChosenTuning
 from brushgrip.wording.friction import last_uncontradicted

@@ -29,7 +29,7 @@ from brushgrip.estimation.estimates import (
     observe,
     observer_factory,
 )
-from brushgrip.estimation.scale_by_direction import OF_DIRECTIONS, friction_of_directions
+from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.settings import ChosenTuning

@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.diagnosis.found_stiffness import stiffness_notes
+from identification.diagnosis.found_stiffness import return_torque_note, stiffness_notes
 from identification.diagnosis.result_parts import Errors, FoundEffect, Grade
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
-from identification.reading.vehicle_torques import return_torque_note
 from identification.residuals.residual_tests import Unexplained
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,

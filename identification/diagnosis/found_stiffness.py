@@ -2,10 +2,16 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from identification.fits.fitting import AT_BOUND, Fit
+from identification.reading.car import Standstills
 from identification.reading.recordings import Recording
-from symbolic import USUAL
+from identification.reading.vehicle_torques import JACKING
+from symbolic import USUAL, InvalidInputError
 from symbolic.tables.found_model import is_of_other_scale
+from symbolic.vehicle.kingpin import growth_to_full_lock
+from symbolic.vehicle.steering import OF_LOCK, inclination_of_return, jacking_torque, lock_angle
 
 OFF_STIFFNESS = "the stiffness k is"
 """How the note on k beyond its tolerance begins."""
@@ -56,3 +62,21 @@ def stiffness_note(k: float, recording: Recording) -> str:
     )
     refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
     return f"{note}; estimate refuses this model" if refused else note
+
+
+def return_torque_note(car: Standstills, stiffness: float, std: float, share: float) -> str:
+    """What a stiffness [N m/rad] beside this share of the declared return torque says of the kingpin."""
+    vehicle, angle = car.vehicle, OF_LOCK * lock_angle(car.vehicle)
+    growth = growth_to_full_lock(vehicle, brakes=car.brakes[0]).torque * np.sin(angle) ** 2
+    if not (declared := float(jacking_torque(vehicle, angle))):
+        return "the declared kingpin makes no return torque: declare its inclination"
+    by_stiffness = angle * (1 + growth) / declared
+    factor, band = share + stiffness * by_stiffness, 2 * std * abs(by_stiffness)
+    note = f"{factor:.2f} ± {band:.2f} times the declared return torque, known to ± {2 * JACKING:.0%}"
+    if abs(factor - 1) <= 2 * JACKING:
+        return f"{note}: within its tolerance, declare nothing"
+    try:
+        inclination = inclination_of_return(vehicle, factor)
+    except InvalidInputError as error:
+        return f"{note}: beyond its tolerance; {error}"
+    return f"{note}: beyond its tolerance; inclination = {inclination:.3f} in the vehicle file makes it"

@@ -14,15 +14,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.reading.car import Standstills
 from identification.reading.recordings import Recording
 from identification.reading.shortened_recordings import at_samples
-from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_to_full_lock
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of
-from symbolic.vehicle.steering import OF_LOCK, inclination_of_return, jacking_torque, lock_angle
+from symbolic.vehicle.steering import jacking_torque, lock_angle
 
 JACKING, GROWTH = 0.08, 0.5
 """Standard deviation of the return torque and of the torque's growth towards the locks as shares of
@@ -53,24 +51,6 @@ def vehicle_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
         "growth_share": (growth * measured, GROWTH / EVEN),
     }
     return {n: DeclaredTorque(c, tol) for n, (c, tol) in declared.items() if tol > 0 and np.any(c)}
-
-
-def return_torque_note(car: Standstills, stiffness: float, std: float, share: float) -> str:
-    """What a stiffness [N m/rad] beside this share of the declared return torque says of the kingpin."""
-    vehicle, angle = car.vehicle, OF_LOCK * lock_angle(car.vehicle)
-    growth = growth_to_full_lock(vehicle, brakes=car.brakes[0]).torque * np.sin(angle) ** 2
-    if not (declared := float(jacking_torque(vehicle, angle))):
-        return "the declared kingpin makes no return torque: declare its inclination"
-    by_stiffness = angle * (1 + growth) / declared
-    factor, band = share + stiffness * by_stiffness, 2 * std * abs(by_stiffness)
-    note = f"{factor:.2f} ± {band:.2f} times the declared return torque, known to ± {2 * JACKING:.0%}"
-    if abs(factor - 1) <= 2 * JACKING:
-        return f"{note}: within its tolerance, declare nothing"
-    try:
-        inclination = inclination_of_return(vehicle, factor)
-    except InvalidInputError as error:
-        return f"{note}: beyond its tolerance; {error}"
-    return f"{note}: beyond its tolerance; inclination = {inclination:.3f} in the vehicle file makes it"
 
 
 def farthest_standstill_without_gear(recording: Recording) -> tuple[Recording, str]:

@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from brushgrip.estimation.scale_by_direction import friction_of_directions
+from brushgrip.estimation.friction_by_direction import friction_of_directions
 from brushgrip.running.batch import row_of
 from brushgrip.wording.diagnosis_in_words import experiment_in_words, headline, taken_from_model
 from brushgrip.wording.formatting import (
