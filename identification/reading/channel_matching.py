@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 
+import numpy as np
+
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, mending_map
 from identification.reading.table import (
     CAR_COLUMNS,
@@ -180,7 +182,7 @@ def map_hint(
     for column, name in channels.items():
         if read is None or name is None:
             continue
-        with suppress(InvalidInputError):
+        with suppress(InvalidInputError), np.errstate(over="ignore"):
             samples, source = read(name), sources[column]
             if unit := source.unit or samples.unit or unit_of_name(name):
                 certain.add(column)

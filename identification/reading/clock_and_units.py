@@ -106,7 +106,7 @@ def _in_si(column: str, samples: Samples, source: SignalSource) -> Array:
         return seconds
     if values.ndim != 1 or values.dtype.kind not in "fiub":
         raise InvalidInputError(f"the channel of {column} must be one row of real numbers")
-    with np.errstate(invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         return values.astype(np.float64) * source.scale(column, samples.unit)
 
 

@@ -178,16 +178,20 @@ def _time_checks(t: Array) -> Iterator[_Check]:
     before[known[1:]] = t[known[:-1]]
 
     def late(at: int) -> str:
-        advance = t[at] - before[at]
-        manner = "stands nearly still" if advance > 0 else "runs backwards" if advance else "repeats"
+        manner = "stands nearly still" if t[at] > before[at] else "repeats"
+        if t[at] < before[at]:
+            manner = "runs backwards"
         return (
             f"time {manner}: t = {t[at]:.10g} s after {before[at]:.10g} s; t must increase from"
             f" sample to sample, by at least {MIN_TIME_STEP:g} s"
         )
 
-    yield t - before < MIN_TIME_STEP, late
+    with np.errstate(over="ignore"):
+        advance = t - before
+    yield advance < MIN_TIME_STEP, late
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _other_unit(table: Table, column: str) -> str:
     """The map to write where a column is too large because it is in a smaller unit."""
     source = table.sources.get(column, SignalSource(channel=column))

@@ -29,6 +29,7 @@ def unit_of_period(period: float) -> str:
     return next(plausible, units[-1][1])
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a column of anything may hold what overflows
 def infer_units_and_sign(
     sources: Mapping[str, SignalSource], values: Mapping[str, Array], geared: set[str], certain: set[str]
 ) -> tuple[dict[str, SignalSource], set[str]]:

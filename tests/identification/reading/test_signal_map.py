@@ -144,6 +144,29 @@ def test_a_proposal_has_units_and_sign_by_the_numbers_of_the_file(
     assert np.sum(recording.M_z[1:] * np.diff(recording.psi)) < 0
 
 
+@pytest.mark.parametrize("extreme", [math.inf, -math.inf, 1.7e308, -1.7e308])
+@pytest.mark.parametrize("column", range(4))
+@pytest.mark.parametrize(
+    ("headings", "option"),
+    [
+        ("Time,Angle,Moment,Load", ""),
+        ("Time [ms],Angle [°],Moment [kNm],Load [kN]", ""),
+        ("t,psi,M_z,F_N", ""),
+        ("t,psi,M_z,F_N", "t=t,psi=psi,M_z=-1e3*M_z,F_N=F_N:kN"),
+    ],
+)
+def test_numbers_beyond_all_range_are_refused(
+    headings: str, option: str, column: int, extreme: float, tmp_path: Path
+) -> None:
+    t = np.linspace(0, 4, 200)
+    values = [t.copy(), np.sin(2 * t), -20 * np.cos(2 * t), 400 + t]
+    values[column][np.arange(t.size) % 9 // 2 == 1] = -extreme
+    values[column][50:53] = extreme
+    write_columns(tmp_path / "run.csv", dict(zip(headings.split(","), values, strict=True)))
+
+    refused(read_recording, tmp_path / "run.csv", RIG, signals=option or NO_MAP)
+
+
 def test_a_proposal_for_channels_without_clocks_has_the_time(tmp_path: Path) -> None:
     named = ChannelFile(
         names=["Zeit", "Winkel", "M_z", "F_N"], read=lambda _: Samples(values=np.full(9, 0.1))
