@@ -1,6 +1,6 @@
 """MDF 3 and 4 (ASAM), as INCA, CANape and vehicle loggers write it, by asammdf."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -45,7 +45,7 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
         def read(name: str) -> Samples:
             group, channel = places[name]
-            _require_records(path, name, file.groups[group])
+            _require_records(path, name, file.groups[group], (channel, file.masters_db.get(group)))
             # Else asammdf leaves out samples that are marked invalid, and their instants with them.
             signal = file.get(group=group, index=channel, ignore_invalidation_bits=True)
             values, remark = np.asarray(signal.samples), ""
@@ -105,8 +105,11 @@ def _number(file: BinaryIO, at: int, size: int) -> int:
     return int.from_bytes(content, "little") if len(content) == size else 0
 
 
-def _require_records(path: Path, name: str, group: Any) -> None:
-    """Refuses a group whose blocks hold more than its records: asammdf writes beyond its buffers."""
+def _require_records(path: Path, name: str, group: Any, channels: Iterable[int | None]) -> None:
+    """Refuses a group whose blocks hold more than its records, and channels that lie beyond a record.
+
+    In both cases asammdf reads or writes beyond its buffers.
+    """
     head = group.channel_group
     require_size(path, name, head.cycles_nr)
     record = head.samples_byte_nr + getattr(head, "invalidation_bytes_nr", 0)
@@ -116,6 +119,15 @@ def _require_records(path: Path, name: str, group: Any) -> None:
             f"{path}: is damaged, the group of {name} declares {head.cycles_nr} records and holds"
             f" {stored} bytes, {record} each"
         )
+    for channel in (group.channels[at] for at in channels if at is not None):
+        if hasattr(channel, "start_offset"):  # Of MDF 3.
+            begin = channel.start_offset + 8 * channel.additional_byte_offset
+        else:
+            begin = 8 * channel.byte_offset + channel.bit_offset
+        if begin + channel.bit_count > 8 * record:
+            raise InvalidInputError(
+                f"{path}: is damaged, {channel.name} lies at byte {begin // 8} of a record of {record}"
+            )
 
 
 def _close_quietly(file: Any) -> None:
