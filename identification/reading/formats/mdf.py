@@ -106,7 +106,7 @@ def _number(file: BinaryIO, at: int, size: int) -> int:
 
 
 def _require_records(path: Path, name: str, group: Any, channels: Iterable[int | None]) -> None:
-    """Refuses a group whose blocks hold more than its records, and channels that lie beyond a record.
+    """Refuses a group that holds more than its records or less than one, channels beyond a record.
 
     In both cases asammdf reads or writes beyond its buffers.
     """
@@ -114,7 +114,8 @@ def _require_records(path: Path, name: str, group: Any, channels: Iterable[int |
     require_size(path, name, head.cycles_nr)
     record = head.samples_byte_nr + getattr(head, "invalidation_bytes_nr", 0)
     stored = sum(block.original_size for block in group.get_data_blocks())
-    if getattr(group, "sorted", True) and stored >= (head.cycles_nr + 1) * max(1, record):
+    whole = stored < (head.cycles_nr + 1) * max(1, record) and (record <= stored or not stored)
+    if getattr(group, "sorted", True) and not whole:
         raise InvalidInputError(
             f"{path}: is damaged, the group of {name} declares {head.cycles_nr} records and holds"
             f" {stored} bytes, {record} each"

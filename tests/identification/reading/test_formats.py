@@ -143,24 +143,30 @@ def test_a_blf_file_that_unpacks_to_far_more_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("format_", "field"), [("mdf", "byte_offset"), ("mdf 3", "additional_byte_offset")]
+    ("format_", "field", "message"),
+    [
+        ("mdf", "byte_offset", "a record of 32"),
+        ("mdf 3", "additional_byte_offset", "a record of 32"),
+        ("mdf", "samples_byte_nr", "60000 each"),
+    ],
 )
 @pytest.mark.parametrize("channel", [0, 1], ids=["master", "value"])
 def test_a_channel_beyond_its_record_is_refused(
-    format_: str, field: str, channel: int, tmp_path: Path
+    format_: str, field: str, message: str, channel: int, tmp_path: Path
 ) -> None:
     asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
     path, signals = written(format_, tmp_path)
     content = bytearray(path.read_bytes())
     with asammdf.MDF(path) as file:
-        first = file.groups[0].channels[channel].address
-        old = bytes(file.groups[0].channels[channel])
-        setattr(file.groups[0].channels[channel], field, 7680)
-        new = bytes(file.groups[0].channels[channel])
+        group = file.groups[0]
+        block = group.channel_group if field == "samples_byte_nr" else group.channels[channel]
+        first, old = block.address, bytes(block)
+        setattr(block, field, 60000)
+        new = bytes(block)
     content[first : first + len(old)] = new
     path.write_bytes(content)
 
-    assert "of a record of" in refused(read_recording, path, RIG, signals=signals)
+    assert message in refused(read_recording, path, RIG, signals=signals)
 
 
 def test_more_data_than_records_are_refused(tmp_path: Path) -> None:
