@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.wording.formatting import listed
+from brushgrip.wording.formatting import listed, plain
 from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
 from identification import Diagnosis
 from observers import Status
@@ -16,20 +16,24 @@ from observers.quality.ground_friction import order_by_chance
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
 IN_PLAIN_WORDS = {
-    SLOPE: "the tyre turns stiffer or softer than its parameters say",
+    SLOPE: "that the tyre may be stiffer or softer than its parameters say",
     REST: "noise of the torque, and what the model gets wrong",
-    OF_LENGTHS: "how well the lengths of contact and caster are known",
-    OF_LOAD: "how well the load is known",
-    OF_SCALE: "the tread stiffness is not the declared one, so that the torque's scale may be off",
+    OF_LENGTHS: "what the lengths of contact and caster may be off",
+    OF_LOAD: "what the load may be off",
+    OF_SCALE: "that the torque's scale may be off, as the tread stiffness is not the declared one",
     OF_TUNING: "a minimum that is always kept",
 }
 """Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
 """Labels of `FrictionOutcome.groups`."""
+BY_LOAD = "load_dependent_friction"
+"""The effect by which friction follows the load within a recording."""
 
 
-LEAST_TOLD, CHANCE = 0.01, 0.01
-"""Share of a variance from which on a part of it is told; chance up to which an order is [1]."""
+LEAST_TOLD = 0.5
+"""Percentage of a band from which on a part of it is told."""
+CHANCE = 0.01
+"""Chance up to which an order is told [1]."""
 
 
 def last_usable_friction(track: FrictionTrack) -> str:
@@ -53,16 +57,17 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     shares = band_shares(outcome)
     if not shares:
         return ""
-    told = {cause: share for cause, share in shares.items() if share >= LEAST_TOLD}
-    parts = [f"{IN_PLAIN_WORDS.get(cause, cause)}, {100 * share:.0f} %" for cause, share in told.items()]
-    line = f"The ± of a recording comes from (shares of the variance): {'; '.join(parts)}."
+    without = {cause: 100 * (1 - np.sqrt(1 - share)) for cause, share in shares.items()}
+    told = {cause: less for cause, less in without.items() if less >= LEAST_TOLD}
+    parts = [f"{IN_PLAIN_WORDS.get(cause, cause)}, {less:.0f} %" for cause, less in told.items()]
+    line = f"By so much smaller would the ± of a recording be without: {'; '.join(parts)}."
     if any(one.further is not None for one in outcome.further().values()):
         line = f"The ± of a ground also covers how its recordings differ. {line}"
-    measurable = sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD))
+    measurable = min(1.0, sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD)))
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
         line += (
-            " All recordings share the errors of lengths and load; to measure these exactly would make"
-            f" the ± of a recording {100 * (1 - np.sqrt(1 - measurable)):.0f} % smaller."
+            " All recordings share the errors of lengths and load; without both it would be"
+            f" {100 * (1 - np.sqrt(1 - measurable)):.0f} % smaller."
         )
     return line
 
@@ -104,10 +109,13 @@ def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
         return ""
     ways = {ground: order_by_chance([own]) for ground, own in known.items()}
     on = listed([ground for ground, (alone, way) in ways.items() if alone < 1 and way == falls])
+    tried = any(c.name == BY_LOAD for c in diagnosis.candidates)
+    added = any(effect.name == BY_LOAD for effect in diagnosis.effects)
+    within = f" ({plain(BY_LOAD)}, as an effect, brings no gain)" * (tried and not added)
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
-        " whether load is the cause is not known."
+        f" whether load is the cause is not known{within}."
     )
 
 
@@ -167,7 +175,8 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
         "bands around the fitted value",
         lambda share: _percent(share, 0),
         "Share of the informed samples whose 95 % band holds the friction that was afterwards fitted to"
-        " the whole recording, which is no independent measurement. Far below 95 % they are too narrow.",
+        " the whole recording, which is no independent measurement. Far below 95 % they are too narrow,"
+        " at 100 % rather wide.",
     ),
 }
 """Label, text and meaning of those of `FIGURES` that compare the EKF with more than itself."""

@@ -23,7 +23,7 @@ from brushgrip.pictures.diagnosis import (
 from brushgrip.pictures.friction import draw_friction, draw_overview
 from brushgrip.pictures.mechanism_curves import draw_mechanisms, has_curves
 from brushgrip.pictures.style import drawn, is_drawn_by_us
-from brushgrip.report import friction_summary, plain_summary, scope, tables
+from brushgrip.report import friction_summary, next_steps, plain_summary, scope, tables
 from brushgrip.wording import diagnosis_in_words, formatting
 from brushgrip.wording import friction as friction_wording
 from identification import Diagnosis
@@ -46,6 +46,7 @@ _WORDING_MODULES = (
     friction_wording,
     friction_summary,
     scope,
+    next_steps,
     plain_summary,
 )
 """Modules whose public functions the template uses, as functions and as filters."""

@@ -97,15 +97,15 @@ def print_diagnosis(
         print_table(title, headings, figures, right=True)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     to_send = lines_to_send(diagnosis, outcome, warning) if outcome else []
-    for note in notes_beside(diagnosis, " ".join(text for _, text in to_send)):
+    for note in notes_beside(diagnosis, " ".join(item for _, items in to_send for item in items)):
         print_text(f"note: {note}")
     for line in own_rejected(diagnosis):
         print_text(line)
     print_text(use_of(diagnosis, found_model(diagnosis)))
     if to_send:
         print_text("To send", style="bold")
-        for label, text in to_send:
-            print_text(f"{label}: {text}")
+        for label, items in to_send:
+            print_text("\n- ".join([f"{label}:", *items]) if len(items) > 1 else f"{label}: {items[0]}")
 
 
 def own_rejected(diagnosis: Diagnosis) -> list[str]:

@@ -29,7 +29,6 @@ from brushgrip.wording.formatting import (
     signed,
     torque_value,
 )
-from brushgrip.wording.friction import CONTRADICTED
 from identification import Diagnosis, Signature
 
 
@@ -72,8 +71,7 @@ def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTa
     ]
     return ReportTable(
         caption="Friction μ_eff of each recording ± 95 % band: the last usable value, and when it is"
-        " usable (EKF on the model found). It counts unless the wheel turned, after it and while the"
-        f" model does not explain the torque, more than {CONTRADICTED:g} times as far as while usable"
+        " usable (EKF on the model found); a dash where none is, or too much contradicts it later"
         + "; --ground NAME says it for a further recording too"
         * (not named),
         headings=("recording", *["ground"][:named], "median load [N]", "μ_eff", "usable"),
@@ -199,7 +197,7 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
     """Every candidate's first step."""
     return ReportTable(
         caption="Candidates, each alone in the refitted model, as ranked: fitted coarsely, to thinned"
-        " recordings, so that figures under “Effects found” differ a little; error in % of range",
+        " recordings, so that figures under “Effects found” differ; error in % of range",
         headings=(
             "effect",
             "description",
@@ -231,7 +229,7 @@ def effects(diagnosis: Diagnosis) -> ReportTable:
         ),
         rows=[
             (
-                *(plain(e.name), GRADES[e.grade], e.scope),
+                *(plain(e.name), GRADES[e.grade], "not known" if e.grade == "stands_in" else e.scope),
                 parameters(e.parameters),
                 *(percent(e.holdout_nrmse_after), signed(e.delta_bic)),
                 listed([plain(name) for name in e.indistinguishable_from], "or") or "–",

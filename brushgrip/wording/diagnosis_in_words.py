@@ -20,7 +20,7 @@ from identification.diagnosis.found_effects import CLEAR_BIC, CLEAR_ERRORS, UNRE
 from identification.experiments.proposals import Proposal
 
 GRADES: Mapping[str, str] = {
-    "strong": "identified",
+    "strong": "likely",
     "weak": "weak",
     "ambiguous": "ambiguous",
     "stands_in": "stand-in",
@@ -127,7 +127,10 @@ def explained_grade(effect: FoundEffect) -> str:
         case "stands_in":
             if effect.at_bound:
                 return f"Its best value is at the allowed limit: {UNPROVEN}."
-            return f"It removes less error than remains unexplained: {UNPROVEN}."
+            return (
+                "What it explains is too little beside what nothing explains: it may make up for a flaw"
+                f" of another effect, {UNPROVEN}."
+            )
         case "weak":
             return _why_weak(effect)
         case "ambiguous":
@@ -217,7 +220,7 @@ def taken_from_model(found: FoundModel) -> str:
         full_slide = found.error.relative is None
         whole = "the torque of full slide" if full_slide else "the torque's range"
         share = found.error.share * (1 if full_slide else 0.5)
-        parts.append(f"the model's error, {percent(share)} of {whole}")
+        parts.append(f"the error that observers allow the model, {percent(share)} of {whole}")
     line = listed(parts)
     if own:
         line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"

@@ -109,12 +109,12 @@ def parameters(estimates: Mapping[str, ParameterEstimate], *, fitted: bool = Fal
 def judged_error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
     """The error that judges the model: its name, and its size before and after."""
     before, after = judged_errors(diagnosis)
-    return _judged_by(diagnosis)[0], percent(before), percent(after)
+    return judged_by(diagnosis)[0], percent(before), percent(after)
 
 
 def judged_errors(diagnosis: Diagnosis) -> tuple[float, float]:
     """The size of that error before and after [1]."""
-    _, key = _judged_by(diagnosis)
+    _, key = judged_by(diagnosis)
     before, after = diagnosis.before.summary()[key], diagnosis.after.summary()[key]
     return (math.nan if before is None else before), (math.nan if after is None else after)
 
@@ -151,7 +151,7 @@ def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
     ]
 
 
-def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
+def judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
     """The error that judges the model: its name, and its key in a summary."""
     if diagnosis.holdout:
         return "validation", "holdout_torque_nrmse"

@@ -57,8 +57,9 @@ def stiffness_note(k: float, recording: Recording) -> str:
         f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {off if 0.1 < ratio < 2 else f'{ratio:.2g} times'} the"
         f" declared one: if the {torque} reads too {high} ({where}),"
         f" friction is told too {high} by a factor of about {factor:.2f}; if the declared half-length of"
-        f" the contact is too {long}, by a factor of {factor ** (1 / 3):.2g} at most; if {like}"
-        f" like that, or the angle reads too {low}, friction is right"
+        f" the contact is too {long}, friction is told too {high} by a factor of"
+        f" {factor ** (1 / 3):.2g} at most; if {like} like that, or the angle reads too {low},"
+        " friction is right"
     )
     refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
     return f"{note}; estimate refuses this model" if refused else note

@@ -159,11 +159,11 @@ def test_page_says_everything_in_order(full: Path) -> None:
     page = Page(full.read_text("utf-8"))
 
     assert page.headings == [
-        "What the assumed tyre model leaves out: (1) the tyre's body yields, or its pressure is spread"
-        " otherwise (error with k refitted 4.30 % → 3.00 %; the gain is not luck, this cause likely but"
-        " not proven); (2)"
-        " the torque channel has a zero error (error → 2.30 %; the gain is not luck, this cause likely"
-        " but not proven); (3) the rest, 1.20 % of the torque's range, without an explanation.",
+        "What the assumed tyre model leaves out: (1) The tyre's body yields, or its pressure is spread"
+        " otherwise (torque error with k refitted 4.30 % → 3.00 % of range; the gain is not luck, this"
+        " cause likely but not proven). (2) The torque channel has a zero error (torque error → 2.30 %;"
+        " the gain is not luck, this cause likely but not proven). (3) What nothing explains, 1.20 % of"
+        " range in the mean of all recordings.",
         "Contents",
         "What was found",
         "Friction over time",
@@ -194,10 +194,14 @@ def test_the_first_screen_says_what_friction_is(tmp_path: Path) -> None:
     first, rest = page.text.split("What was found\n\n", 1)
 
     assert "1.20 ± 0.10" in first
-    assert "Valid for: a wheel that stands still" in first
+    assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
-    assert "model found, on 1 recording kept out of the fit (though used to pick the effects" in first
-    assert "4.30 % → 2.37 % of range with each one's friction and torque offset adjusted, len" in first
+    assert "Judged by 1 recording kept out of the fit, which helped to pick the effects" in first
+    assert (
+        "4.30 % with k refitted, 2.37 % by the model found. Adjusted to each recording: friction"
+        in first
+    )
+    assert "friction and torque offset, and lengths and load within their tolerances." in first
     assert "Simulated" not in first
     assert "never: it has not slid enough to tell" in first
     assert "friction in b after 7.0 s" in first
