@@ -60,9 +60,12 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
             + f": first what {proposed}" * bool(apart)
         )
     elif unrefitted is not None:
+        nothing = diagnosis.after.unrefitted
+        worst = max(nothing, key=lambda name: nothing[name])
         steps.append(
             "check that the validation recordings are of the same wheel, load and ground, as with"
-            f" nothing adjusted to them the error is {percent(unrefitted)} of range"
+            f" nothing adjusted to them the error is {percent(unrefitted)} of range, most in {worst}"
+            f" ({percent(nothing[worst])})"
         )
     elif apart:
         steps.append(f"record what {proposed}")

@@ -164,7 +164,7 @@ def residual_structure(diagnosis: Diagnosis) -> str:
     """Whether the residual still has structure, in one sentence."""
     if diagnosis.unexplained.present:
         return "The residual has structure that no known effect explains."
-    return "The residual has no structure left."
+    return "The residual has no structure left that is worth an effect."
 
 
 def candidate_outcome(diagnosis: Diagnosis, candidate: str) -> str:
