@@ -148,6 +148,8 @@ class PlanRequest:
         say("one path for all grounds: on most its first turns do; stop once friction is as good")
         if self.vehicle:
             say("this is for a car as declared; off within its tolerances it may take more")
+        elif self.model is None:
+            say("this is for the declared model: plan with --model where brushgrip diagnose found one")
         for reason in planned.reasons:
             say(reason)
         if finals:

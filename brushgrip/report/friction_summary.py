@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.wording.formatting import listed, plain
+from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
 from identification import Diagnosis
 from observers import Status
@@ -21,7 +21,7 @@ IN_PLAIN_WORDS = {
     OF_LENGTHS: "what the lengths of contact and caster may be off",
     OF_LOAD: "what the load may be off",
     OF_SCALE: "that the torque's scale may be off, as the tread stiffness is not the declared one",
-    OF_TUNING: "a minimum that is always kept",
+    OF_TUNING: "a reserve that is always kept",
 }
 """Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
@@ -60,16 +60,25 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     without = {cause: 100 * (1 - np.sqrt(1 - share)) for cause, share in shares.items()}
     told = {cause: less for cause, less in without.items() if less >= LEAST_TOLD}
     parts = [f"{IN_PLAIN_WORDS.get(cause, cause)}, {less:.0f} %" for cause, less in told.items()]
-    line = f"By so much smaller would the ± of a recording be without: {'; '.join(parts)}."
+    line = (
+        "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
+        f" {'; '.join(parts)}."
+    )
     if any(one.further is not None for one in outcome.further().values()):
         line = f"The ± of a ground also covers how its recordings differ. {line}"
-    measurable = min(1.0, sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD)))
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
         line += (
             " All recordings share the errors of lengths and load; without both it would be"
-            f" {100 * (1 - np.sqrt(1 - measurable)):.0f} % smaller."
+            f" {percent_measurable(outcome):.0f} % smaller."
         )
     return line
+
+
+def percent_measurable(outcome: FrictionOutcome) -> float:
+    """By how much the ± of a recording would be smaller if lengths and load were known exactly [%]."""
+    shares = band_shares(outcome)
+    measurable = sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD))
+    return float(100 * (1 - np.sqrt(1 - min(1.0, measurable))))
 
 
 def usable_until(track: FrictionTrack) -> str:
@@ -111,11 +120,13 @@ def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     on = listed([ground for ground, (alone, way) in ways.items() if alone < 1 and way == falls])
     tried = any(c.name == BY_LOAD for c in diagnosis.candidates)
     added = any(effect.name == BY_LOAD for effect in diagnosis.effects)
-    within = f" ({plain(BY_LOAD)}, as an effect, brings no gain)" * (tried and not added)
+    cause = "whether load is the cause is not known"
+    if tried and not added:
+        cause = "within recordings nothing shows that friction follows it, so something else may be why"
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
-        f" whether load is the cause is not known{within}."
+        f" {cause}."
     )
 
 

@@ -5,7 +5,7 @@ from statistics import fmean
 
 from brushgrip.estimation.anomalies import SUSPECTED
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.report.friction_summary import band_shares
+from brushgrip.report.friction_summary import band_shares, percent_measurable
 from brushgrip.report.scope import doubts
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed, proposed_recordings, rest_is_larger
 from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
@@ -19,9 +19,10 @@ MAX_STEPS = 4
 CHECKS = {
     False: "at the rig, before anything else, check the torque (its zero with nothing on it, then a"
     " known weight on a lever), the angle (a known turn), the gear ratios from sensors to wheel and the"
-    " half-length of the contact (a print). If one is wrong, correct it and run this again, as every"
-    " figure here may change; if all are right, declare the stiffness found (k under [tyre] in the rig"
-    " file), and friction stands as told, no longer provisional",
+    " half-length of the contact (a print). If one is wrong, correct it and run this program"
+    " again, as every figure here may change; if all are right, declare the stiffness found (k under"
+    " [tyre] in the rig file), and friction is no longer provisional, though still within assumed"
+    " tolerances",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -55,9 +56,12 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
     proposed = f"stands under “Next recording”, which tells {apart}"
     if diagnosis.unexplained.present:
+        still = "if something unknown remains after (1)"
         steps.append(
-            "as something unknown remains, record at other speeds, angles and loads to find it"
-            + f": first what {proposed}" * bool(apart)
+            f"{still if doubts(diagnosis) else 'as something unknown remains'}, record at"
+            " other speeds, angles and loads to find it, which may move friction"
+            + f": first what {proposed}"
+            * bool(apart)
         )
     elif unrefitted is not None:
         nothing = diagnosis.after.unrefitted
@@ -77,11 +81,12 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     weak = [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
     if weak and not steps:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
+    narrower = percent_measurable(outcome)
+    gain = f": the ± of a recording becomes {narrower:.0f} % smaller at best" * (narrower >= 1)
     to_declare = [
-        f"at the rig, measure {_assumed_values(note)} or learn how well each is known, and declare the"
-        " tolerance: it is assumed so far"
+        f"at the rig, measure {values}, and declare the tolerance, which is assumed so far{gain}"
         for note in diagnosis.notes
-        if note.startswith(ASSUMED)
+        if note.startswith(ASSUMED) and (values := _assumed_values(diagnosis, note))
     ][:1]
     more = _more_recordings(outcome)
     if not steps and (band_shares(outcome) or not [*more, *to_declare]):
@@ -102,9 +107,10 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
     ]
 
 
-def _assumed_values(note: str) -> str:
-    """The names in a note of values that nobody declared a tolerance of."""
-    return listed([part.split(" ±")[0].split(" (")[0] for part in note.partition(": ")[2].split(", ")])
+def _assumed_values(diagnosis: Diagnosis, note: str) -> str:
+    """What a note says that nobody declared a tolerance of; not k where that is to be declared first."""
+    names = [part.split(" ±")[0].split(" (")[0] for part in note.partition(": ")[2].split(", ")]
+    return listed([name for name in names if not (doubts(diagnosis) and name == "tread stiffness k")])
 
 
 def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:

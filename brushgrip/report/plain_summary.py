@@ -50,10 +50,7 @@ def lines_to_send(
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     provisional = ", provisional" * _is_provisional(diagnosis, known=known)
-    further = [one.further is not None for one in told.further().values()]
-    all_further = len(further) == len(told.grounds) and all(further)
-    label = f"Friction between tyre and ground{', of one more recording' * all_further}{provisional}"
-    friction = {label: [_friction(told)]}
+    friction = {f"Friction between tyre and ground{provisional}": [_friction(told)]}
     parts = {
         "Note": [warning],
         **(friction if outcome else finding),
@@ -83,7 +80,10 @@ def _friction(outcome: FrictionOutcome) -> str:
     count = len(outcome.before)
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     in_all = " in all" * (len(outcome.grounds) > 1)
-    line = f"{grounds} (from {count} recording{'s' * (count != 1)}{in_all})"
+    bands = [one.further is not None for one in outcome.further().values()]
+    means = len(bands) == len(outcome.grounds) and all(bands)
+    of, more = ("means of", ", ± for one more") if means else ("from", "")
+    line = f"{grounds} ({of} {count} recording{'s' * (count != 1)}{in_all}{more})"
     return f"{sentence(line)}{grounds_alike(outcome)}"
 
 
@@ -107,16 +107,17 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
     further = outcome.further()
     bands = [one.further is not None for one in further.values()]
     lines = [
-        "One more recording of this kind on this ground comes out within its ± in 95 of 100 cases."
-    ] * any(bands)
+        "The ± of a ground is where one more recording like these would come out, in 95 of 100 cases."
+    ]
+    lines *= any(bands)
     if len(further) < len(outcome.grounds) or not all(bands):
         lines.append(
             f"{'Where a recording is named, t' if any(bands) else 'T'}he truth lies within ± in 95 of"
             " 100 cases, if model and tolerances are right."
         )
     lines.append(
-        "Friction was not measured otherwise: an error that all recordings share is in the ± only as far"
-        " as the tolerances go."
+        "It is no bound of the true friction, which was not measured otherwise: an error that all"
+        " recordings share is in the ± only as far as the tolerances go."
     )
     wide = [_differences(outcome, ground, one) for ground, one in further.items()]
     return [*lines, *filter(None, wide)]

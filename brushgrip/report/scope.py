@@ -72,6 +72,9 @@ def validity(diagnosis: Diagnosis, slide_speed: float | None) -> str:
         at = f", at a load of {low} N" if low == high else f", at momentary loads of {low} to {high} N"
     speed = f"{1e3 * (slide_speed or 0.0):.2g} mm/s"
     sliding = f", its contact sliding at about {speed} on average" * bool(slide_speed)
+    sliding += " (at other speeds friction is another)" * any(
+        family.name == OVER_SPEED for family in diagnosis.families if slide_speed
+    )
     return (
         f"A wheel that stands still and is turned as in these recordings{at}{sliding}; not for driving"
         " speed, rain or other ground."
@@ -87,7 +90,8 @@ def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
     """The stiffness beyond its tolerance, then each thing that it may mean; empty for none."""
     note = next((note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)), "")
     head, _, cases = note.partition(": ")
-    return [sentence(one) for one in (head, *cases.split("; ")) if one]
+    why = f"{head}, for one or several of these reasons, which the checks below tell"
+    return [sentence(one) for one in (why, *cases.split("; "))] if note else []
 
 
 def reservation(diagnosis: Diagnosis) -> list[str]:
@@ -134,7 +138,7 @@ def missing_effects(diagnosis: Diagnosis) -> list[str]:
             told.append(f"{names} in place of a cause that is not known ({fall}{UNPROVEN})")
     if diagnosis.unexplained.present:
         rest = percent(diagnosis.unexplained.structured)
-        unknown = f"what nothing explains, {rest} of range in the mean of all recordings"
+        unknown = f"what nothing explains: {rest} of range, training and validation recordings together"
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
     return [f"({i}) " * (len(told) > 1) + sentence(one) for i, one in enumerate(told, 1)]
 
@@ -207,7 +211,7 @@ def benefit(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
         return ""
     return (
-        f"Friction is known in {_known(found)} by the model found, which has its own stiffness and the"
+        f"Friction is usable in {_known(found)} by the model found, which has its own stiffness and the"
         f" effects; in {_known(declared)} by the assumed model."
     )
 

@@ -97,20 +97,21 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     tracks = (replace(TRACKS[0], budget={OF_LENGTHS: 0.03, OF_LOAD: 0.04}), *TRACKS[1:])
     judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
     assert widest_causes(judged).startswith(
-        "By so much smaller would the ± of a recording be without: what the load may be off, 40 %; what"
-        " the lengths of contact and caster may be off, 20 %. All recordings share the errors"
+        "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
+        " what the load may be off, 40 %; what the lengths of contact and caster may be off, 20 %. All"
     )
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
     assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings)." in text
     assert (
         "How sure: The truth lies within ± in 95 of 100 cases, if model and tolerances are right."
-        " Friction was not measured otherwise" in text
+        " It is no bound of the true friction, which was not measured otherwise" in text
     )
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert text.endswith("\nNot known: Friction in c and d; friction in b after 7.0 s.")
-    assert "(3) What nothing explains, 1.20 % of range in the mean of all recordings.\nGain: T" in text
+    rest = "(3) What nothing explains: 1.20 % of range, training and validation recordings together."
+    assert f"{rest}\nGain: T" in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other speeds")
@@ -135,14 +136,16 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         [f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"],
         [],
     )
-    within = "One more recording of this kind on this ground comes out within its ± in 95 of 100 cases."
+    within = (
+        "The ± of a ground is where one more recording like these would come out, in 95 of 100 cases."
+    )
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert f": 1.20 ± {half:.2f} on ice; not known (from 4" in text
     assert (
         f"{within} Where a recording is named, the truth lies within ± in 95 of 100 cases, if model and"
-        " tolerances are right. Friction was not measured otherwise: an error that all recordings"
-        " share is in the ± only as far as the tolerances go. The ± on ice is wide because 3 recordings"
-        " differ, from 1.10 to 1.30, and so few"
+        " tolerances are right. It is no bound of the true friction, which was not measured otherwise:"
+        " an error that all recordings share is in the ± only as far as the tolerances go. The ± on ice"
+        " is wide because 3 recordings differ, from 1.10 to 1.30, and so few"
     ) in text
     # Six of the same scatter: t of five degrees of freedom is 2.5706.
     wider = np.hypot(2.5706 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
@@ -155,8 +158,8 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert "is wide because" not in same and "more times" not in same  # noqa: PT018
     alone = replace(judged, grounds={"ice": ("a", "b", "c")})
     text = mail(make_diagnosis(("a", "b"), ("c",)), alone)
-    assert text.startswith("Friction between tyre and ground, of one more recording: 1.20 ± ")
-    assert f"{within} Friction" in text, "one meaning of 95 of 100, on top and in the paragraph"
+    assert f"on ice (means of {len(judged.before)} recordings, ± for one more).\n" in text
+    assert f"{within} It is no" in text, "one meaning of 95 of 100, on top and in the paragraph"
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
 
@@ -192,11 +195,11 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     much = replace(graded, unexplained=replace(graded.unexplained, structured=1.0))
     assert "turning to and fro" in next_steps(little, never)[0]
     assert "as something unknown" in next_steps(much, never)[0], "why friction is not known"
-    stiff = replace(graded, notes=("the stiffness k is 4·10⁶ N/m², 1.8 times the declared one",))
+    stiff = replace(graded, notes=("the fitted stiffness k is 4·10⁶ N/m², 1.8 times the declared one",))
     assert [step[:16] for step in next_steps(stiff, never)] == [
         "at the rig, befo",
         "record c and d a",
-        "as something unk",
+        "if something unk",
     ]
     clear = replace(graded, unexplained=replace(graded.unexplained, present=False))
     assert next_steps(clear, known)[0].startswith(
@@ -239,7 +242,7 @@ def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
     assert benefit(make_diagnosis(), outcome) == (
-        "Friction is known in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the model"
+        "Friction is usable in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the model"
         " found, which has its own stiffness and the effects; in 2 of 2 recordings (first after"
         " 5.0 s, in 1 not to the end) by the assumed model."
     )
@@ -266,7 +269,7 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     assert reservation(diagnosis)[0] in text
     to_declare = next_steps(diagnosis, replace(make_outcome("c"), tracks=TRACKS))[-1]
     assert to_declare.startswith(
-        "at the rig, measure half-length a, caster e, load and tread stiffness k or learn how well"
+        "at the rig, measure half-length a, caster e, load and tread stiffness k, and declare"
     )
     assert notes_beside(diagnosis, text) == ["c got worse"]
     assert notes_beside(diagnosis, "") == [note, "c got worse"]
@@ -308,7 +311,7 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
     assert missing_effects(replace(diagnosis, effects=(found,))) == [
         f"(1) F{told[1:]} (torque error with k refitted 4.30 % → 3.00 % of range; the gain is not luck,"
         " this cause likely but not proven).",
-        "(2) What nothing explains, 1.20 % of range in the mean of all recordings.",
+        "(2) What nothing explains: 1.20 % of range, training and validation recordings together.",
     ]
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")
@@ -394,8 +397,8 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     tracks = (*TRACKS[:2], replace(TRACKS[0], name="c", mu=np.full(11, 1.3)))
     outcome = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c")})
     note = (
-        "the stiffness k is 1·10⁶ N/m², 60 % above the declared one: if the torque reads too high, A; if"
-        " the declared half-length of the contact is too short, B; if the tyre is like that, C"
+        "the fitted stiffness k is 1·10⁶ N/m², 60 % above the declared one: if the torque reads too"
+        " high, A; if the declared half-length of the contact is too short, B; if the tyre is like that, C"
     )
     for ratio, ways in (
         (1.6, ("about 0.75 on ice", "not below 1.03 on ice")),
@@ -405,10 +408,11 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
             make_diagnosis(("a", "b"), ("c",)), stiffness_ratio=ratio, notes=(note, "other")
         )
         (label, _), (why, cases), *_ = lines_to_send(diagnosis, outcome)
-        assert label == "Friction between tyre and ground, of one more recording, provisional"
+        assert label == "Friction between tyre and ground, provisional"
         assert why == "Provisional because"
         assert cases == [
-            "The stiffness k is 1·10⁶ N/m², 60 % above the declared one.",
+            "The fitted stiffness k is 1·10⁶ N/m², 60 % above the declared one, for one or several of"
+            " these reasons, which the checks below tell.",
             f"If the torque reads too high, A: then {ways[0]}.",
             f"If the declared half-length of the contact is too short, B: then {ways[1]}.",
             "If the tyre is like that, C.",
@@ -419,7 +423,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     # Suspension and column make a car's k low, and full slide tells friction all the same.
     car = replace(diagnosis, of_car=True)
     assert "rovisional" not in mail(car, outcome)
-    assert "\nStiffness: The stiffness k is 1" in mail(car, outcome)
+    assert "\nStiffness: The fitted stiffness k is 1" in mail(car, outcome)
     assert "rovisional" in mail(replace(car, stiffness_ratio=1.6), outcome)
     sound = replace(diagnosis, stiffness_ratio=1.0)
     assert "rovisional" not in mail(replace(sound, notes=()), outcome)

@@ -162,8 +162,8 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "What the assumed tyre model leaves out: (1) The tyre's body yields, or its pressure is spread"
         " otherwise (torque error with k refitted 4.30 % → 3.00 % of range; the gain is not luck, this"
         " cause likely but not proven). (2) The torque channel has a zero error (torque error → 2.30 %;"
-        " the gain is not luck, this cause likely but not proven). (3) What nothing explains, 1.20 % of"
-        " range in the mean of all recordings.",
+        " the gain is not luck, this cause likely but not proven). (3) What nothing explains: 1.20 % of"
+        " range, training and validation recordings together.",
         "Contents",
         "What was found",
         "Friction over time",
