@@ -398,7 +398,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     outcome = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c")})
     note = (
         "the fitted stiffness k is 1·10⁶ N/m², 60 % above the declared one: if the torque reads too"
-        " high, A; if the declared half-length of the contact is too short, B; if the tyre is like that, C"
+        " high, A; if the declared half-length of the contact is too short, B; if the tyre is so, C"
     )
     for ratio, ways in (
         (1.6, ("about 0.75 on ice", "not below 1.03 on ice")),
@@ -415,7 +415,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
             " these reasons, which the checks below tell.",
             f"If the torque reads too high, A: then {ways[0]}.",
             f"If the declared half-length of the contact is too short, B: then {ways[1]}.",
-            "If the tyre is like that, C.",
+            "If the tyre is so, C.",
         ]
         assert notes_beside(diagnosis, mail(diagnosis, outcome)) == ["other"], "told once"
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
