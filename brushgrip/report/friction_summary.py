@@ -26,8 +26,6 @@ IN_PLAIN_WORDS = {
 """Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
 """Labels of `FrictionOutcome.groups`."""
-BY_LOAD = "load_dependent_friction"
-"""The effect by which friction follows the load within a recording."""
 
 
 LEAST_TOLD = 0.5
@@ -66,19 +64,13 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     )
     if any(one.further is not None for one in outcome.further().values()):
         line = f"The ± of a ground also covers how its recordings differ. {line}"
+    measurable = min(1.0, sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD)))
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
         line += (
             " All recordings share the errors of lengths and load; without both it would be"
-            f" {percent_measurable(outcome):.0f} % smaller."
+            f" {100 * (1 - np.sqrt(1 - measurable)):.0f} % smaller."
         )
     return line
-
-
-def percent_measurable(outcome: FrictionOutcome) -> float:
-    """By how much the ± of a recording would be smaller if lengths and load were known exactly [%]."""
-    shares = band_shares(outcome)
-    measurable = sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD))
-    return float(100 * (1 - np.sqrt(1 - min(1.0, measurable))))
 
 
 def usable_until(track: FrictionTrack) -> str:
@@ -118,15 +110,10 @@ def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
         return ""
     ways = {ground: order_by_chance([own]) for ground, own in known.items()}
     on = listed([ground for ground, (alone, way) in ways.items() if alone < 1 and way == falls])
-    tried = any(c.name == BY_LOAD for c in diagnosis.candidates)
-    added = any(effect.name == BY_LOAD for effect in diagnosis.effects)
-    cause = "whether load is the cause is not known"
-    if tried and not added:
-        cause = "within recordings nothing shows that friction follows it, so something else may be why"
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
-        f" {cause}."
+        " whether load is the cause is not known: until then go by the recordings nearest to your load."
     )
 
 

@@ -5,7 +5,7 @@ from statistics import fmean
 
 from brushgrip.estimation.anomalies import SUSPECTED
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.report.friction_summary import band_shares, percent_measurable
+from brushgrip.report.friction_summary import band_shares
 from brushgrip.report.scope import doubts
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed, proposed_recordings, rest_is_larger
 from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
@@ -13,20 +13,24 @@ from brushgrip.wording.friction import narrowed_by
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
 from observers.quality.settling_and_coverage import BAND_95
+from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 
 MAX_STEPS = 4
 """What to do next that is told."""
 CHECKS = {
-    False: "at the rig, before anything else, check the torque (its zero with nothing on it, then a"
-    " known weight on a lever), the angle (a known turn), the gear ratios from sensors to wheel and the"
-    " half-length of the contact (a print). If one is wrong, correct it and run this program"
-    " again, as every figure here may change; if all are right, declare the stiffness found (k under"
-    " [tyre] in the rig file), and friction is no longer provisional, though still within assumed"
-    " tolerances",
+    False: "at the rig, before anything else, check where the declared stiffness comes from, the torque"
+    " (its zero with nothing on it, then a known weight on a lever), the angle (a known turn), the gear"
+    " ratios from sensors to wheel and the half-length of the contact (a print). If one was wrong by a"
+    " factor or a length that is known now, correct it in the rig file and run this program again; if"
+    " something had to be repaired, record again: every figure here may change. If all are right,"
+    " declare the stiffness found (k under [tyre] in the rig file), and friction is no longer"
+    " provisional, though still within assumed tolerances",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
 """What a stiffness far from the declared one asks for, of a rig and of a car."""
+OF_ZERO = {"torque_offset": "a zero error of the torque"}
+"""What an effect is where a check at the rig may rule it out."""
 
 
 def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
@@ -81,10 +85,9 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     weak = [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
     if weak and not steps:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
-    narrower = percent_measurable(outcome)
-    gain = f": the ± of a recording becomes {narrower:.0f} % smaller at best" * (narrower >= 1)
+    gain = _at_best(outcome, OF_LENGTHS, OF_LOAD)
     to_declare = [
-        f"at the rig, measure {values}, and declare the tolerance, which is assumed so far{gain}"
+        f"at the rig, measure {values}, and declare the tolerance that is assumed so far{gain}"
         for note in diagnosis.notes
         if note.startswith(ASSUMED) and (values := _assumed_values(diagnosis, note))
     ][:1]
@@ -134,20 +137,23 @@ def told_apart(diagnosis: Diagnosis) -> str:
     """Which effects the proposed recordings would tell from which, and from which not."""
     proposed = proposed_recordings(diagnosis)
     pairs = [
-        f"{plain(e.name)} from {plain(p.rival)} ({at}, {p.manoeuvre.seconds * (p.times or 1):.0f} s)"
+        f"{plain(e.name)} from {OF_ZERO.get(p.rival, plain(p.rival))}"
+        f" ({at}, {p.manoeuvre.seconds * (p.times or 1):.0f} s)"
         for at, (e, p) in proposed.items()
     ]
     more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
     return listed(pairs) + "; other explanations stay possible" * more
 
 
-def _at_best(outcome: FrictionOutcome, cause: str) -> str:
-    """What the band of the only ground is without what a remedy addresses; empty for several grounds."""
-    further = [one.further for one in outcome.further().values()]
-    if len(outcome.grounds) > 1 or not further or further[0] is None:
-        return ""
-    shares, own = band_shares(outcome), outcome.tracks_of(EKF_FOUND).values()
-    squares = [float(t.mu_std[t.last_usable]) ** 2 for t in own if t.last_usable is not None]
-    best = sqrt(max(0.0, further[0] ** 2 - shares[cause] * BAND_95**2 * fmean(squares)))
-    digits = band_decimals(further[0])
-    return f", which brings ± {further[0]:.{digits}f} to ± {best:.{digits}f} at best"
+def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
+    """What the bands of grounds are without what a remedy addresses; empty where none has a band."""
+    shares, tracks, changes = band_shares(outcome), outcome.tracks_of(EKF_FOUND), []
+    for ground, one in outcome.further().items():
+        own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
+        squares = [float(t.mu_std[t.last_usable]) ** 2 for t in own if t.last_usable is not None]
+        if one.further is not None:
+            share = sum(shares.get(cause, 0.0) for cause in causes)
+            best = sqrt(max(0.0, one.further**2 - share * BAND_95**2 * fmean(squares)))
+            digits, where = band_decimals(one.further), f" on {ground}" * bool(ground)
+            changes.append(f"± {one.further:.{digits}f} to ± {best:.{digits}f}{where}")
+    return f", which brings {listed(changes)} at best" * bool(changes)

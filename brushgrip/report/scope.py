@@ -254,7 +254,9 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
     def chain(of: str) -> str:
         return ", ".join(f"{percent(errors.summary()[of])} {by}" for by, errors in stages.items())
 
-    unrefitted = f" With nothing adjusted: {chain('holdout_torque_nrmse_unrefitted')}."
+    unrefitted = (
+        f" With nothing adjusted, as of a new recording: {chain('holdout_torque_nrmse_unrefitted')}."
+    )
     return [
         f"Torque error, in % of its range: {chain(key)}. Adjusted to each recording:"
         f" {adjusted_values(diagnosis)}.{unrefitted * bool(diagnosis.after.unrefitted)}",

@@ -57,7 +57,7 @@ def stiffness_note(k: float, recording: Recording) -> str:
         like = "the tyres are" if ratio > 1 else "suspension, column or tyres are"
     note = (
         f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {off if 0.1 < ratio < 2 else f'{ratio:.2g} times'} the"
-        f" declared one: if the {torque} reads too {high} ({where}),"
+        f" declared {declared / 1e6:.3g}·10⁶: if the {torque} reads too {high} ({where}),"
         f" friction is told too {high} by a factor of about {factor:.2f}; if the declared half-length of"
         f" the contact is too {long}, friction is told too {high} by a factor of"
         f" {factor ** (1 / 3):.2f} at most; if {like} really so {soft}, or the angle reads too {low},"

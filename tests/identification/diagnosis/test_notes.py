@@ -125,7 +125,7 @@ def test_a_stiffness_beyond_its_tolerance(
     notes = notes_on(errors(a=0.04), errors(a=0.02), fitted, [recording])
 
     assert [
-        note.startswith("the fitted stiffness k is 2·10⁶ N/m², 17 % below the declared one")
+        note.startswith("the fitted stiffness k is 2·10⁶ N/m², 17 % below the declared 2.4·10⁶")
         for note in notes
     ] == [True] * said
     assert any("estimate refuses this model" in note for note in notes) == refused
