@@ -393,7 +393,7 @@ def test_a_k_that_is_off_is_told_and_part_of_the_band(
         rig.write_text(declared.replace("k = 2.4e6", f"k = {k}"), encoding="utf-8")
         told.append(run("estimate", "--rig", rig, simulated, "--model", tmp_path / "model.json").out)
 
-    assert ["25 % below the declared one" in out for out in told] == [False, True, True]
+    assert ["25 % below the declared 3.2·10⁶" in out for out in told] == [False, True, True]
     assert ["scale of the torque, as the model's k is not" in out for out in told] == [
         False,
         True,
