@@ -47,6 +47,7 @@ class FrictionOutcome:
             `MHE_FOUND`.
         slide_speed: sliding speed that mu_eff belongs to, averaged over the contact by its pressure and
             over the recordings [m/s]; None where unknown.
+        slide_rate: turning at which it slides so [rad/s]; None where unknown.
     """
 
     before: Stage
@@ -55,6 +56,7 @@ class FrictionOutcome:
     holdout: tuple[str, ...] = ()
     tracks: tuple[FrictionTrack, ...] = ()
     slide_speed: float | None = None
+    slide_rate: float | None = None
 
     @property
     def stages(self) -> Mapping[str, Stage]:
@@ -207,6 +209,7 @@ def friction_by_both_models(
             if r.name in outcomes[label]
         ),
         slide_speed=_mean([r.rig.slide_rate * full_slide_arm(r.rig.a, r.rig.e) for r in recordings]),
+        slide_rate=_mean([r.rig.slide_rate for r in recordings]),
     )
 
 

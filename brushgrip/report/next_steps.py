@@ -86,8 +86,9 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     if weak and not steps:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
     gain = _at_best(outcome, OF_LENGTHS, OF_LOAD)
+    where = f"at the rig{', on the same visit' * bool(doubts(diagnosis))}"
     to_declare = [
-        f"at the rig, measure {values}, and declare the tolerance that is assumed so far{gain}"
+        f"{where}, measure {values}, and declare the tolerance that is assumed so far{gain}"
         for note in diagnosis.notes
         if note.startswith(ASSUMED) and (values := _assumed_values(diagnosis, note))
     ][:1]
@@ -142,7 +143,9 @@ def told_apart(diagnosis: Diagnosis) -> str:
         for at, (e, p) in proposed.items()
     ]
     more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
-    return listed(pairs) + "; other explanations stay possible" * more
+    zero = any(p.rival in OF_ZERO for _, p in proposed.values())
+    rest = "; other explanations stay possible" * more + "; not needed where that zero is right" * zero
+    return listed(pairs) + rest
 
 
 def _at_best(outcome: FrictionOutcome, *causes: str) -> str:

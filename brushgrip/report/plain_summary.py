@@ -61,7 +61,7 @@ def lines_to_send(
         "To do": [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)],
         **finding,
         "Gain": [benefit(diagnosis, told), *error_to_quote(diagnosis)],
-        "Valid for": [validity(diagnosis, told.slide_speed if known else None)],
+        "Valid for": [validity(diagnosis, told.slide_rate if known else None, told.slide_speed)],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     filled = {label: [item for item in items if item] for label, items in parts.items()}

@@ -62,19 +62,28 @@ def simulated_warning(made: Mapping[str, Any] | None) -> str:
     )
 
 
-def validity(diagnosis: Diagnosis, slide_speed: float | None) -> str:
-    """What friction, told for this speed [m/s], is valid for, and what not (after “Valid for”)."""
+def validity(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float | None) -> str:
+    """What friction is valid for, and what not (after “Valid for”).
+
+    Args:
+        diagnosis: with the loads.
+        slide_rate: turning that friction is told for [rad/s]; None for not told.
+        slide_speed: sliding of the contact at that rate [m/s].
+    """
     loads = [series.F_N[np.isfinite(series.F_N)] for series in diagnosis.series]
     known = np.concatenate(loads) if loads else np.empty(0)
     at = ""
     if known.size and not diagnosis.of_car:
         low, high = f"{known.min():.0f}", f"{known.max():.0f}"
         at = f", at a load of {low} N" if low == high else f", at momentary loads of {low} to {high} N"
-    speed = f"{1e3 * (slide_speed or 0.0):.2g} mm/s"
-    sliding = f", its contact sliding at about {speed} on average" * bool(slide_speed)
-    sliding += " (at other speeds friction is another)" * any(
-        family.name == OVER_SPEED for family in diagnosis.families if slide_speed
-    )
+    sliding = ""
+    if slide_rate and slide_speed:
+        changes = any(family.name == OVER_SPEED for family in diagnosis.families)
+        degrees = f"{np.degrees(slide_rate):.2g}°/s"
+        sliding = (
+            f"; friction is told for turning at {slide_rate:.2g} rad/s ({degrees}), where the contact"
+            f" slides at {1e3 * slide_speed:.2g} mm/s"
+        ) + ", and is another at other speeds" * changes
     return (
         f"A wheel that stands still and is turned as in these recordings{at}{sliding}; not for driving"
         " speed, rain or other ground."
@@ -90,7 +99,7 @@ def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
     """The stiffness beyond its tolerance, then each thing that it may mean; empty for none."""
     note = next((note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)), "")
     head, _, cases = note.partition(": ")
-    why = f"{head}, for one or several of these reasons, which the checks below tell"
+    why = f"{head}, for one or several of these reasons: no recording tells which, the checks below do"
     return [sentence(one) for one in (why, *cases.split("; "))] if note else []
 
 
@@ -246,7 +255,10 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
-    stages = {"by the assumed model": diagnosis.declared, "with k refitted": diagnosis.before}
+    stages = {
+        "by the assumed model": diagnosis.declared,
+        "with its stiffness k refitted": diagnosis.before,
+    }
     stages = stages if diagnosis.effects else {}
     stages |= {"by the model found" if diagnosis.effects else "by the assumed model": diagnosis.after}
     key = judged_by(diagnosis)[1]

@@ -278,9 +278,9 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
 
 def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:
     known = replace(make_outcome("c"), tracks=TRACKS)
-    text = mail(make_diagnosis(), replace(known, slide_speed=0.00182))
-    assert ", its contact sliding at about 1.8 mm/s on average; not for" in text
-    assert "mm/s on average" not in mail(make_diagnosis(), known)
+    text = mail(make_diagnosis(), replace(known, slide_speed=0.00182, slide_rate=0.1))
+    assert "turning at 0.1 rad/s (5.7°/s), where the contact slides at 1.8 mm/s; not for" in text
+    assert "contact slides" not in mail(make_diagnosis(), known)
 
 
 @pytest.mark.parametrize(
@@ -411,7 +411,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         assert why == "Provisional because"
         assert cases == [
             "The fitted stiffness k is 1·10⁶ N/m², 60 % above the declared one, for one or several of"
-            " these reasons, which the checks below tell.",
+            " these reasons: no recording tells which, the checks below do.",
             f"If the torque reads too high, A: then {ways[0]}.",
             f"If the declared half-length of the contact is too short, B: then {ways[1]}.",
             "If the tyre is so, C.",

@@ -197,10 +197,7 @@ def test_the_first_screen_says_what_friction_is(tmp_path: Path) -> None:
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
     assert "Judged by 1 recording kept out of the fit, which helped to pick the effects" in first
-    assert (
-        "4.30 % with k refitted, 2.37 % by the model found. Adjusted to each recording: friction"
-        in first
-    )
+    assert "4.30 % with its stiffness k refitted, 2.37 % by the model found. Adjusted to each" in first
     assert "friction and torque offset, and lengths and load within their tolerances." in first
     assert "Simulated" not in first
     assert "never: it has not slid enough to tell" in first
