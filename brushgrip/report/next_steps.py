@@ -57,26 +57,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         steps.append(
             f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )
-    apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
-    proposed = f"stands under “Next recording”, which tells {apart}"
-    if diagnosis.unexplained.present:
-        still = "if something unknown remains after (1)"
-        steps.append(
-            f"{still if doubts(diagnosis) else 'as something unknown remains'}, record at"
-            " other speeds, angles and loads to find it, which may move friction"
-            + f": first what {proposed}"
-            * bool(apart)
-        )
-    elif unrefitted is not None:
-        nothing = diagnosis.after.unrefitted
-        worst = max(nothing, key=lambda name: nothing[name])
-        steps.append(
-            "check that the validation recordings are of the same wheel, load and ground, as with"
-            f" nothing adjusted to them the error is {percent(unrefitted)} of range, most in {worst}"
-            f" ({percent(nothing[worst])})"
-        )
-    elif apart:
-        steps.append(f"record what {proposed}")
+    steps += _for_the_model(diagnosis)
     if unconfirmed := [plain(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
         steps.append(
             "fit a recording of each ground (with --holdout, leave that out), which settles whether"
@@ -96,6 +77,29 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     if not steps and (band_shares(outcome) or not [*more, *to_declare]):
         steps = [_to_narrow(diagnosis, outcome)]
     return [*steps[: MAX_STEPS - len(more)], *more, *to_declare][:MAX_STEPS]
+
+
+def _for_the_model(diagnosis: Diagnosis) -> list[str]:
+    """The recordings that tell more of the model, or that it was judged on others than it was fitted to."""
+    apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
+    proposed = f"stands under “Next recording”, which tells {apart}"
+    if diagnosis.unexplained.present:
+        still = "if something unknown remains after (1)"
+        return [
+            f"{still if doubts(diagnosis) else 'as something unknown remains'}, record at"
+            " other speeds, angles and loads to find it, which may move friction"
+            + f": first what {proposed}"
+            * bool(apart)
+        ]
+    if unrefitted is not None:
+        nothing = diagnosis.after.unrefitted
+        worst = max(nothing, key=lambda name: nothing[name])
+        return [
+            "check that the validation recordings are of the same wheel, load and ground, as with"
+            f" nothing adjusted to them the error is {percent(unrefitted)} of range, most in {worst}"
+            f" ({percent(nothing[worst])})"
+        ]
+    return [f"record what {proposed}"] * bool(apart)
 
 
 def _more_recordings(outcome: FrictionOutcome) -> list[str]:
