@@ -59,7 +59,7 @@ class DiagnoseRequest(RecordingRequest):
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
         import identification
-        from brushgrip.estimation.anomalies import suspected_notes
+        from brushgrip.estimation.anomalies import SUSPECTED, implausibility_lines
         from brushgrip.estimation.friction_before_and_after import friction_by_both_models
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress, say, warn
@@ -72,7 +72,7 @@ class DiagnoseRequest(RecordingRequest):
             write_diagnosis,
         )
         from brushgrip.running.cluster import cluster_or_local_executor
-        from brushgrip.running.unfinished import trial_journal
+        from brushgrip.running.unfinished_search import trial_journal
         from identification.reading.shortened_recordings import thin_recordings
         from identification.selection.trial_runner import submit_of
         from symbolic import CANDIDATES
@@ -86,7 +86,9 @@ class DiagnoseRequest(RecordingRequest):
             held_out=len(held_out), robust=self.robust, ground=list(self.ground or ())
         )
         earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)
-        suspected = suspected_notes(read, warn)
+        suspected = implausibility_lines(read)
+        for line in suspected:
+            warn(line)
         library = CAR_EFFECTS if self.vehicle else CANDIDATES
         least_squares, huber = identification.LEAST_SQUARES, identification.Huber
         loss = least_squares if self.robust is None else huber(threshold=self.robust)
@@ -113,6 +115,8 @@ class DiagnoseRequest(RecordingRequest):
                 report("estimating friction", 0, 1)
                 submit = submit_of(executor)
                 outcome = friction_by_both_models(used[:training], used[training:], result, submit)
-            result = replace(result, notes=(*suspected, *result.notes))
+            result = replace(
+                result, notes=(*(f"{SUSPECTED}: {line}" for line in suspected), *result.notes)
+            )
             content = write_diagnosis(folder, result, outcome, made, submit)
         clean_up_and_print(self.out, earlier, content, result, outcome)

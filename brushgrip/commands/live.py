@@ -11,6 +11,7 @@ from brushgrip.commands.options import (
     ChannelMap,
     EffectModules,
     ModelFile,
+    ObserverUsed,
     RigFile,
     TuningProfile,
     TuningValues,
@@ -46,9 +47,7 @@ class LiveRequest:
     channel_map: ChannelMap = None
     effects: EffectModules = None
     ground: Annotated[str | None, option("--ground", help="What the wheel stands on.")] = None
-    observer: Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")] = (
-        ObserverName.EKF
-    )
+    observer: ObserverUsed = ObserverName.EKF
     tuning: TuningProfile = None
     tune: TuningValues = None
     dbc: Annotated[Path | None, option("--dbc", "DBC", "Database of the signals of a CAN bus.")] = None

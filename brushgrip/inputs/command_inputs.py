@@ -60,9 +60,6 @@ class Inputs:
     Attributes:
         paths: files of the recordings in order, by a label of their own.
         files: these, the sources of the user's effects, and what is read along; each once.
-        rig, model, vehicle: files, None for none.
-        signals: where columns come from.
-        effects: of the user's own.
         grounds: what `--ground` says, by label.
         span: first and last time that is used of each recording [s]; None for all of it.
         steering_ratio: angle of the steering wheel, which was recorded, over the wheel's; None where the
@@ -81,12 +78,7 @@ class Inputs:
     steering_ratio: float | None = None
 
     def recordings(self, *, torque_required: bool = True, causal: bool = False) -> list[Recording]:
-        """The recordings in order, each on its ground.
-
-        Args:
-            torque_required: whether a recording without M_z is a fault.
-            causal: fill gaps from the past alone.
-        """
+        """The recordings in order, each on its ground; `causal` fills gaps from the past alone."""
         nominal = None if self.rig is None else read_rig(self.rig)
         vehicle = None if self.vehicle is None else read_vehicle(self.vehicle)
         read = [
@@ -182,11 +174,7 @@ def locate_inputs(
     ground: Sequence[str] | None = None,
     vehicle: Path | None = None,
 ) -> Inputs:
-    """The inputs that a command line names.
-
-    Each argument is what the option of its name says: `channel_map` that of `--map`, `span` those of
-    `--from` and `--to` [s], `names` the recordings. Modules of effects are imported.
-    """
+    """The inputs that options of these names give; modules of effects are imported."""
     if rig is not None and vehicle is not None:
         raise InvalidInputError("--rig and --vehicle are both given; name the one that was recorded")
     if steering_ratio is not None and vehicle is not None:

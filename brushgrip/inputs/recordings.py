@@ -47,10 +47,7 @@ def download_folder() -> Path:
 
 
 def locate(name: str, *, of_car: bool = False) -> Path:
-    """The file of a recording: as given, with .mat or .csv, and for a bare name where data is kept.
-
-    Of a car nothing is published, so that it is not looked for there.
-    """
+    """The file of a recording: as given, with .mat or .csv, and for a bare name where data is kept."""
     try:
         given = Path(name).expanduser()
     except RuntimeError as error:
@@ -59,7 +56,7 @@ def locate(name: str, *, of_car: bool = False) -> Path:
     if given.name == name:
         local = os.environ.get(LOCAL_COPY)
         folders += [Path(local)] if local else []
-        folders += [] if of_car else [download_folder()]
+        folders += [] if of_car else [download_folder()]  # Of a car nothing is published.
     for folder in folders:
         for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in ADDED_SUFFIXES)):
             if _is_there(path) and not path.is_dir():
@@ -123,10 +120,7 @@ def _known(recording: Recording) -> NDArray[np.bool_]:
 
 
 def _noise(recording: Recording) -> float:
-    """White noise of the torque [N m]: what neither its course nor a hum explains.
-
-    The lesser of its sixth differences and of what the samples before do not predict.
-    """
+    """White noise of the torque [N m]: what neither its course nor a hum, which predicts it, explains."""
     torque = recording.M_z[_known(recording)][:_MAX_SAMPLES_OF_NOISE]
     centred = torque - torque.mean()
     weights = autoregression(centred)

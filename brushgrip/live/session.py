@@ -13,12 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.live.adviser import Adviser
-from brushgrip.live.last_usable import LastUsable
 from brushgrip.live.mapped_columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator
-from brushgrip.live.session_state import State
+from brushgrip.live.session_state import LastUsable, State
 from brushgrip.live.sources import WAIT, Source
 from brushgrip.live.timestamps import TimestampFilter, arrival
 from observers import ESTIMATE, Estimate, Status
@@ -39,13 +38,7 @@ AGAIN = 1.0
 
 
 class Session:
-    """Two threads: one reads the source, one estimates.
-
-    Attributes:
-        ring: the newest points.
-        estimator: what makes them.
-        recorded: files of recordings that are done.
-    """
+    """Two threads: one reads the source, one estimates; `recorded` are files that are done."""
 
     def __init__(
         self,
@@ -58,12 +51,8 @@ class Session:
     ) -> None:
         """Prepare; nothing runs before `start`.
 
-        Args:
-            open_source: opens the source, and again where it is lost.
-            estimator: turns its samples into estimates.
-            record: file to record to from the beginning; None waits until `record` is called.
-            adviser: says what to do next.
-            listeners: are told the state after every batch, and now and then without; must not block.
+        The source is opened again where it is lost. A file to record to is written from the beginning.
+        Listeners are told the state after every batch, and now and then without; they must not block.
         """
         self.ring, self.estimator = Ring(CAPACITY), estimator
         self._open, self._adviser, self._listeners = open_source, adviser, listeners
@@ -101,10 +90,7 @@ class Session:
             thread.join()
 
     def record(self, wanted: bool) -> None:
-        """Begin a recording or end it.
-
-        A new one begins with what is in memory of the present stretch, as did our observer.
-        """
+        """Begin a recording, with what is in memory of the present stretch, or end it."""
         self._wanted = wanted
 
     @property

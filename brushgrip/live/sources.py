@@ -35,11 +35,7 @@ class LineParser:
         self._delimiter, self._number_of = ",", NumberParser(",")
 
     def __call__(self, line: str) -> dict[str, float] | None:
-        """The values of a line by name; None for a header, a comment or an empty line.
-
-        Raises:
-            ValueError: the line is none such.
-        """
+        """The values of a line by name; None for header, comment or nothing; else a ValueError."""
         line = line.strip().lstrip("\ufeff")
         if len(line) > MAX_LINE_LENGTH:
             raise ValueError(f"a line of {len(line)} letters; allowed: up to {MAX_LINE_LENGTH}")

@@ -9,9 +9,9 @@ from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.outputs.atomic import write_utf8
 from brushgrip.outputs.console import say, show
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, provenance_of, remove_earlier
+from brushgrip.report.findings_and_reservations import simulated_warning
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
 from brushgrip.report.printed import print_diagnosis
-from brushgrip.report.scope import simulated_warning
 from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
 from identification.selection.trial_runner import Submit, run_at_once
@@ -44,11 +44,7 @@ def write_diagnosis(
     made: Provenance | None = None,
     submit: Submit = run_at_once,
 ) -> dict[str, Any]:
-    """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder.
-
-    Returns:
-        The content of diagnosis.json.
-    """
+    """Writes diagnosis.json, whose content is returned, model.json, report.html and the pictures."""
     made = provenance_of([]) if made is None else made
     model = json.loads(model_text(diagnosis)) | {KEY: dict(made)}
     write_utf8(folder / MODEL, json_text(model))

@@ -4,14 +4,8 @@ from math import sqrt
 from statistics import fmean
 
 from brushgrip.estimation.anomalies import SUSPECTED
-from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.report.friction_summary import (
-    band_shares,
-    grounds_alike,
-    last_usable_friction,
-    order_with_load,
-)
-from brushgrip.report.scope import (
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.report.findings_and_reservations import (
     LEFT_OUT,
     benefit,
     doubts,
@@ -20,6 +14,12 @@ from brushgrip.report.scope import (
     reservation,
     several_mechanisms,
     validity,
+)
+from brushgrip.report.friction_summary import (
+    band_shares,
+    grounds_alike,
+    last_usable_friction,
+    order_with_load,
 )
 from brushgrip.wording.diagnosis_in_words import (
     headline,
@@ -75,7 +75,7 @@ def lines_to_send(
 ) -> list[tuple[str, str]]:
     """A mail, each line a label and a text; what is acted on comes first."""
     told = outcome or FrictionOutcome(before={}, after={}, grounds={})
-    known = any(track.last_usable is not None for track in told.tracks_of(EKF_FOUND).values())
+    known = any(map(told.known_tracks, told.grounds))
     steps = next_steps(diagnosis, told)
     numbered = [f"({i}) " * (len(steps) > 1) + step for i, step in enumerate(steps, 1)]
     certainty = (_holds(told), order_with_load(told, diagnosis), reservation(diagnosis))
@@ -138,8 +138,7 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
     """How recordings on a ground differ, where that is most of its band's variance; else empty."""
     if (friction.scatter_share or 0.0) <= 0.5:
         return ""
-    tracks = [outcome.tracks_of(EKF_FOUND)[name] for name in outcome.grounds[ground]]
-    values = [float(t.mu[t.last_usable]) for t in tracks if t.last_usable is not None]
+    values = [float(track.mu[at]) for track, at in outcome.known_tracks(ground)]
     scatter = friction.scatter or 0.0
     times = sqrt(friction.scatter_share or 0.0) * (friction.further or 0.0) / scatter
     return (
@@ -149,11 +148,8 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
 
 
 def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
-    """Measurements or actions that come next, the most urgent first, at most `MAX_STEPS`, each a phrase.
-
-    Where nothing is open, what narrows the ± of friction.
-    """
-    tracks = outcome.tracks_of(EKF_FOUND)
+    """What comes next, most urgent first, at most `MAX_STEPS` phrases; else what narrows the ±."""
+    tracks = outcome.tracks_of()
     steps = []
     if diagnosis.notes and diagnosis.notes[0].startswith(SUSPECTED):
         steps.append("mend the input that looks wrong, or leave its recording out, and run this again")
@@ -246,8 +242,8 @@ def _at_best(outcome: FrictionOutcome, cause: str) -> str:
     further = [one.further for one in outcome.further().values()]
     if len(outcome.grounds) > 1 or not further or further[0] is None:
         return ""
-    shares, own = band_shares(outcome), outcome.tracks_of(EKF_FOUND).values()
-    squares = [float(t.mu_std[t.last_usable]) ** 2 for t in own if t.last_usable is not None]
+    own = (known for ground in outcome.grounds for known in outcome.known_tracks(ground))
+    shares, squares = band_shares(outcome), [float(track.mu_std[at]) ** 2 for track, at in own]
     best = sqrt(max(0.0, further[0] ** 2 - shares[cause] * BAND_95**2 * fmean(squares)))
     digits = band_decimals(further[0])
     return f", which brings ± {further[0]:.{digits}f} to ± {best:.{digits}f} at best"
@@ -260,10 +256,8 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
         by, count = further.recordings, len(outcome.grounds[ground])
         some = f" (by {by} of {count} recordings)" * (by < count)
         return f"{prediction_band(further)}{where}{some}"
-    tracks = outcome.tracks_of(EKF_FOUND)
-    own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
-    known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])
-    values = [f"{last_usable_friction(track)} ({track.name})" for track in known]
+    known = sorted(outcome.known_tracks(ground), key=lambda own: own[0].mu[own[1]])
+    values = [f"{last_usable_friction(track)} ({track.name})" for track, _ in known]
     if len(values) > MAX_LISTED:
         return f"{values[0]} to {values[-1]}{where} in {len(values)} recordings"
     return (listed(values) or "not known") + where
@@ -272,7 +266,7 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
 def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """What the recordings leave open, each in a phrase."""
     parts = []
-    tracks = outcome.tracks_of(EKF_FOUND).values()
+    tracks = outcome.tracks_of().values()
     if never := [track.name for track in tracks if track.last_usable is None]:
         parts.append(f"friction in {listed(never)}")
     ending = [t for t in tracks if t.last_usable not in (None, t.t.size - 1)]

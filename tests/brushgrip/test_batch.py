@@ -2,6 +2,8 @@
 
 import csv
 import json
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,9 @@ def estimate(run: Run, rig: Path) -> Run:
     return lambda *arguments: run(
         "estimate", "--rig", rig, "--observer", "root", *arguments, "--jobs", 1
     )
+
+
+Columns = dict[str, np.ndarray]
 
 
 def rows_of(path: Path) -> dict[str, dict[str, str]]:
@@ -100,17 +105,14 @@ def test_a_name_is_no_formula_to_a_spreadsheet(estimate: Run, write_csv: Write, 
 
 
 def test_the_table_says_what_a_single_recording_says(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    run: Run, on_ice: Callable[..., Columns], write_csv: Write, rig: Path, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
     t = np.arange(300) * 0.02
-    angle = {"t": t, "psi": 0.3 * np.sin(t), "F_N": np.full(t.size, 400.0)}
-    turned = write_csv("turned.csv", angle | {"M_z": None})
-    run("simulate", "--rig", rig, turned, "--mu", 0.1, "--out", tmp_path / "torque.csv")
-    torque = table_of(tmp_path / "torque.csv")["M_z"] + np.random.default_rng(1).normal(0, 0.02, t.size)
+    ice = on_ice(t, 0.3 * np.sin(t))
     monkeypatch.setenv("COLUMNS", "400")
-    paths = [
-        write_csv(f"{n}.csv", angle | {"M_z": s * torque}) for n, s in (("ice", 1), ("doubted", 0.3))
-    ]
+    doubted = ice | {"M_z": 0.3 * ice["M_z"]}
+    paths = [write_csv("ice.csv", ice), write_csv("doubted.csv", doubted)]
     table = tmp_path / "table.csv"
     printed = run("estimate", "--rig", rig, *paths, "--jobs", 1, "--summary", table).out
     for path in paths:
@@ -130,15 +132,25 @@ def test_the_table_says_what_a_single_recording_says(
     assert "sign" not in alone
 
 
+@pytest.fixture
+def on_ice(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> Callable[..., Columns]:
+    """Columns of a wheel turned on ice, whose torque has noise."""
+
+    def columns(t: np.ndarray, psi: np.ndarray) -> Columns:
+        turned = {"t": t, "psi": psi, "F_N": np.full(t.size, 400.0)}
+        path, out = write_csv("turned.csv", turned | {"M_z": None}), tmp_path / "torque.csv"
+        run("simulate", "--rig", rig, path, "--mu", 0.1, "--out", out)
+        noise = np.random.default_rng(1).normal(0, 0.02, t.size)
+        return turned | {"M_z": table_of(out)["M_z"] + noise}
+
+    return columns
+
+
 def test_small_angles_in_degrees_on_ice_ask_for_the_unit_and_not_for_the_sign(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path
+    run: Run, on_ice: Callable[..., Columns], write_csv: Write, rig: Path
 ) -> None:
     t = np.arange(600) * 0.01
-    small = {"t": t, "psi": np.radians(np.sin(t)), "F_N": np.full(t.size, 400.0), "M_z": None}
-    path = write_csv("turned.csv", small)
-    run("simulate", "--rig", rig, path, "--mu", 0.1, "--out", tmp_path / "torque.csv")
-    torque = table_of(tmp_path / "torque.csv")["M_z"] + np.random.default_rng(1).normal(0, 0.02, t.size)
-    ice = write_csv("ice.csv", small | {"psi": np.sin(t), "M_z": torque})
+    ice = write_csv("ice.csv", on_ice(t, np.radians(np.sin(t))) | {"psi": np.sin(t)})
     told = run("estimate", "--rig", rig, ice).out
 
     assert "; if psi is in degrees: --map psi=psi:deg" in told
@@ -174,29 +186,21 @@ def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> No
 def test_a_scheduler_that_is_not_there(
     run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
-    command = [
-        "estimate",
-        write_csv(),
-        "--rig",
-        rig,
-        "--observer",
-        "ekf",
-        "--summary",
-        tmp_path / "t.csv",
-    ]
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    command = ["estimate", write_csv(), "--rig", rig, "--summary", tmp_path / "t.csv"]
 
-    assert "pip install 'brushgrip[cluster]'" in run(*command, "--scheduler", "tcp://127.0.0.1:9").err
+    run(*command, "--scheduler", "tcp://127.0.0.1:9").refused("pip install 'brushgrip[cluster]'")
 
 
 def test_tunings_value_by_value() -> None:
+    clean, by_hand = (
+        chosen_tuning(*given).tuning  # type: ignore[union-attr]
+        for given in (("clean", []), (None, ["mu_walk=0.02, reset_after=7", "gate=9"]))
+    )
+
     assert chosen_tuning(None, None) is None
-    clean = chosen_tuning("clean", [])
-    assert clean is not None
-    assert clean.tuning == PROFILES["clean"]
-    by_hand = chosen_tuning(None, ["mu_walk=0.02, reset_after=7", "gate=9"])
-    assert by_hand is not None
-    assert by_hand.tuning == Tuning(mu_walk=0.02, reset_after=7, gate=9)
+    assert clean == PROFILES["clean"]
+    assert by_hand == Tuning(mu_walk=0.02, reset_after=7, gate=9)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 from brushgrip.inputs.command_inputs import locate_inputs
 from identification import read_recording, read_rig
-from tests.brushgrip.helpers import Run
+from tests.brushgrip.helpers import Run, table_of
 from tests.identification.reading.logs import MAP, as_logged, write_german
 from tests.refusal import refused
 
@@ -16,9 +16,15 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 FOLDER = Path(__file__).parents[2] / "examples" / "recordings"
 
 
-def test_the_rig_file_may_hold_the_map(run: Run, tmp_path: Path) -> None:
-    original = read_recording(FOLDER / "holdout_c.csv", read_rig(FOLDER / "rig.toml"))
-    write_german(tmp_path / "run.csv", as_logged(original.t, original.psi, original.M_z, original.F_N))
+@pytest.fixture
+def logged(tmp_path: Path) -> Path:
+    """holdout_c.csv as another measurement system would have kept it."""
+    one = read_recording(FOLDER / "holdout_c.csv", read_rig(FOLDER / "rig.toml"))
+    write_german(tmp_path / "run.csv", as_logged(one.t, one.psi, one.M_z, one.F_N))
+    return tmp_path / "run.csv"
+
+
+def test_the_rig_file_may_hold_the_map(run: Run, logged: Path, tmp_path: Path) -> None:
     entries = (one.partition("=") for one in MAP.replace(":ms", "").replace(":deg", "").split(","))
     tables = [
         f"{column} = {{ channel = {json.dumps(name.lstrip('-'))}, factor = {-1 if '-' in name else 1} }}"
@@ -26,32 +32,23 @@ def test_the_rig_file_may_hold_the_map(run: Run, tmp_path: Path) -> None:
     ]
     rig = tmp_path / "rig.toml"
     rig.write_text((FOLDER / "rig.toml").read_text() + "\n[signals]\n" + "\n".join(tables))
-    outs = tmp_path / "a.csv", tmp_path / "b.csv"
+    run("simulate", "--rig", FOLDER / "rig.toml", FOLDER / "holdout_c.csv", "--out", tmp_path / "a.csv")
+    run("simulate", "--rig", rig, logged, "--out", tmp_path / "b.csv")
 
-    for path, out in zip((FOLDER / "holdout_c.csv", tmp_path / "run.csv"), outs, strict=True):
-        used = FOLDER / "rig.toml" if path.parent == FOLDER else rig
-        outcome = run("simulate", "--rig", used, path, "--out", out)
-        assert outcome.status == 0, outcome.err
-
-    first, second = (np.genfromtxt(out, delimiter=",", names=True) for out in outs)
+    first, second = (table_of(tmp_path / name) for name in ("a.csv", "b.csv"))
     np.testing.assert_allclose(second["M_z"], first["M_z"], atol=1e-9)
 
 
-def test_recordings_of_two_formats_go_into_one_command(run: Run, tmp_path: Path) -> None:
-    original = read_recording(FOLDER / "holdout_c.csv", read_rig(FOLDER / "rig.toml"))
-    write_german(tmp_path / "run.csv", as_logged(original.t, original.psi, original.M_z, original.F_N))
+def test_recordings_of_two_formats_go_into_one_command(run: Run, logged: Path, tmp_path: Path) -> None:
     maps = [one for text in (MAP, "psi=psi") for one in ("--map", text)]
 
     outcome = run(
-        "simulate", "--rig", FOLDER / "rig.toml", FOLDER / "holdout_c.csv", tmp_path / "run.csv", *maps,
+        "simulate", "--rig", FOLDER / "rig.toml", FOLDER / "holdout_c.csv", logged, *maps,
         "--out", tmp_path / "mu.csv",
     )  # fmt: skip
 
     assert outcome.status == 0, outcome.err
-    first, second = (
-        np.genfromtxt(tmp_path / f"mu_{name}.csv", delimiter=",", names=True)
-        for name in ("holdout_c", "run")
-    )
+    first, second = (table_of(tmp_path / f"mu_{name}.csv") for name in ("holdout_c", "run"))
     np.testing.assert_allclose(second["M_z"], first["M_z"], atol=1e-9)
 
 

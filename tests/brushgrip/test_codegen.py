@@ -13,7 +13,7 @@ from observers import Ekf, from_files
 from observers.embedded import generate
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, compiler
-from tests.brushgrip.helpers import Run, with_defaults
+from tests.brushgrip.helpers import Run, table_of, with_defaults
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
@@ -141,12 +141,10 @@ def test_example_says_what_estimate_says(
     subprocess.run(command, check=True)
     shown = subprocess.run([tmp_path / "example", recording], capture_output=True, text=True, check=True)
     (tmp_path / "shown.csv").write_text(shown.stdout)
-    ours, theirs = (
-        np.genfromtxt(tmp_path / f"{n}.csv", delimiter=",", names=True) for n in ("shown", "mu")
-    )
+    ours, theirs = (table_of(tmp_path / f"{name}.csv") for name in ("shown", "mu"))
 
-    assert ours.dtype.names == theirs.dtype.names
-    for name in theirs.dtype.names:
+    assert [*ours] == [*theirs]
+    for name in theirs:
         np.testing.assert_allclose(ours[name], theirs[name], rtol=0, atol=1e-9, err_msg=name)
 
 

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from brushgrip.estimation.map_correction import ANGLE, SIGN, TIME, UNITS
 from observers.quality.input_plausibility import EVIDENCE, flags_by_message
 from reference_rig import make_ground_recording, make_recording, make_steering_recording
-from tests.brushgrip.helpers import Run, Write, contents, table_of
+from tests.brushgrip.helpers import PNG, Run, Write, contents, table_of
 
 pytestmark = pytest.mark.usefixtures("interpreted", "blank_pictures")
 HEADER = "t,mu,mu_std,M_z_predicted,informed,usable,mu_eff,mu_eff_std,M_slide,nis,status"
@@ -55,6 +56,21 @@ def estimate(run: Run, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     )
 
 
+Table = dict[str, np.ndarray]
+Estimated = Callable[..., Table]
+
+
+@pytest.fixture
+def estimated(estimate: Run, tmp_path: Path) -> Estimated:
+    """The table that the command writes."""
+
+    def table(*arguments: object, observer: str = "ekf") -> Table:
+        assert estimate(*arguments, observer=observer).status == 0
+        return table_of(tmp_path / "mu.csv")
+
+    return table
+
+
 @each_observer
 def test_one_row_a_sample(estimate: Run, simulated: Path, tmp_path: Path, observer: str) -> None:
     outcome = estimate(simulated, observer=observer, out="new/mu.csv")
@@ -79,19 +95,18 @@ def test_one_row_a_sample(estimate: Run, simulated: Path, tmp_path: Path, observ
     assert (tmp_path / "new" / "mu.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_friction_by_direction(estimate: Run, simulated: Path, tmp_path: Path) -> None:
-    assert estimate(simulated, "--by-direction").status == 0
-    directed = table_of(tmp_path / "mu.csv")
+def test_friction_by_direction(estimated: Estimated, simulated: Path, tmp_path: Path) -> None:
     (tmp_path / "model.json").write_text(WALKING)
-    estimate(simulated, "--by-direction", "--model", "model.json", out="walk.csv")
-    estimate(simulated, "--by-direction", "--model", "model.json", "--tune", "mu_walk=0.1")
-    walking = [table_of(tmp_path / name)["mu_std"] for name in ("walk.csv", "mu.csv")]
-    estimate(simulated)
+    directed = estimated(simulated, "--by-direction")["mu"]
+    of_model = ("--by-direction", "--model", "model.json")
+    walking = [
+        estimated(simulated, *of_model, *walk)["mu_std"] for walk in ((), ("--tune", "mu_walk=0.1"))
+    ]
 
     assert np.array_equal(*walking)
     # Both directions have a prior of their own: what is found forth says little of the way back.
-    assert not np.array_equal(directed["mu"], table_of(tmp_path / "mu.csv")["mu"])
-    assert directed["mu"][-1] == pytest.approx(1.2, rel=0.05)
+    assert not np.array_equal(directed, estimated(simulated)["mu"])
+    assert directed[-1] == pytest.approx(1.2, rel=0.05)
 
 
 @pytest.mark.parametrize("found", [False, True])
@@ -131,17 +146,11 @@ def test_that_directions_differ_is_told_once_of_many_recordings(
     assert "differs by direction" not in (tmp_path / "table.csv").read_text()
 
 
-def test_k_may_be_a_state(estimate: Run, simulated: Path, tmp_path: Path) -> None:
-    estimate(simulated)
-    fixed = table_of(tmp_path / "mu.csv")
-    assert estimate(simulated, "--stiffness-state").status == 0
-    free = table_of(tmp_path / "mu.csv")
+def test_k_may_be_a_state(estimated: Estimated, simulated: Path) -> None:
+    fixed, free = (estimated(simulated, *state)["mu"] for state in ((), ("--stiffness-state",)))
 
-    assert not np.array_equal(fixed["mu"], free["mu"])
-    assert free["mu"][-1] == pytest.approx(1.2, rel=0.1)
-    both = estimate(simulated, "--stiffness-state", "--by-direction")
-    assert both.status == 2
-    assert "--by-direction has no k as a state" in both.err
+    assert not np.array_equal(fixed, free)
+    assert free[-1] == pytest.approx(1.2, rel=0.1)
 
 
 @pytest.mark.parametrize(("factor", "message"), [(0.5, "grows with the angle 0.5"), (0.65, "gear")])
@@ -177,23 +186,19 @@ def test_a_later_sample_changes_nothing_before(
 
 @pytest.mark.usefixtures("steering_rig")
 @pytest.mark.parametrize("observer", ["ekf", pytest.param("mhe", marks=pytest.mark.long)])
-def test_from_the_steering_torque(estimate: Run, steered: Path, tmp_path: Path, observer: str) -> None:
-    assert estimate(steered, observer=observer).status == 0
-    end = {name: values[-1] for name, values in table_of(tmp_path / "mu.csv").items()}
+def test_from_the_steering_torque(estimated: Estimated, steered: Path, observer: str) -> None:
+    end = {name: values[-1] for name, values in estimated(steered, observer=observer).items()}
 
     assert end["informed"] == 1
     assert abs(end["mu"] - 1.3) < 3 * end["mu_std"]
     assert end["mu_std"] < 0.1
 
 
-def test_aligning_torque_goes_first(
-    estimate: Run, simulated: Path, write_csv: Write, tmp_path: Path
-) -> None:
+def test_aligning_torque_goes_first(estimated: Estimated, simulated: Path, write_csv: Write) -> None:
     M_z = table_of(simulated)["M_z"]
-    estimate(simulated)
-    estimate(write_csv("both.csv", {"M_z": M_z, "M": np.full(M_z.size, 5.0)}), out="both_mu.csv")
+    both = write_csv("both.csv", {"M_z": M_z, "M": np.full(M_z.size, 5.0)})
 
-    assert (tmp_path / "mu.csv").read_text() == (tmp_path / "both_mu.csv").read_text()
+    np.testing.assert_equal(estimated(both), estimated(simulated))
 
 
 @pytest.mark.usefixtures("drawn")
@@ -293,13 +298,8 @@ def test_a_unit_that_the_file_gives_is_not_asked_for(
 
 
 def test_one_map_mends_all_that_is_wrong(estimate: Run, write_csv: Write, simulated: Path) -> None:
-    columns = table_of(simulated)
-    wrong = {
-        "Zeit": columns["t"],
-        "psi": columns["psi"],
-        "Moment": -columns["M_z"],
-        "F_N": columns["F_N"] / 1e3,
-    }
+    of = table_of(simulated)
+    wrong = {"Zeit": of["t"], "psi": of["psi"], "Moment": -of["M_z"], "F_N": of["F_N"] / 1e3}
     path = write_csv("wrong.csv", dict.fromkeys(("t", "M_z")) | wrong)
     outcome = estimate(path, "--map", "t=Zeit,M_z=Moment")
     remedy = outcome.err.strip().partition("--map ")[2]
@@ -351,8 +351,9 @@ def test_without_a_file_to_write_the_line_suffices(
         "run: the band ± 0.16 is made of (the squares add up): noise and the model's error"
     )
     assert contents(tmp_path) == before
-    assert run("estimate", "--rig", rig, simulated, "--picture", "only.png").status == 0
-    assert (tmp_path / "only.png").read_bytes().startswith(b"\x89PNG")
+    for picture in ("only.png", "pictures/friction.PNG"):
+        assert run("estimate", "--rig", rig, simulated, "--picture", picture).status == 0
+        assert (tmp_path / picture).read_bytes().startswith(PNG)
     assert run("estimate", "--rig", rig, simulated, "--picture", "only.pdf").status == 2
 
 
@@ -394,26 +395,17 @@ def test_a_k_that_is_off_is_told_and_part_of_the_band(
         told.append(run("estimate", "--rig", rig, simulated, "--model", tmp_path / "model.json").out)
 
     assert ["25 % below the declared one" in out for out in told] == [False, True, True]
-    assert ["scale of the torque, as the model's k is not" in out for out in told] == [
-        False,
-        True,
-        False,
-    ]
+    part = "scale of the torque, as the model's k is not"
+    assert [part in out for out in told] == [False, True, False]
 
 
 def test_a_part_of_a_recording(
-    estimate: Run, simulated: Path, write_csv: Write, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    estimate: Run, simulated: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    columns = table_of(simulated)
-    part = {name: values[30:50] for name, values in columns.items()}
     estimate(simulated, "--from", 0.3, "--to", 0.49)
-    trimmed = (tmp_path / "mu.csv").read_text()
-    warned = [record.message for record in caplog.records]
-    estimate(write_csv("part.csv", part), out="part_mu.csv")
 
-    np.testing.assert_allclose(table_of(tmp_path / "mu.csv")["t"], part["t"])
-    assert len(trimmed.splitlines()) == 21
-    assert any("begins at 0.3 s with a torque of " in message for message in warned)
+    np.testing.assert_allclose(table_of(tmp_path / "mu.csv")["t"], table_of(simulated)["t"][30:50])
+    assert "begins at 0.3 s with a torque of " in caplog.text
     origin = json.loads((tmp_path / "mu.provenance.json").read_text())
     assert origin["settings"]["span"] == [0.3, 0.49]
     estimate(simulated, "--from", 0.3, "--to", 0.35).refused(
@@ -422,25 +414,21 @@ def test_a_part_of_a_recording(
 
 
 def test_the_angle_of_the_steering_wheel(
-    estimate: Run, simulated: Path, write_csv: Write, tmp_path: Path
+    estimate: Run, estimated: Estimated, simulated: Path, write_csv: Write, tmp_path: Path
 ) -> None:
-    columns = table_of(simulated)
-    estimate(simulated)
-    wanted = table_of(tmp_path / "mu.csv")
+    columns, wanted = table_of(simulated), estimated(simulated)
     rate = {"psi_dot": np.gradient(columns["psi"], columns["t"])}
-    estimate(write_csv("rated.csv", columns | rate))
-    rated = table_of(tmp_path / "mu.csv")
-    geared = write_csv("geared.csv", columns | {"psi": 15 * columns["psi"]})
-    assert estimate(geared, "--steering-ratio", 15).status == 0
-    of = table_of(tmp_path / "mu.csv")
+    rated = estimated(write_csv("rated.csv", columns | rate))
     both_geared = columns | {"psi": 15 * columns["psi"], "psi_dot": 15 * rate["psi_dot"]}
-    estimate(write_csv("both.csv", both_geared), "--steering-ratio", 15, out="both_mu.csv")
+    both = estimated(write_csv("both.csv", both_geared), "--steering-ratio", 15)
+    geared = write_csv("geared.csv", columns | {"psi": 15 * columns["psi"]})
+    of = estimated(geared, "--steering-ratio", 15)
 
     np.testing.assert_allclose(of["mu"], wanted["mu"], rtol=1e-6)
-    np.testing.assert_allclose(table_of(tmp_path / "both_mu.csv")["nis"], rated["nis"], rtol=1e-6)
+    np.testing.assert_allclose(both["nis"], rated["nis"], rtol=1e-6)
     assert json.loads((tmp_path / "mu.provenance.json").read_text())["settings"]["steering_ratio"] == 15
-    both = estimate(geared, "--steering-ratio", 15, "--map", "psi=1/15*psi")
-    both.refused("the map of channels has a factor for psi already, psi=1/15*psi")
+    again = estimate(geared, "--steering-ratio", 15, "--map", "psi=1/15*psi")
+    again.refused("the map of channels has a factor for psi already, psi=1/15*psi")
     estimate(geared, "--steering-ratio", 0).refused("--steering-ratio must be finite and greater than 0")
 
 
@@ -468,28 +456,14 @@ def test_a_scale_that_no_sample_alone_betrays_is_named(
     assert said in outcome.out
 
 
-def test_tuning_by_name(estimate: Run, simulated: Path, tmp_path: Path) -> None:
-    ends = {}
-    for name in ("real_tyre", "clean"):
-        assert estimate(simulated, "--tuning", name).status == 0
-        ends[name] = table_of(tmp_path / "mu.csv")["mu_std"][-1]
+def test_tuning_by_name(estimated: Estimated, simulated: Path) -> None:
+    usual, clean = (estimated(simulated, "--tuning", n)["mu_std"][-1] for n in ("real_tyre", "clean"))
     # What the slope of the torque leaves open is the same in both.
-    assert ends["clean"] < 0.95 * ends["real_tyre"]
+    assert clean < 0.95 * usual
 
 
-@pytest.mark.usefixtures("drawn")
-def test_picture_goes_where_it_is_wanted(estimate: Run, simulated: Path, tmp_path: Path) -> None:
-    assert estimate(simulated, "--picture", "pictures/friction.PNG").status == 0
-    assert (tmp_path / "pictures" / "friction.PNG").read_bytes().startswith(b"\x89PNG")
-    assert not (tmp_path / "mu.png").exists()
-
-
-def test_smoothed_friction_is_known_from_the_start(
-    estimate: Run, simulated: Path, tmp_path: Path
-) -> None:
-    assert estimate(simulated, "--smooth").status == 0
-    estimate(simulated, out="causal.csv")
-    smoothed, filtered = (table_of(tmp_path / name) for name in ("mu.csv", "causal.csv"))
+def test_smoothed_friction_is_known_from_the_start(estimated: Estimated, simulated: Path) -> None:
+    smoothed, filtered = estimated(simulated, "--smooth"), estimated(simulated)
 
     assert smoothed["mu_std"][0] < 0.5 * filtered["mu_std"][0]
     # The smoother begins about what the filter ends with, and linearises there.

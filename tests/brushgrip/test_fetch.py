@@ -182,11 +182,6 @@ class TestDownload:
         )
         assert list(tmp_path.iterdir()) == []
 
-    def test_unwritable(self, tmp_path: Path) -> None:
-        (tmp_path / "file").write_text("x")
-        with pytest.raises(InvalidInputError, match=r"file: is not a folder$"):
-            fetch(tmp_path / "file")
-
 
 @pytest.mark.measured
 def test_published_copy(tmp_path: Path, measured_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:

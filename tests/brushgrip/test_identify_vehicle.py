@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.outputs.rig_and_vehicle_files import tyre_changes, with_plates
+from brushgrip.outputs.rig_and_vehicle_files import plate_changes, tyre_changes
 from identification import ParameterEstimate
 from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.plates import PlatesResult
@@ -48,19 +48,6 @@ def test_the_vehicle_file_is_written_with_what_was_found(run: Run, tmp_path: Pat
     }
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["--vehicle", "car.toml"],
-        ["--plates", "p.csv"],
-        ["--vehicle", "car.toml", "--plates", "p.csv", "--rig", "r.toml"],
-        ["--plates", "p.csv", "--free-decay", "p.csv"],
-    ],
-)
-def test_a_rig_and_a_car_are_told_apart(run: Run, arguments: list[str]) -> None:
-    run("identify", *arguments).refused("give --free-decay, with --rig and --write-rig, or --vehicle")
-
-
 def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
     car = declared_vehicle(inclination=0.2)
     values = {"gear_friction": 200.0, "damping": 3000.0, "return_torque": -0.5, "zero": 90.0}
@@ -68,9 +55,9 @@ def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
     result = PlatesResult(**found, samples=1000, rms=10.0)
 
     with pytest.raises(InvalidInputError, match=r"which no kingpin inclined by 0 to 0\.5 rad has"):
-        with_plates(car, result)
+        plate_changes(car, result)
     found["return_torque"] = ParameterEstimate(value=1.2, std=0.1, unit="1")
-    changes = with_plates(car, PlatesResult(**found, samples=1000, rms=10.0))
+    changes = plate_changes(car, PlatesResult(**found, samples=1000, rms=10.0))
     new = replace(car, inclination=changes["inclination"])  # type: ignore[arg-type]
 
     assert jacking_torque(new, 0.5) == pytest.approx(1.2 * jacking_torque(car, 0.5), rel=0.01)

@@ -11,7 +11,7 @@ import pytest
 
 import observers
 from symbolic import Model, Rig
-from tests.brushgrip.helpers import Outcome, Run, contents, table_of
+from tests.brushgrip.helpers import Outcome, Run, table_of
 from tests.each_once import each_once
 
 pytestmark = pytest.mark.usefixtures("optimised")
@@ -119,30 +119,3 @@ def test_progress_is_told() -> None:
     )
 
     assert [done for _, done, _ in told] == [*range(told[0][2])]
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--target", "a lot"), ("--target a lot", "expected a number")),
-        (("--target", "0"), ("target must be a share",)),
-        (("--limit", "speed=3"), ("--limit speed=3", "angle, rate")),
-        (("--limit", "time=1"), ("each name once",)),
-        (("--limit", "torque=x"), ("--limit torque=x", "expected a number, got 'x'")),
-        (("--limit", "acceleration=-1"), ("limit acceleration must be",)),
-        (("--mu", "ice"), ("--mu ice", "expected a number")),
-        (("--vehicle", "car.toml"), ("--rig and --vehicle",)),
-    ],
-)
-def test_bad_options_leave_one_line_and_nothing_written(
-    planning: PlanRun, tmp_path: Path, options: tuple[str, ...], words: tuple[str, ...]
-) -> None:
-    before = contents(tmp_path)
-    planning(*options, "--out", tmp_path / "p.csv").refused(*words)
-
-    assert contents(tmp_path) == before
-
-
-def test_the_load_of_a_rig_is_needed(run: Run, rig: Path) -> None:
-    run("plan", "--rig", rig).refused("--load is missing")
-    run("plan").refused("--rig and --vehicle are both missing")

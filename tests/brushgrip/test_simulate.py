@@ -61,12 +61,6 @@ def test_neither_torque_nor_whose_mu_it_is_matters(
     assert len({(tmp_path / f"{name}_out.csv").read_text() for name in ("run", "bare", "own")}) == 1
 
 
-def test_several_recordings(simulate: Run, write_csv: Write, tmp_path: Path) -> None:
-    assert simulate(*(write_csv(f"{name}.csv", {"M_z": None}) for name in "ab")).status == 0
-    assert not (tmp_path / "out.csv").exists()
-    assert (tmp_path / "out_a.csv").read_text() == (tmp_path / "out_b.csv").read_text()
-
-
 def test_a_found_model_knows_its_recordings(
     simulate: Run, write_csv: Write, rig: Path, tmp_path: Path
 ) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from brushgrip.inputs.user_effects import effect_files, user_effects
 from symbolic import CANDIDATES, InvalidInputError
-from tests.brushgrip.helpers import Run, Write
+from tests.brushgrip.helpers import Run, Write, table_of
 from tests.refusal import refused
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -126,7 +126,7 @@ def test_a_model_file_with_an_own_effect_simulates_and_estimates(
     recording, options = write_csv(), ["--rig", rig, "--model", model, "--effects", "own_stop"]
     run("simulate", recording, "--rig", rig, "--out", plain)
     outcome = run("simulate", recording, *options, "--out", own)
-    torques = [np.loadtxt(path, delimiter=",", skiprows=1)[1:, 1] for path in (plain, own)]
+    torques = [table_of(path)["M_z"][1:] for path in (plain, own)]
 
     assert outcome.status == 0, outcome.err
     np.testing.assert_allclose(torques[1], torques[0] + 0.5, atol=1e-12)

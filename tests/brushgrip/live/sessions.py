@@ -12,7 +12,8 @@ from brushgrip.inputs.command_inputs import Inputs, locate_inputs
 from brushgrip.live.mapped_columns import Row
 from brushgrip.live.session import Session
 from brushgrip.live.session_setup import follow
-from observers import ESTIMATE, Estimates
+from brushgrip.live.session_state import State
+from observers import ESTIMATE, Estimate, Estimates
 from tests.processes import wait_for
 
 RECORDINGS = Path(__file__).parents[3] / "examples" / "recordings"
@@ -35,6 +36,14 @@ def session_of(
     inputs = locate_inputs(**({"rig": RIG} | options))
     opened, estimator = follow(spec, inputs, observer_factory(ObserverName(observer)), speed=speed)
     return Session(opened, estimator, record=record)
+
+
+def state_of(estimate: Estimate | None = None, **more: Any) -> State:
+    """A state of a session, not usable and without a word."""
+    silent: dict[str, Any] = {"status": "", "advice": "", "recording": "", "counts": {}}
+    return State(
+        **{"t": 1.0, "estimate": estimate, "usable": False, "age": 0.0, "ended": False} | silent | more
+    )
 
 
 class ListSource:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.live.bus import CanSource
+from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import Columns
 from brushgrip.live.sources import MAX_LINE_LENGTH, LineParser, LineSource, Source, UdpSource
 from brushgrip.live.timestamps import arrival
