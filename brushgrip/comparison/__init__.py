@@ -1,1 +1,1 @@
-"""Methods compared as in Table 6.1 of [Györök 2022]; an observer of a user's own as an `ObserverMethod`."""
+"""Methods compared as in [Györök 2022], Table 6.1; a user's own observer as an `ObserverMethod`."""

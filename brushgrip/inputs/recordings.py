@@ -120,7 +120,7 @@ def _known(recording: Recording) -> NDArray[np.bool_]:
 
 
 def _noise(recording: Recording) -> float:
-    """White noise of the torque [N m]: what neither its course nor a hum, which predicts it, explains."""
+    """White noise of the torque [N m]: what neither its course nor a hum explains."""
     torque = recording.M_z[_known(recording)][:_MAX_SAMPLES_OF_NOISE]
     centred = torque - torque.mean()
     weights = autoregression(centred)

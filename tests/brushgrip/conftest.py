@@ -62,7 +62,8 @@ def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(autouse=True)
 def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hide the data of this user and machine."""
+    """Work in a folder of its own, and hide the data of this user and machine."""
+    monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("BRUSHGRIP_DATA", raising=False)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "user_data"))
     monkeypatch.setenv("COLUMNS", "120")

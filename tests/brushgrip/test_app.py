@@ -64,10 +64,8 @@ def test_unknown_errors_propagate(monkeypatch: pytest.MonkeyPatch) -> None:
         main(["fetch"])
 
 
-def test_fetch_goes_to_the_users_folder(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder = tmp_path / "user_data" / "brushgrip"
+def test_fetch_goes_to_the_users_folder(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = Path.cwd() / "user_data" / "brushgrip"
 
     def fetch(destination: Path, *, say: Callable[[str], None]) -> list[Path]:
         say("1/1 x.mat")

@@ -39,19 +39,19 @@ def test_the_rig_file_may_hold_the_map(run: Run, logged: Path, tmp_path: Path) -
     np.testing.assert_allclose(second["M_z"], first["M_z"], atol=1e-9)
 
 
-def test_recordings_of_two_formats_go_into_one_command(run: Run, logged: Path, tmp_path: Path) -> None:
+def test_recordings_of_two_formats_go_into_one_command(run: Run, logged: Path) -> None:
     maps = [one for text in (MAP, "psi=psi") for one in ("--map", text)]
 
     outcome = run(
         "simulate", "--rig", FOLDER / "rig.toml", FOLDER / "holdout_c.csv", logged, *maps,
-        "--out", tmp_path / "mu.csv",
+        "--out", "mu.csv",
     )  # fmt: skip
 
     assert outcome.status == 0, outcome.err
-    first, second = (table_of(tmp_path / f"mu_{name}.csv") for name in ("holdout_c", "run"))
+    first, second = (table_of(Path(f"mu_{name}.csv")) for name in ("holdout_c", "run"))
     np.testing.assert_allclose(second["M_z"], first["M_z"], atol=1e-9)
 
 
-def test_the_steering_ratio_of_a_car_stands_in_its_file(tmp_path: Path) -> None:
-    message = refused(locate_inputs, [], vehicle=tmp_path / "car.toml", steering_ratio=15.0)
+def test_the_steering_ratio_of_a_car_stands_in_its_file() -> None:
+    message = refused(locate_inputs, [], vehicle=Path("car.toml"), steering_ratio=15.0)
     assert message == "--steering-ratio: that of a car is steering_ratio in its vehicle file"

@@ -21,8 +21,8 @@ def share(picture: np.ndarray, colour: str) -> float:
     return float(np.mean(np.abs(picture[..., :3] - wanted).max(axis=-1) < 0.02))
 
 
-def test_signatures_of_one_stage_or_of_both(tmp_path: Path) -> None:
-    both, before = tmp_path / "both.png", tmp_path / "before.png"
+def test_signatures_of_one_stage_or_of_both() -> None:
+    both, before = Path("both.png"), Path("before.png")
     draw_signatures(both, signatures(1.0, 1.0), signatures(-1.0, 0.1))
     draw_signatures(before, signatures(0.2, 0.3))
     two, one = (matplotlib.image.imread(path) for path in (both, before))
@@ -49,9 +49,9 @@ def test_a_candidate_whose_figures_alone_mislead_says_why() -> None:
     ]  # fmt: skip
 
 
-def test_two_observers_that_agree_are_both_visible(tmp_path: Path, tracks: list[FrictionTrack]) -> None:
+def test_two_observers_that_agree_are_both_visible(tracks: list[FrictionTrack]) -> None:
     ekf = replace(tracks[1], mu=np.full(500, 1.3))
-    path = tmp_path / "friction.png"
+    path = Path("friction.png")
     draw_friction(path, [tracks[0], ekf, replace(ekf, label="MHE, model found")])
     # Below the legend, which has both.
     picture = matplotlib.image.imread(path)[200:]
@@ -59,8 +59,8 @@ def test_two_observers_that_agree_are_both_visible(tmp_path: Path, tracks: list[
     assert min(share(picture, STYLES[i].colour) for i in (1, 2)) > 2e-4
 
 
-def test_the_overview_has_a_line_for_each_recording(tmp_path: Path) -> None:
-    path = tmp_path / "overview.png"
+def test_the_overview_has_a_line_for_each_recording() -> None:
+    path = Path("overview.png")
     draw_overview(path, {"ice": TRACKS[:1], "steel": TRACKS[1:2]})
     alone = matplotlib.image.imread(path)
     draw_overview(path, {"": TRACKS[:2]})
@@ -74,12 +74,12 @@ def test_the_overview_has_a_line_for_each_recording(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("load", [0.0, 30.0], ids=["held", "changed"])
-def test_draws_an_experiment(tmp_path: Path, load: float) -> None:
+def test_draws_an_experiment(load: float) -> None:
     instruction = (
         "sweep between -0.52 and 0.89 rad at 0.24 rad/s and, while the patch slides, slow down to 0.02"
         " rad/s for 0.11 rad twice in each sweep, load 308 N, 36 s"
     )
-    path = tmp_path / "experiment.png"
+    path = Path("experiment.png")
     draw_experiment(path, experiment(load, instruction))
 
     assert path.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")

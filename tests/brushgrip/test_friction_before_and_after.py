@@ -341,16 +341,14 @@ def test_the_demo_states_the_friction_that_it_simulates() -> None:
     assert f"{float(min(friction)):.2f} to {float(max(friction)):.2f}" == TRUE_FRICTION
 
 
-def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_from(
-    tmp_path: Path,
-) -> None:
+def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_from() -> None:
     source = demo_folder() / "train_a.csv"
-    copied, own = tmp_path / "ours.csv", tmp_path / "own.csv"
+    copied, own = Path("ours.csv"), Path("own.csv")
     copied.write_bytes(source.read_bytes())
     own.write_bytes(source.read_bytes() + b"\n")
 
     assert simulated_warning(provenance_of([copied])).startswith("Simulated, not measured: all rec")
-    (module := tmp_path / "own.py").write_text("")
+    (module := Path("own.py")).write_text("")
     assert "all recordings come" in simulated_warning(provenance_of([copied, module]))
     assert "1 of 2 recordings come" in simulated_warning(provenance_of([copied, own]))
     assert simulated_warning(provenance_of([own])) == simulated_warning(None) == ""

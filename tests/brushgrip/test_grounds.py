@@ -72,10 +72,10 @@ def first_torque(path: Path) -> float:
 
 
 def test_simulate_takes_the_values_of_the_ground(
-    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path
+    run: Run, write_csv: Write, rig: Path, model: Path
 ) -> None:
     labelled = write_csv("labelled.csv", top="# ground = emery\n")
-    out = tmp_path / "out.csv"
+    out = Path("out.csv")
     torques, texts = [], []
     for path, more in (
         (labelled, ()),
@@ -96,9 +96,9 @@ def test_simulate_takes_the_values_of_the_ground(
 
 
 def test_simulate_takes_what_became_of_the_declared_values(
-    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path, table: Any
+    run: Run, write_csv: Write, rig: Path, model: Path, table: Any
 ) -> None:
-    out = tmp_path / "out.csv"
+    out = Path("out.csv")
     path = write_csv("known.csv", top="# ground = steel\n")
     behind = {"provenance": provenance_of([path])}
     model.write_text(json.dumps(json.loads(model.read_text()) | behind))

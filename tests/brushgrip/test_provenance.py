@@ -51,9 +51,9 @@ def test_inputs_have_their_digests_and_the_command_stands_there(recordings: list
 
 
 @pytest.mark.parametrize("files", [5, "old.png", None, {"old.png": 1}, [5, None, "a\0.png", "old.png"]])
-def test_files_to_clear_are_plain_names(files: Any, recordings: list[Path], tmp_path: Path) -> None:
+def test_files_to_clear_are_plain_names(files: Any, recordings: list[Path]) -> None:
     made = provenance_of(recordings)
-    document = tmp_path / "diagnosis.json"
+    document = Path("diagnosis.json")
     document.write_text(json.dumps({"provenance": {**made, "files": files}}))
 
     expected = ("old.png",) if isinstance(files, list) else ()
@@ -99,8 +99,8 @@ def test_only_what_a_run_wrote_is_cleared(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("interpreted")
-def test_a_table_has_its_origin_beside_it(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> None:
-    path, out = write_csv("bare.csv"), tmp_path / "torque.csv"
+def test_a_table_has_its_origin_beside_it(run: Run, write_csv: Write, rig: Path) -> None:
+    path, out = write_csv("bare.csv"), Path("torque.csv")
 
     assert run("simulate", "--rig", rig, path, "--out", out).status == 0
 
@@ -121,10 +121,8 @@ def test_beside_a_device_goes_nothing(run: Run, write_csv: Write, rig: Path) -> 
     assert not Path("/dev/null.provenance.json").exists()
 
 
-def test_what_is_no_text_is_told_by_its_escape_sequence(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "torque.csv"
+def test_what_is_no_text_is_told_by_its_escape_sequence(run: Run, write_csv: Write, rig: Path) -> None:
+    out = Path("torque.csv")
     odd = ("--ground", "steel\udcff")
 
     assert run("simulate", "--rig", rig, write_csv("bare.csv"), "--out", out, *odd).status == 0
@@ -159,9 +157,9 @@ def test_what_is_read_along_has_its_digest_too(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("a", [0.045, 0.05])
 def test_another_rig_than_that_of_the_diagnosis_is_told(
-    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], a: float
+    rig: Path, capsys: pytest.CaptureFixture[str], a: float
 ) -> None:
-    model, told = tmp_path / "model.json", {"content": f"[rig]\na = {a}\ne = 0.009\n[tyre]\nk = 2e6\n"}
+    model, told = Path("model.json"), {"content": f"[rig]\na = {a}\ne = 0.009\n[tyre]\nk = 2e6\n"}
     model.write_text(json.dumps({KEY: {"rig": told}}))
     locate_inputs(rig=rig, model=model)
 

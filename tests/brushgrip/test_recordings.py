@@ -33,8 +33,8 @@ class TestLocate:
 
         assert locate(str(tmp_path / name)) == tmp_path / found
 
-    def test_order_of_places(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        folders = [tmp_path / "here", tmp_path / "data", download_folder()]
+    def test_order_of_places(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        folders = [Path("here").resolve(), Path("data").resolve(), download_folder()]
         for folder in folders:
             folder.mkdir(parents=True)
             (folder / "fem1.mat").touch()
@@ -49,21 +49,18 @@ class TestLocate:
 
         assert found == [folder / "fem1.mat" for folder in folders]
 
-    def test_a_folder_of_the_same_name_is_passed_over(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        (tmp_path / "fem1").mkdir()
-        monkeypatch.chdir(tmp_path)
+    def test_a_folder_of_the_same_name_is_passed_over(self) -> None:
+        Path("fem1").mkdir()
         with pytest.raises(InvalidInputError, match="fem1: is a folder"):
             locate("fem1")
-        (tmp_path / "fem1.csv").touch()
+        Path("fem1.csv").touch()
 
         assert locate("fem1") == Path("fem1.csv")
 
-    def test_says_where_it_looked(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path / "data"))
+    def test_says_where_it_looked(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("BRUSHGRIP_DATA", "data")
         message = refused(locate, "fem9")
-        for place in ("here", str(tmp_path / "data"), str(download_folder()), "brushgrip fetch"):
+        for place in ("here", " data", str(download_folder()), "brushgrip fetch"):
             assert place in message
 
     def test_a_path_is_looked_for_in_its_folder_only(self, tmp_path: Path) -> None:
@@ -89,13 +86,10 @@ def test_every_recording_has_a_label_of_its_own(paths: list[str], labels: list[s
 
 
 @pytest.mark.parametrize("again", ["run.csv", "./run.csv", "run", "copy.csv", "link.csv"])
-def test_a_recording_counts_once(
-    write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, again: str
-) -> None:
+def test_a_recording_counts_once(write_csv: Write, rig: Path, again: str) -> None:
     path = write_csv("run.csv")
-    shutil.copy(path, tmp_path / "copy.csv")
-    (tmp_path / "link.csv").symlink_to(path)
-    monkeypatch.chdir(tmp_path)
+    shutil.copy(path, Path("copy.csv"))
+    Path("link.csv").symlink_to(path)
     with pytest.raises(InvalidInputError, match=r"is the same recording as run\.csv"):
         locate_inputs(["run.csv", again], rig=rig).recordings()
 
@@ -184,14 +178,13 @@ def test_two_runs_along_one_path_are_two(
 
 
 @pytest.fixture
-def folder(rig: Path, write_csv: Write, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(rig: Path, write_csv: Write) -> Path:
     """The working folder with good.csv, rig.toml, and links."""
     good, tmp_path = write_csv("good.csv"), rig.parent
     (tmp_path / "sub").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "sub")
     (tmp_path / "link.csv").symlink_to(good)
     os.link(good, tmp_path / "hard.csv")
-    monkeypatch.chdir(tmp_path)
     return tmp_path
 
 

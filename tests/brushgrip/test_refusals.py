@@ -95,7 +95,6 @@ def here(
     for name in ("report.html", "grip.c"):
         (tmp_path / "linked").mkdir(exist_ok=True)
         (tmp_path / "linked" / name).symlink_to("../ownkit/boot.py")
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(codegen, "source_texts", SOURCE_TEXTS)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     monkeypatch.setattr(sys, "path", [*sys.path])
@@ -245,12 +244,11 @@ ROWS: list[tuple[str, ...]] = [
 """A command line, and words of the message."""
 
 
-@pytest.mark.parametrize("command", [*DEFAULTS, "brushgrip"])
-def test_what_cannot_be(run: Run, tmp_path: Path, command: str) -> None:
-    rows = [row for row in ROWS if row[0].split()[0] == command]
-    for line, *message in rows:
+@pytest.mark.parametrize("part", range(5))
+def test_what_cannot_be(run: Run, tmp_path: Path, part: int) -> None:
+    """A fifth of the rows, which share what is in the folder."""
+    for line, *message in ROWS[part::5]:
         refuse(run, tmp_path, line.split(), *message)
-    assert rows or command == "fetch"
 
 
 def refuse(run: Run, folder: Path, words: list[str], *message: str) -> None:
@@ -307,9 +305,9 @@ def test_names_of_all_kinds(run: Run, name: str, tmp_path: Path) -> None:
     )
 
 
-def test_a_full_disk(run: Run, tmp_path: Path) -> None:
-    before = contents(tmp_path)
+def test_a_full_disk(run: Run) -> None:
+    before = contents(Path())
     outcome = run("simulate", "run.csv", "--rig", "rig.toml", "--out", "/dev/full")
 
     assert (outcome.status, outcome.err) == (1, "brushgrip: cannot write: No space left on device\n")
-    assert contents(tmp_path) == before
+    assert contents(Path()) == before

@@ -250,16 +250,16 @@ def test_page_gives_the_thresholds_of_the_search(tmp_path: Path) -> None:
     assert f"falls by more than {criteria.clear:g} standard errors" in text
 
 
-def test_signatures_before_and_after_are_not_mixed_up(full: Path, tmp_path: Path) -> None:
+def test_signatures_before_and_after_are_not_mixed_up(full: Path) -> None:
     diagnosis = make_diagnosis()
     before, after = diagnosis.signatures_before, diagnosis.signatures_after
-    draw_signatures(tmp_path / "signatures.png", before, after)
+    draw_signatures(Path("signatures.png"), before, after)
     text = Page(full.read_text("utf-8")).text
 
     assert before.reading != after.reading
     assert f"Refitted: {before.reading}" in text
     assert f"Found: {after.reading}" in text
-    assert (full.parent / "signatures.png").read_bytes() == (tmp_path / "signatures.png").read_bytes()
+    assert (full.parent / "signatures.png").read_bytes() == Path("signatures.png").read_bytes()
 
 
 @pytest.mark.long

@@ -162,15 +162,15 @@ def test_a_diagnosis_draws_the_recording_of_median_error() -> None:
 
 
 @pytest.mark.long
-def test_a_frame_comes_back_from_a_file_of_pandas(estimates: Estimates, tmp_path: Path) -> None:
+def test_a_frame_comes_back_from_a_file_of_pandas(estimates: Estimates) -> None:
     pandas = pytest.importorskip("pandas", reason="needs brushgrip[pandas]")
-    estimates.to_frame().to_csv(tmp_path / "mu.csv")
-    again = np.genfromtxt(tmp_path / "mu.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    estimates.to_frame().to_csv(Path("mu.csv"))
+    again = np.genfromtxt(Path("mu.csv"), delimiter=",", names=True, dtype=None, encoding="utf-8")
 
     assert again.dtype.names == tuple(field.name for field in fields(Estimates))
     for name in again.dtype.names:
         np.testing.assert_array_equal(again[name], getattr(estimates, name))
-    frame = pandas.read_csv(tmp_path / "mu.csv", index_col="t")
+    frame = pandas.read_csv(Path("mu.csv"), index_col="t")
     pandas.testing.assert_frame_equal(frame, estimates.to_frame())
 
 

@@ -49,7 +49,7 @@ def test_a_frame_says_by_its_database_what_the_state_is(mu: float, std: float, u
 
 
 @pytest.mark.long
-def test_friction_is_sent_while_it_is_measured(run: Run, tmp_path: Path) -> None:
+def test_friction_is_sent_while_it_is_measured(run: Run) -> None:
     can = pytest.importorskip("can", reason="needs brushgrip[live]")
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver,
@@ -59,7 +59,7 @@ def test_friction_is_sent_while_it_is_measured(run: Run, tmp_path: Path) -> None
         send = [f"udp:{receiver.getsockname()[1]}", "can:virtual:sent"]
         outcome = run(
             "live", RIG.with_name("train_a.csv"), "--rig", RIG, "--speed", 20, "--no-page",
-            "--send", send[0], "--send", send[1], "--send-dbc", tmp_path / "friction.dbc",
+            "--send", send[0], "--send", send[1], "--send-dbc", "friction.dbc",
         )  # fmt: skip
         told = []
         while select.select([receiver], [], [], 0)[0]:
@@ -67,7 +67,7 @@ def test_friction_is_sent_while_it_is_measured(run: Run, tmp_path: Path) -> None
         frames = list(iter(lambda: bus.recv(0), None))
 
     assert outcome.status == 0
-    assert (tmp_path / "friction.dbc").read_text() == DATABASE
+    assert Path("friction.dbc").read_text() == DATABASE
     assert any(one["usable"] for one in told)
     assert not told[-1]["usable"]
     wheel = read_recording(RIG.with_name("train_a.csv"), read_rig(RIG))

@@ -67,13 +67,13 @@ def spoilt(rows: list[dict[str, float]]) -> list[dict[str, float]]:
         pytest.param("mhe", True, marks=pytest.mark.long),
     ],
 )
-def test_says_what_estimate_says_of_the_recording(tmp_path: Path, observer: str, spoil: bool) -> None:
+def test_says_what_estimate_says_of_the_recording(observer: str, spoil: bool) -> None:
     rows = spoilt(rows_of(320)) if spoil else rows_of(320)
-    session = session_over(rows, tmp_path / "live.parquet", observer)
+    session = session_over(rows, Path("live.parquet"), observer)
     run_to_end(session)
 
-    assert session.recorded == [tmp_path / "live.parquet"]
-    same_to_the_last_digit(session, estimated(tmp_path / "live.parquet", observer))
+    assert session.recorded == [Path("live.parquet")]
+    same_to_the_last_digit(session, estimated(Path("live.parquet"), observer))
     counts = session.state().counts
     if spoil:
         assert counts == {
@@ -84,20 +84,20 @@ def test_says_what_estimate_says_of_the_recording(tmp_path: Path, observer: str,
         assert counts == {"samples": 320}
 
 
-def test_a_measured_rate_and_a_steering_torque(tmp_path: Path) -> None:
-    rig = tmp_path / "rig.toml"
+def test_a_measured_rate_and_a_steering_torque() -> None:
+    rig = Path("rig.toml")
     rig.write_text(RIG.read_text().replace("[rig]", "[rig]\nJ_A = 0.15\nb_t = 1.0"))
     rows = rows_of(300)
     for before, row in zip([rows[0], *rows], rows, strict=False):
         row["psi_dot"] = (row["psi"] - before["psi"]) / 0.01
         row["M"] = -row.pop("M_z")
     rows[200]["psi_dot"] = math.nan
-    session = session_over(rows, tmp_path / "live.parquet", rig=rig)
+    session = session_over(rows, Path("live.parquet"), rig=rig)
     run_to_end(session)
 
-    inputs = locate_inputs([str(tmp_path / "live.parquet")], rig=rig)
+    inputs = locate_inputs([str(Path("live.parquet"))], rig=rig)
     assert session.estimator.columns == ("t", "psi", "F_N", "M", "psi_dot")
-    same_to_the_last_digit(session, estimated(tmp_path / "live.parquet", inputs=inputs))
+    same_to_the_last_digit(session, estimated(Path("live.parquet"), inputs=inputs))
 
 
 def rows_by_column(**columns: np.ndarray) -> list[dict[str, float]]:
@@ -106,18 +106,18 @@ def rows_by_column(**columns: np.ndarray) -> list[dict[str, float]]:
 
 
 @pytest.mark.long
-def test_a_car_that_stands_rolls_and_brakes(car: Path, tmp_path: Path) -> None:
+def test_a_car_that_stands_rolls_and_brakes(car: Path) -> None:
     t, rack = steering(seconds=6.0)
     force, speed, brake = SimulatedCar().force(rack), np.zeros(t.size), np.ones(t.size)
     speed[:5], speed[5:15], speed[100:140], speed[145:180] = np.nan, 2.0, 3.0, 3.0
     brake[300:] = 0.0
     rack[150] = rack[200] = force[210] = np.nan
     rows = rows_by_column(t=t, rack=rack, F_rack=force, speed=speed, brake=brake)
-    session = session_over(rows, tmp_path / "car.parquet", rig=None, vehicle=car)
+    session = session_over(rows, Path("car.parquet"), rig=None, vehicle=car)
     run_to_end(session)
 
-    inputs = locate_inputs([str(tmp_path / "car.parquet")], vehicle=car)
-    same_to_the_last_digit(session, estimated(tmp_path / "car.parquet", inputs=inputs))
+    inputs = locate_inputs([str(Path("car.parquet"))], vehicle=car)
+    same_to_the_last_digit(session, estimated(Path("car.parquet"), inputs=inputs))
     held = session.ring.since(0).of("status") == Status.HELD
     assert np.array_equal(np.flatnonzero(held[:300]), [*range(15), *range(100, 180)])
 
@@ -140,9 +140,7 @@ def test_a_car_whose_force_has_the_other_sign_is_never_usable(car: Path) -> None
     assert not session.ring.end
 
 
-def test_a_source_that_dies_comes_back_and_begins_anew(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_source_that_dies_comes_back_and_begins_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("brushgrip.live.session.AGAIN", 0.01)
     rows = rows_of(320)
     parts = iter([ListSource(rows[:300], OSError), OSError("not yet"), ListSource(rows[50:])])
@@ -152,13 +150,13 @@ def test_a_source_that_dies_comes_back_and_begins_anew(
             raise part
         return part
 
-    session = session_of("udp:5005", record=tmp_path / "live.parquet")
+    session = session_of("udp:5005", record=Path("live.parquet"))
     session._open = open_source
     run_to_end(session)
 
     assert [path.name for path in session.recorded] == ["live.parquet", "live_2.parquet"]
     assert session.state().counts == {"samples": 570, "reopened": 1, "begun anew": 1}
-    same_to_the_last_digit(session, estimated(tmp_path / "live_2.parquet"))
+    same_to_the_last_digit(session, estimated(Path("live_2.parquet")))
 
 
 @pytest.mark.long
@@ -237,12 +235,12 @@ def test_an_observer_behind_its_source_says_nothing_usable(monkeypatch: pytest.M
     assert "s behind the source" in state.status
 
 
-def test_a_rate_of_the_other_sign_is_never_usable(tmp_path: Path) -> None:
+def test_a_rate_of_the_other_sign_is_never_usable() -> None:
     rows = rows_of(1400)
     rate = np.gradient([row["psi"] for row in rows], 0.01)
     for row, psi_dot in zip(rows, rate.tolist(), strict=True):
         row["psi_dot"] = -psi_dot
-    session = session_over(rows, tmp_path / "run.parquet")
+    session = session_over(rows, Path("run.parquet"))
     run_to_end(session)
     state = session.state()
 
@@ -250,7 +248,7 @@ def test_a_rate_of_the_other_sign_is_never_usable(tmp_path: Path) -> None:
     assert "friction was never usable" in state.status
     assert "usable" not in state.counts
     with pytest.raises(InvalidInputError, match="psi_dot is -1 times the derivative of psi"):
-        estimated(tmp_path / "run.parquet")
+        estimated(Path("run.parquet"))
 
 
 def test_a_source_that_cannot_wait_loses_what_is_too_much_and_says_so(
@@ -277,13 +275,13 @@ def test_a_source_that_cannot_wait_loses_what_is_too_much_and_says_so(
     assert (counts["lost"], counts["samples"]) == (500, 100)
 
 
-def test_recording_begun_later_holds_the_stretch_from_its_beginning(tmp_path: Path) -> None:
+def test_recording_begun_later_holds_the_stretch_from_its_beginning() -> None:
     rows = rows_of(400)
     source = ListSource(rows)
     later = source._rows
     source._rows = later[:300]
     source.read, read = lambda: read() if source._rows else [], source.read  # type: ignore[method-assign]
-    session = session_over([], tmp_path / "late.parquet")
+    session = session_over([], Path("late.parquet"))
     session._wanted, session._open = False, lambda: source
     session.start()
     wait_for(lambda: session.ring.end == 300)
@@ -295,23 +293,23 @@ def test_recording_begun_later_holds_the_stretch_from_its_beginning(tmp_path: Pa
     wait_for(lambda: session.recorded)
     session.stop()
 
-    same_to_the_last_digit(session, estimated(tmp_path / "late.parquet"))
+    same_to_the_last_digit(session, estimated(Path("late.parquet")))
 
 
 def test_a_recording_that_cannot_go_on_does_not_stop_the_estimate(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def full(*_: object) -> None:
         raise OSError("disk full")
 
     monkeypatch.setattr("brushgrip.live.recorder.Recorder.write", full)
-    session = session_over(rows_of(30), tmp_path / "live.parquet")
+    session = session_over(rows_of(30), Path("live.parquet"))
     run_to_end(session)
 
     assert session.ring.end == 30
     assert "the recording broke off: disk full" in session.state().status
     assert session.recorded == []
-    assert list(tmp_path.glob("*.parquet")) == []
+    assert list(Path().glob("*.parquet")) == []
 
 
 def test_an_observer_that_fails_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -339,8 +337,8 @@ def test_clock() -> None:
 
 
 @pytest.mark.long
-def test_the_command_replays_records_and_ends(run: Run, tmp_path: Path) -> None:
-    source, out = RIG.with_name("train_a.csv"), tmp_path / "live.parquet"
+def test_the_command_replays_records_and_ends(run: Run) -> None:
+    source, out = RIG.with_name("train_a.csv"), Path("live.parquet")
     outcome = run("live", source, "--rig", RIG, "--speed", 200, "--no-page", "--record", out)
 
     assert (outcome.status, outcome.err) == (0, "")
