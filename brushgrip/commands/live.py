@@ -94,19 +94,15 @@ class LiveRequest:
 
     def run(self) -> None:
         """Follow the source until it is told to end."""
-        with ExitStack() as stack:
-            senders = self._senders(stack)
-            self._run(self._session(senders))
-
-    def _senders(self, stack: ExitStack) -> "tuple[Sender, ...]":
-        """What sends friction, closed with the stack."""
         from brushgrip.live.sender import DATABASE, Sender
         from brushgrip.outputs.atomic import staged_file, write_utf8
 
         if self.send_dbc is not None:
             with staged_file(self.send_dbc) as stage:
                 write_utf8(stage, DATABASE)
-        return tuple(stack.enter_context(closing(Sender(spec))) for spec in self.send or ())
+        with ExitStack() as stack:
+            senders = [stack.enter_context(closing(Sender(spec))) for spec in self.send or ()]
+            self._run(self._session(tuple(senders)))
 
     def _run(self, session: "Session") -> None:
         from brushgrip.outputs.console import say

@@ -54,11 +54,6 @@ class FrictionOutcome:
     tracks: tuple[FrictionTrack, ...] = ()
     slide_speed: float | None = None
 
-    @property
-    def stages(self) -> Mapping[str, Stage]:
-        """Both stages by name."""
-        return {"before": self.before, "after": self.after}
-
     def tracks_of(self, label: str = EKF_FOUND) -> dict[str, FrictionTrack]:
         """The tracks of an observer, `EKF_DECLARED`, `EKF_FOUND` or `MHE_FOUND`, by recording."""
         return {track.name: track for track in self.tracks if track.label == label}
@@ -105,7 +100,10 @@ class FrictionOutcome:
                     for recording, quality in stage.items()
                 },
             }
-            for (name, stage), label in zip(self.stages.items(), (EKF_DECLARED, EKF_FOUND), strict=True)
+            for name, stage, label in (
+                ("before", self.before, EKF_DECLARED),
+                ("after", self.after, EKF_FOUND),
+            )
         }
 
 

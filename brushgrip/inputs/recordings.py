@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import correlate, correlation_lags
 
 from brushgrip.outputs.atomic import file_keys
 from identification import READERS, Recording
@@ -135,10 +136,8 @@ def _shift_by_noise(one: Recording, other: Recording, period: float) -> float:
     for r in (one, other):
         known, grid = _known(r), np.arange(r.t[0], r.t[-1], period)
         rough.append(np.diff(np.interp(grid, r.t[known], r.M_z[known]), 2))
-    size = rough[0].size + rough[1].size
-    spectra = [np.fft.rfft(values, size) for values in rough]
-    lag = int(np.argmax(np.fft.irfft(np.conj(spectra[0]) * spectra[1], size)))
-    lag -= size * (lag >= rough[1].size)
+    lags = correlation_lags(rough[1].size, rough[0].size)
+    lag = lags[np.argmax(correlate(rough[1], rough[0], method="fft"))]
     return float(other.t[0] - one.t[0] + lag * period)
 
 

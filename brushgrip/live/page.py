@@ -57,7 +57,7 @@ class View:
         self.points = models.ColumnDataSource({name: [] for name in COLUMNS})
         self.words = models.Div(stylesheets=[style], sizing_mode="stretch_width")
         self.button = models.Button(label="", stylesheets=[style], align="center")
-        self.button.on_click(lambda: session.record(not session.recording))
+        self.button.on_click(lambda: setattr(session, "recording", not session.recording))
         self._top = models.Range1d(0.0, MIN_AXIS_TOP)
 
     def layout(self) -> Any:

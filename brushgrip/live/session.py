@@ -38,7 +38,11 @@ AGAIN = 1.0
 
 
 class Session:
-    """Two threads: one reads the source, one estimates; `recorded` are files that are done."""
+    """Two threads: one reads the source, one estimates.
+
+    `recording`, whether one is wanted, may be set at any time; a recording begins with what is in memory
+    of the present stretch. `recorded` are files that are done.
+    """
 
     def __init__(
         self,
@@ -56,7 +60,7 @@ class Session:
         """
         self.ring, self.estimator = Ring(CAPACITY), estimator
         self._open, self._adviser, self._listeners = open_source, adviser, listeners
-        self._file, self._wanted = record, record is not None
+        self._file, self.recording = record, record is not None
         self._recorder: Recorder | None = None
         self.recorded: list[Path] = []
         self._clock, self._counts = TimestampFilter(), Counter[str]()
@@ -88,15 +92,6 @@ class Session:
         self._stop.set()
         for thread in self._threads:
             thread.join()
-
-    def record(self, wanted: bool) -> None:
-        """Begin a recording, with what is in memory of the present stretch, or end it."""
-        self._wanted = wanted
-
-    @property
-    def recording(self) -> bool:
-        """Whether a recording is wanted."""
-        return self._wanted
 
     @property
     def plausible(self) -> bool:
@@ -249,14 +244,14 @@ class Session:
 
     def _follow_wish(self) -> None:
         """Begin or end a recording where that is wanted."""
-        if not self._wanted:
+        if not self.recording:
             self._end_recording()
         elif self._recorder is None and self.estimator.columns and self.ring.end:
             name = self._file or Path(time.strftime("live_%Y-%m-%d_%H%M%S.parquet"))
             try:
                 self._recorder = Recorder(name, self.estimator.columns)
             except InvalidInputError as error:
-                self._fault, self._wanted = f"not recorded: {error}", False
+                self._fault, self.recording = f"not recorded: {error}", False
                 return
             self._write(self.ring.since(0, self._stretch))
 
@@ -268,7 +263,11 @@ class Session:
         try:
             self._recorder.write(rows)
         except OSError as error:
-            self._fault, self._wanted, self._recorder = f"the recording broke off: {error}", False, None
+            self._fault, self.recording, self._recorder = (
+                f"the recording broke off: {error}",
+                False,
+                None,
+            )
 
     def _end_recording(self) -> None:
         recorder, self._recorder = self._recorder, None
@@ -278,4 +277,4 @@ class Session:
             recorder.close()
             self.recorded.append(recorder.path)
         except OSError as error:
-            self._fault, self._wanted = f"the recording broke off: {error}", False
+            self._fault, self.recording = f"the recording broke off: {error}", False

@@ -172,7 +172,7 @@ def friction_quality(outcome: FrictionOutcome) -> tuple[list[str], list[tuple[st
     """Headings and rows of a table: figures before → after for each group, and what they mean."""
     rows = []
     groups = dict(reversed(outcome.groups().items()))
-    stages = outcome.stages.values()
+    stages = (outcome.before, outcome.after)
     for figure, (label, text, words) in _FIGURE_TEXTS.items():
         cells = []
         for names in groups.values():

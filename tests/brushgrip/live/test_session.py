@@ -282,14 +282,14 @@ def test_recording_begun_later_holds_the_stretch_from_its_beginning() -> None:
     source._rows = later[:300]
     source.read, read = lambda: read() if source._rows else [], source.read  # type: ignore[method-assign]
     session = session_over([], Path("late.parquet"))
-    session._wanted, session._open = False, lambda: source
+    session.recording, session._open = False, lambda: source
     session.start()
     wait_for(lambda: session.ring.end == 300)
-    session.record(True)
+    session.recording = True
     wait_for(lambda: session.state().recording)
     source._rows = later[300:]
     wait_for(lambda: session.ring.end == 400)
-    session.record(False)
+    session.recording = False
     wait_for(lambda: session.recorded)
     session.stop()
 
