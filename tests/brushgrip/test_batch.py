@@ -14,7 +14,6 @@ from brushgrip.wording.formatting import friction_range
 from brushgrip.wording.remarks import friction_of_grounds
 from observers import PROFILES, Tuning
 from tests.brushgrip.helpers import Run, Write, table_of
-from tests.refusal import refused
 
 pytestmark = pytest.mark.usefixtures("interpreted", "blank_pictures")
 
@@ -199,20 +198,6 @@ def test_tunings_value_by_value() -> None:
     assert chosen_tuning(None, None) is None
     assert clean == PROFILES["clean"]
     assert by_hand == Tuning(mu_walk=0.02, reset_after=7, gate=9)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("walk=1", "expected NAME=NUMBER with a name out of mu, mu_std"),
-        ("noise", "expected a number, got ''"),
-        ("reset_after=1.5", "expected a whole number, got '1.5'"),
-        ("noise=0.1,noise=0.2", "noise is given twice"),
-        ("noise=-1", "--tune: noise must be greater than 0, got -1.0"),
-    ],
-)
-def test_tunings_that_are_none(text: str, said: str) -> None:
-    assert said in refused(chosen_tuning, None, [text])
 
 
 def test_a_ground_is_told_after_its_recordings(

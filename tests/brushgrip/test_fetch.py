@@ -1,5 +1,6 @@
 import hashlib
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -46,13 +47,20 @@ def registry(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathF
     monkeypatch.setattr(fetching, "REGISTRY", path)
 
 
-def local_copy(folder: Path, monkeypatch: pytest.MonkeyPatch, **changes: bytes | None) -> Path:
-    folder.mkdir()
-    for name, content in (CONTENT | {f"{k}.mat": v for k, v in changes.items()}).items():
-        if content is not None:
-            (folder / name).write_bytes(content)
-    monkeypatch.setenv("BRUSHGRIP_DATA", str(folder))
-    return folder
+@pytest.fixture
+def local_copy(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path]:
+    """Makes a folder of the files, some with other content or (None) left out."""
+
+    def make(**changes: bytes | None) -> Path:
+        folder = Path("measured")
+        folder.mkdir()
+        for name, content in (CONTENT | {f"{k}.mat": v for k, v in changes.items()}).items():
+            if content is not None:
+                (folder / name).write_bytes(content)
+        monkeypatch.setenv("BRUSHGRIP_DATA", str(folder))
+        return folder
+
+    return make
 
 
 def test_what_is_published(tmp_path: Path) -> None:
@@ -77,36 +85,36 @@ def test_what_is_published(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("registry")
 class TestLocalCopy:
-    def test_copies(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        local_copy(Path("local"), monkeypatch)
+    def test_copies(self, local_copy: Callable[..., Path]) -> None:
+        local_copy()
         paths = fetch(Path("out"))
 
         assert paths == [Path("out") / name for name in CONTENT]
         assert {path.name: path.read_bytes() for path in paths} == CONTENT
 
-    def test_names_what_is_absent(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        source = local_copy(Path("local"), monkeypatch, run2=None)
+    def test_names_what_is_absent(self, local_copy: Callable[..., Path]) -> None:
+        source = local_copy(run2=None)
         lines: list[str] = []
         paths = fetch(Path("out"), say=lines.append)
 
         assert [path.name for path in paths] == ["run1.mat", "estimate_run1.csv"]
         assert lines == [f"copied 2 files from {source}", f"absent from {source}: run2.mat"]
 
-    def test_simulations_may_stand_beside(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        source = local_copy(Path("measured"), monkeypatch, run2=None)
+    def test_simulations_may_stand_beside(self, local_copy: Callable[..., Path]) -> None:
+        source = local_copy(run2=None)
         (source.parent / "thesis_simulation").mkdir()
         (source.parent / "thesis_simulation" / "run2.mat").write_bytes(b"second")
 
         assert len(fetch(Path("out"))) == 3
 
-    def test_into_the_very_folder(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        source = local_copy(Path("local"), monkeypatch)
+    def test_into_the_very_folder(self, local_copy: Callable[..., Path]) -> None:
+        source = local_copy()
 
         assert len(fetch(source)) == 3
         assert sorted(path.name for path in source.iterdir()) == sorted(CONTENT)
 
-    def test_wrong_digest(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        source = local_copy(Path("local"), monkeypatch, run2=b"tampered")
+    def test_wrong_digest(self, local_copy: Callable[..., Path]) -> None:
+        source = local_copy(run2=b"tampered")
         message = refused(fetch, Path("out"))
         assert message.startswith(f"{source / 'run2.mat'}: is not the published file: SHA-256 ")
         assert sha256(b"tampered")[:12] in message

@@ -64,25 +64,17 @@ def test_quantity(value: float, std: float | None, unit: str, text: str) -> None
     assert quantity(ParameterEstimate(value=value, std=std, unit=unit)) == text
 
 
-def test_figures() -> None:
-    assert percent(0.04371) == "4.37 %"
-    assert percent(None) == "–"
-    assert percent(math.nan) == "–"
-    assert torque_value(0.35345) == "0.353"
-    assert torque_value(1.0) == "1.00"
-    assert torque_value(None) == "–"
-
-
-def test_a_sentence_names_an_effect_in_words() -> None:
+def test_figures_sentences_and_lists() -> None:
+    assert [percent(share) for share in (0.04371, None, math.nan)] == ["4.37 %", "–", "–"]
+    assert [torque_value(value) for value in (0.35345, 1.0, None)] == ["0.353", "1.00", "–"]
     assert sentence("sensor_delay: delay is at the end") == "Sensor delay: delay is at the end."
     assert sentence("fem4_ident: k is at the end.") == "Fem4_ident: k is at the end."
-
-
-def test_listed() -> None:
-    assert listed([]) == ""
-    assert listed(["a"]) == "a"
-    assert listed(["a", "b"]) == "a and b"
-    assert listed(["a", "b", "c"], "or") == "a, b or c"
+    assert [listed([*words], "or") for words in ("", "a", "ab", "abc")] == [
+        "",
+        "a",
+        "a or b",
+        "a, b or c",
+    ]
 
 
 FOUND = (

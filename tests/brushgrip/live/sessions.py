@@ -65,11 +65,12 @@ class ListSource:
         pass
 
 
-def run_to_end(session: Session) -> None:
+def run_to_end(session: Session) -> Session:
     """Start, wait for the end of the source, stop."""
     session.start()
     wait_for(lambda: session.state().ended)
     session.stop()
+    return session
 
 
 def estimated(path: Path, observer: str = "ekf", inputs: Inputs | None = None) -> Estimates:

@@ -69,8 +69,7 @@ def spoilt(rows: list[dict[str, float]]) -> list[dict[str, float]]:
 )
 def test_says_what_estimate_says_of_the_recording(observer: str, spoil: bool) -> None:
     rows = spoilt(rows_of(320)) if spoil else rows_of(320)
-    session = session_over(rows, Path("live.parquet"), observer)
-    run_to_end(session)
+    session = run_to_end(session_over(rows, Path("live.parquet"), observer))
 
     assert session.recorded == [Path("live.parquet")]
     same_to_the_last_digit(session, estimated(Path("live.parquet"), observer))
@@ -92,8 +91,7 @@ def test_a_measured_rate_and_a_steering_torque() -> None:
         row["psi_dot"] = (row["psi"] - before["psi"]) / 0.01
         row["M"] = -row.pop("M_z")
     rows[200]["psi_dot"] = math.nan
-    session = session_over(rows, Path("live.parquet"), rig=rig)
-    run_to_end(session)
+    session = run_to_end(session_over(rows, Path("live.parquet"), rig=rig))
 
     inputs = locate_inputs([str(Path("live.parquet"))], rig=rig)
     assert session.estimator.columns == ("t", "psi", "F_N", "M", "psi_dot")
@@ -113,8 +111,7 @@ def test_a_car_that_stands_rolls_and_brakes(car: Path) -> None:
     brake[300:] = 0.0
     rack[150] = rack[200] = force[210] = np.nan
     rows = rows_by_column(t=t, rack=rack, F_rack=force, speed=speed, brake=brake)
-    session = session_over(rows, Path("car.parquet"), rig=None, vehicle=car)
-    run_to_end(session)
+    session = run_to_end(session_over(rows, Path("car.parquet"), rig=None, vehicle=car))
 
     inputs = locate_inputs([str(Path("car.parquet"))], vehicle=car)
     same_to_the_last_digit(session, estimated(Path("car.parquet"), inputs=inputs))
@@ -135,7 +132,7 @@ def test_a_car_whose_force_has_the_other_sign_is_never_usable(car: Path) -> None
     assert "rack and F_rack have opposite signs" in session.state().status
     assert not session.state().usable
     row = {"t": 0.0, "rack": 0.0, "T_bar": 1.0, "T_motor": 1.0}
-    run_to_end(session := session_over([row] * 3, rig=None, vehicle=car))
+    session = run_to_end(session_over([row] * 3, rig=None, vehicle=car))
     assert "T_motor, and motor_ratio of the vehicle go together" in session.state().status
     assert not session.ring.end
 
@@ -163,8 +160,7 @@ def test_a_source_that_dies_comes_back_and_begins_anew(monkeypatch: pytest.Monke
 @pytest.mark.parametrize("at", range(200, 1300, 100))
 def test_what_begins_twisted_is_not_usable_and_wrong(at: int) -> None:
     # The source died while the wheel stood turned: the torque there is not that of an untwisted patch.
-    session = session_over(rows_of(2000, at))
-    run_to_end(session)
+    session = run_to_end(session_over(rows_of(2000, at)))
     points = session.ring.since(0)
     usable = points.of("usable") == 1
     whole = estimated(RIG.with_name("train_a.csv"))
@@ -194,8 +190,7 @@ def test_says_that_the_first_sample_waits_for_the_compiler(monkeypatch: pytest.M
 
 
 def test_a_torque_of_the_other_sign_is_told_with_the_sign_that_is_expected() -> None:
-    session = session_over([row | {"M_z": -row["M_z"]} for row in rows_of(600)])
-    run_to_end(session)
+    session = run_to_end(session_over([row | {"M_z": -row["M_z"]} for row in rows_of(600)]))
 
     (cause,) = session.estimator.suspicions
     assert "M_z is the moment of the ground on the wheel, negative for a first turn to posit" in cause
@@ -240,8 +235,7 @@ def test_a_rate_of_the_other_sign_is_never_usable() -> None:
     rate = np.gradient([row["psi"] for row in rows], 0.01)
     for row, psi_dot in zip(rows, rate.tolist(), strict=True):
         row["psi_dot"] = -psi_dot
-    session = session_over(rows, Path("run.parquet"))
-    run_to_end(session)
+    session = run_to_end(session_over(rows, Path("run.parquet")))
     state = session.state()
 
     assert "psi_dot is -1 times the derivative of psi" in state.status
@@ -303,8 +297,7 @@ def test_a_recording_that_cannot_go_on_does_not_stop_the_estimate(
         raise OSError("disk full")
 
     monkeypatch.setattr("brushgrip.live.recorder.Recorder.write", full)
-    session = session_over(rows_of(30), Path("live.parquet"))
-    run_to_end(session)
+    session = run_to_end(session_over(rows_of(30), Path("live.parquet")))
 
     assert session.ring.end == 30
     assert "the recording broke off: disk full" in session.state().status
@@ -388,8 +381,7 @@ def test_a_flag_between_torques_is_told_at_once() -> None:
 
 
 def test_the_end_of_a_source_is_no_dead_sensor() -> None:
-    session = session_over(rows_of(20))
-    run_to_end(session)
+    session = run_to_end(session_over(rows_of(20)))
     state = replace(session.state(), age=60.0)
 
     assert state.status == "the source has ended: friction was never usable"
