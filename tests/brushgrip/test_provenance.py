@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from brushgrip.inputs.command_inputs import locate_inputs
-from brushgrip.inputs.recordings import refuse_overwriting
 from brushgrip.outputs.provenance import (
     KEY,
     digest_of,
@@ -137,22 +136,6 @@ def test_a_comment_in_markdown_is_not_ended_by_what_it_tells(recordings: list[Pa
     assert comment.endswith("}\n-->\n")
     assert comment.count("-->") == 1
     assert json.loads(comment[6:-5])[KEY] == json.loads(json.dumps(made))
-
-
-def test_what_is_read_along_has_its_digest_too(tmp_path: Path) -> None:
-    names = ("run.log", "other.csv", "car.dbc", "bag/bag_0.db3", "bag/bag_1.db3", "bag/metadata.yaml")
-    (tmp_path / "bag").mkdir()
-    for name in names:
-        (tmp_path / name).write_text(name)
-    log, table, database, bag, rest, metadata = (tmp_path / name for name in names)
-    elsewhere = tmp_path / "bag" / "metadata.yaml"
-
-    assert locate_inputs([str(log)]).files == (log, database)
-    assert locate_inputs([str(log)], channel_map=[f"dbc={elsewhere}"]).files == (log, elsewhere)
-    assert locate_inputs([str(table)]).files == (table,)
-    assert locate_inputs([str(bag)]).files == (bag, metadata, rest)
-    with pytest.raises(InvalidInputError, match="would overwrite what is read"):
-        refuse_overwriting([database], locate_inputs([str(log)]).files)
 
 
 @pytest.mark.parametrize("a", [0.045, 0.05])

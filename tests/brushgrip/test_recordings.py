@@ -222,12 +222,13 @@ def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("recording", "beside"),
     [("run.blf", "car.dbc"), ("run.log", "car.dbc"), ("run.mcap", "metadata.yaml"),
-     ("run.tdms", "run.tdms_index")],
+     ("run.tdms", "run.tdms_index"), ("run_0.db3", "run_1.db3")],
 )  # fmt: skip
 def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, beside: str) -> None:
-    for name in (recording, beside):
+    for name in (recording, beside, "table.csv"):
         (folder / "sub" / name).write_text("")
     read = locate_inputs([f"sub/{recording}"]).files
+    assert [path.name for path in read] == [recording, beside]
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
         refuse_overwriting([Path("nosub/../sub") / beside], read)
     refuse_overwriting([Path("sub/other.csv"), Path(beside)], read)

@@ -134,6 +134,7 @@ ROWS: list[tuple[str, ...]] = [
     ("compare run.csv --model none.json", "none.json"),
     ("codegen --model sub", "sub: holds no model.json, so it is not the folder of a diagnosis"),
     ("brushgrip plan --rig rig.toml", "--load is missing"),
+    ("brushgrip estimate run.csv --vehicle c.toml --steering-ratio 15", "steering_ratio in its vehicle"),
     ("brushgrip plan", "--rig and --vehicle are both missing"),
     ("plan --target a_lot", "--target a_lot", "expected a number"),
     ("plan --target 0", "target must be a share"),

@@ -55,6 +55,12 @@ def test_neither_torque_nor_whose_mu_it_is_matters(simulate: Run, write_csv: Wri
     assert len({Path(f"{name}_out.csv").read_text() for name in ("run", "bare", "own")}) == 1
 
 
+def test_several_recordings(simulate: Run, write_csv: Write) -> None:
+    assert simulate(*(write_csv(f"{name}.csv", {"M_z": None}) for name in "ab")).status == 0
+    assert not Path("out.csv").exists()
+    assert Path("out_a.csv").read_text() == Path("out_b.csv").read_text()
+
+
 def test_a_found_model_knows_its_recordings(simulate: Run, write_csv: Write, rig: Path) -> None:
     path, other = write_csv("run.csv"), write_csv("another.csv")
     simulate("--model", "model.json", path, out="found.csv")
