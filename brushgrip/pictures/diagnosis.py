@@ -114,11 +114,9 @@ def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]
     return artists
 
 
-def draw_signatures(path: Path, before: Signatures, after: Signatures | None = None) -> None:
+def draw_signatures(path: Path, before: Signatures, after: Signatures) -> None:
     """Draw the autocorrelation and the correlation with each signal, with 99 % bands."""
-    stages: list[Stage] = [
-        (s, *of) for s, of in zip((before, after), _STAGES, strict=True) if s is not None
-    ]
+    stages: list[Stage] = [(before, *_STAGES[0]), (after, *_STAGES[1])]
     with picture(path, 1.2 + 0.34 * len(before.signatures)) as figure:
         autocorrelation, correlations = figure.subplots(1, 2, width_ratios=[2, 3])
         _autocorrelation(autocorrelation, stages)

@@ -21,16 +21,17 @@ def share(picture: np.ndarray, colour: str) -> float:
     return float(np.mean(np.abs(picture[..., :3] - wanted).max(axis=-1) < 0.02))
 
 
-def test_signatures_of_one_stage_or_of_both() -> None:
-    both, before = Path("both.png"), Path("before.png")
-    draw_signatures(both, signatures(1.0, 1.0), signatures(-1.0, 0.1))
-    draw_signatures(before, signatures(0.2, 0.3))
-    two, one = (matplotlib.image.imread(path) for path in (both, before))
+def test_signatures_of_both_stages() -> None:
+    pictures = []
+    for before, after in ((signatures(1.0, 1.0), signatures(-1.0, 0.1)), (signatures(0.2, 0.3),) * 2):
+        draw_signatures(Path("signatures.png"), before, after)
+        pictures.append(matplotlib.image.imread("signatures.png"))
+    long, short = pictures
 
-    assert share(two, AFTER) > 0.001 > share(one, AFTER)
-    assert share(two, BEFORE) > 2 * share(one, BEFORE) > 0.005, "longer bars cover more"
-    assert share(one, QUIET) > 1e-4, "the band"
-    for edge in (two[:2], two[-2:], two[:, :2], two[:, -2:]):
+    assert share(long, AFTER) > 0.001
+    assert share(long, BEFORE) > 2 * share(short, BEFORE) > 0.005, "longer bars cover more"
+    assert share(short, QUIET) > 1e-4, "the band"
+    for edge in (long[:2], long[-2:], long[:, :2], long[:, -2:]):
         assert edge[..., :3].min() > 0.99, "nothing is cut off"
 
 
