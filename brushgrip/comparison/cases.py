@@ -28,22 +28,14 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Case:
-    """A recording with the friction that its estimates are compared with.
-
-    Attributes:
-        declared: friction coefficient that errors refer to [1]; a reference, not the truth.
-        origin: where that coefficient comes from.
-        author: the author's estimate, None where there is none.
-        span: the samples from the beginning of the turn on; those of the author's estimate, if any.
-        settled: True at the samples over which the error is taken.
-    """
+    """A recording with the friction that its estimates are compared with."""
 
     recording: Recording
-    declared: float
-    origin: str
-    author: PublishedFriction | None
-    span: slice
-    settled: NDArray[np.bool_]
+    declared: float  # Friction coefficient that errors refer to [1]; a reference, not the truth.
+    origin: str  # Of that coefficient.
+    author: PublishedFriction | None  # The author's estimate, if any.
+    span: slice  # Samples from the beginning of the turn on, or those of the author's estimate.
+    settled: NDArray[np.bool_]  # True where the error is taken.
 
     def rmse(self, mu: Array) -> float:
         """Root mean square of mu, shape (n,), minus the declared [1]; [Györök 2022], section 5.3.1."""

@@ -37,22 +37,15 @@ FIGURES = ("settling", "drift", "relative_band", "coverage", "reference_coverage
 class FrictionOutcome:
     """Friction by the EKF on the assumed model, k as given (before), and on the model found (after).
 
-    Attributes:
-        grounds: names of the recordings of each ground, those without one under an empty name.
-        holdout: names of the recordings to which no shared parameter was fitted; their errors still
-            chose the effects.
-        tracks: friction over time of every recording by `EKF_DECLARED` and `EKF_FOUND`, and of some by
-            `MHE_FOUND`.
-        slide_speed: sliding speed that mu_eff belongs to, averaged over the contact by its pressure and
-            over the recordings [m/s]; None where unknown.
+    Tracks are of every recording by `EKF_DECLARED` and `EKF_FOUND`, and of some by `MHE_FOUND`.
     """
 
     before: Stage
     after: Stage
-    grounds: Mapping[str, tuple[str, ...]]
-    holdout: tuple[str, ...] = ()
+    grounds: Mapping[str, tuple[str, ...]]  # Recordings of each ground, "" for none.
+    holdout: tuple[str, ...] = ()  # No shared parameter was fitted to them; they chose the effects.
     tracks: tuple[FrictionTrack, ...] = ()
-    slide_speed: float | None = None
+    slide_speed: float | None = None  # That mu_eff belongs to, mean over contact and recordings [m/s].
 
     def tracks_of(self, label: str = EKF_FOUND) -> dict[str, FrictionTrack]:
         """The tracks of an observer, `EKF_DECLARED`, `EKF_FOUND` or `MHE_FOUND`, by recording."""

@@ -55,41 +55,26 @@ WHOLE = (None, None)
 
 @dataclass(frozen=True, kw_only=True)
 class Inputs:
-    """What a command reads, located: recordings and models are read when they are asked for.
+    """What a command reads, located: recordings and models are read when they are asked for."""
 
-    Attributes:
-        paths: files of the recordings in order, by a label of their own.
-        files: these, the sources of the user's effects, and what is read along; each once.
-        grounds: what `--ground` says, by label.
-        span: first and last time that is used of each recording [s]; None for all of it.
-        steering_ratio: angle of the steering wheel, which was recorded, over the wheel's; None where the
-            wheel's was.
-    """
-
-    paths: Mapping[str, Path]
-    files: tuple[Path, ...]
+    paths: Mapping[str, Path]  # Of the recordings in order, by a label of their own.
+    files: tuple[Path, ...]  # These, sources of the user's effects, and what is read along; each once.
     rig: Path | None
     model: Path | None
     signals: SignalMap
     vehicle: Path | None = None
     effects: tuple[Effect, ...]
-    grounds: Mapping[str, str]
-    span: tuple[float | None, float | None] = WHOLE
-    steering_ratio: float | None = None
+    grounds: Mapping[str, str]  # What `--ground` says, by label.
+    span: tuple[float | None, float | None] = WHOLE  # That is used of each recording [s].
+    steering_ratio: float | None = None  # Angle recorded of the steering wheel over the wheel's.
 
     def recordings(self, *, torque_required: bool = True, causal: bool = False) -> list[Recording]:
         """The recordings in order, each on its ground; `causal` fills gaps from the past alone."""
         nominal = None if self.rig is None else read_rig(self.rig)
         vehicle = None if self.vehicle is None else read_vehicle(self.vehicle)
+        options = {"torque_required": torque_required, "causal": causal}
         read = [
-            read_recording(
-                path,
-                nominal,
-                torque_required=torque_required,
-                causal=causal,
-                signals=self.signals,
-                vehicle=vehicle,
-            )
+            read_recording(path, nominal, signals=self.signals, vehicle=vehicle, **options)
             for path in self.paths.values()
         ]
         if torque_required:

@@ -10,29 +10,17 @@ from symbolic import InvalidInputError
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """How a session stands: texts are empty for nothing.
+    """How a session stands; texts are empty for nothing."""
 
-    Attributes:
-        t: time of the newest sample [s].
-        estimate: after it; None before any.
-        usable: whether a controller may act on it now: usable, and not old.
-        age: since its sample came [s].
-        status: what is wrong and what mends it.
-        advice: what to do next.
-        counts: samples by what became of them.
-        recording: file and samples.
-        ended: whether the source has come to its end.
-    """
-
-    t: float
-    estimate: Estimate | None
-    usable: bool
-    age: float
-    status: str
-    advice: str
-    counts: dict[str, int]
-    recording: str
-    ended: bool
+    t: float  # Of the newest sample [s].
+    estimate: Estimate | None  # After it; None before any.
+    usable: bool  # Whether a controller may act on it now: usable, and not old.
+    age: float  # Since its sample came [s].
+    status: str  # What is wrong and what mends it.
+    advice: str  # What to do next.
+    counts: dict[str, int]  # Samples by what became of them.
+    recording: str  # File and samples.
+    ended: bool  # Whether the source has come to its end.
 
 
 def friction_of(estimate: Estimate | None) -> tuple[float, float]:

@@ -97,17 +97,11 @@ BUFFER = 8_000_000
 
 
 class Source(Protocol):
-    """An open source.
+    """An open source."""
 
-    Attributes:
-        waits: whether it may be read later without loss, as a file.
-        refused: messages that could not be used.
-        fault: why the last one of them could not.
-    """
-
-    waits: bool
-    refused: int
-    fault: str
+    waits: bool  # Whether it may be read later without loss, as a file.
+    refused: int  # Messages that could not be used.
+    fault: str  # Why the last one of them could not.
 
     def read(self) -> list[Row]:
         """Samples that have come, after at most `WAIT` none.

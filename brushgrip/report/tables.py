@@ -35,18 +35,13 @@ from identification import Diagnosis, Signature
 
 @dataclass(frozen=True, kw_only=True)
 class ReportTable:
-    """A table whose first column names its rows.
-
-    Attributes:
-        words: columns that hold words; the others hold numbers, to the right.
-        narrow: no wider than its content.
-    """
+    """A table whose first column names its rows."""
 
     caption: str
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
-    words: Sequence[int] = ()
-    narrow: bool = False
+    words: Sequence[int] = ()  # Columns that hold words; the others hold numbers, to the right.
+    narrow: bool = False  # No wider than its content.
 
 
 def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
