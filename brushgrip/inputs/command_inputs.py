@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import TypeVar
@@ -72,11 +73,10 @@ class Inputs:
         """The recordings in order, each on its ground; `causal` fills gaps from the past alone."""
         nominal = None if self.rig is None else read_rig(self.rig)
         vehicle = None if self.vehicle is None else read_vehicle(self.vehicle)
-        options = {"torque_required": torque_required, "causal": causal}
-        read = [
-            read_recording(path, nominal, signals=self.signals, vehicle=vehicle, **options)
-            for path in self.paths.values()
-        ]
+        read_one = partial(
+            read_recording, torque_required=torque_required, causal=causal, signals=self.signals
+        )
+        read = [read_one(path, nominal, vehicle=vehicle) for path in self.paths.values()]
         if torque_required:
             self._require_distinct(read, shares_samples, ", either for training or held out")
         return [
