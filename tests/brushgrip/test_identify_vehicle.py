@@ -66,41 +66,41 @@ def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
     assert changes["gear_friction"] == pytest.approx((200 + 3000 * 0.015 / 2, 3000 * 0.015))
 
 
-def ground_log(folder: Path, **of_file: object) -> list[object]:
+def ground_log(**of_file: object) -> list[object]:
     """The arguments for a car that steered from lock to lock on ground of mu 0.8, its file written."""
     t, rack = steering()
     force = SimulatedCar(mu=(0.8, 0.8)).force(rack)
-    write_columns(folder / "g.csv", {"t": t, "rack": rack, "F_rack": force})
-    (folder / "car.toml").write_text(vehicle_text(**of_file))
-    return ["--vehicle", folder / "car.toml", "--lock-to-lock", folder / "g.csv"]
+    write_columns(Path("g.csv"), {"t": t, "rack": rack, "F_rack": force})
+    Path("car.toml").write_text(vehicle_text(**of_file))
+    return ["--vehicle", "car.toml", "--lock-to-lock", "g.csv"]
 
 
-def test_tyres_go_into_the_vehicle_file(run: Run, tmp_path: Path) -> None:
-    log = ground_log(tmp_path, brakes="true")
+def test_tyres_go_into_the_vehicle_file(run: Run) -> None:
+    log = ground_log(brakes="true")
     given = [*log, "--ground-friction", 0.8, "--friction-tolerance", 0.02]
-    outcome = run("identify", *given, "--write-vehicle", tmp_path / "new.toml")
-    new = vehicle_from_tables(tomllib.loads((tmp_path / "new.toml").read_text()))
+    outcome = run("identify", *given, "--write-vehicle", Path("new.toml"))
+    new = vehicle_from_tables(tomllib.loads(Path("new.toml").read_text()))
 
     assert outcome.status == 0
     assert new.slide_factor == pytest.approx(1, abs=0.05)
     assert 0.02 / 0.8 < new.tolerances.slide_factor < 0.05
     assert new.tolerances.load == pytest.approx(0.03)
     assert new.slide_load == new.front_axle_load == 8000
-    assert "# on ground of mu 0.8 ± 0.02, load 8000 N\n" in (tmp_path / "new.toml").read_text()
+    assert "# on ground of mu 0.8 ± 0.02, load 8000 N\n" in Path("new.toml").read_text()
     assert "unexplained, of full slide (rms)" in outcome.out
     assert outcome.err == "", "no warning"
     assert new.tolerances.stiffness < 0.15
     assert "slide_factor holds for a front axle load of 8000 N" in outcome.out
 
     # With the file that was written, friction rests on these two.
-    told = run("estimate", "--vehicle", tmp_path / "new.toml", tmp_path / "g.csv").out
+    told = run("estimate", "--vehicle", Path("new.toml"), Path("g.csv")).out
 
     assert "measured torque of full slide 0.0" in told
     assert "half-length" not in told
 
 
-def test_a_doubtful_slide_factor_is_warned_of(run: Run, tmp_path: Path) -> None:
-    outcome = run("identify", *ground_log(tmp_path, brakes="true"), "--ground-friction", 0.6)
+def test_a_doubtful_slide_factor_is_warned_of(run: Run) -> None:
+    outcome = run("identify", *ground_log(brakes="true"), "--ground-friction", 0.6)
 
     assert outcome.status == 0
     assert outcome.err.count("\n") == 1
@@ -122,25 +122,23 @@ def test_tyres_are_written_with_room_for_fuel_and_the_length_under_the_load() ->
     assert "half_length" not in tyre_changes(replace(car, slide_load=None), found)
 
 
-def test_friction_stays_usable_under_the_load_that_is_declared_since(run: Run, tmp_path: Path) -> None:
-    log = ground_log(tmp_path, brakes="true")
-    run("identify", *log, "--ground-friction", 0.8, "--write-vehicle", tmp_path / "new.toml")
-    changed = (
-        (tmp_path / "new.toml").read_text().replace("{ value = 8000.0, tolerance = 240.0 }", "9600.0")
-    )
-    (tmp_path / "loaded.toml").write_text(changed)
+def test_friction_stays_usable_under_the_load_that_is_declared_since(run: Run) -> None:
+    log = ground_log(brakes="true")
+    run("identify", *log, "--ground-friction", 0.8, "--write-vehicle", Path("new.toml"))
+    changed = Path("new.toml").read_text().replace("{ value = 8000.0, tolerance = 240.0 }", "9600.0")
+    Path("loaded.toml").write_text(changed)
     t, rack = steering()
     force = SimulatedCar(mu=(0.8, 0.8), load=4800.0, half_length=0.066).force(rack)
-    write_columns(tmp_path / "l.csv", {"t": t, "rack": rack, "F_rack": force})
+    write_columns(Path("l.csv"), {"t": t, "rack": rack, "F_rack": force})
     run(
         "estimate",
         "--vehicle",
-        tmp_path / "loaded.toml",
-        tmp_path / "l.csv",
+        Path("loaded.toml"),
+        Path("l.csv"),
         "--out",
-        tmp_path / "mu.csv",
+        Path("mu.csv"),
     )
-    told = table_of(tmp_path / "mu.csv")
+    told = table_of(Path("mu.csv"))
     usable = told["usable"] > 0
 
     assert "9600.0" in changed
@@ -159,6 +157,6 @@ def test_friction_stays_usable_under_the_load_that_is_declared_since(run: Run, t
     ],
 )
 def test_tyres_are_refused_where_ground_or_brakes_are_not_known(
-    run: Run, tmp_path: Path, of_file: dict[str, object], options: list[object], said: str
+    run: Run, of_file: dict[str, object], options: list[object], said: str
 ) -> None:
-    run("identify", *ground_log(tmp_path, **of_file), *options).refused(said)
+    run("identify", *ground_log(**of_file), *options).refused(said)

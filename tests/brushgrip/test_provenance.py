@@ -23,8 +23,8 @@ from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Run, Write
 
 
-def write_result(folder: Path, made: dict[str, Any]) -> Path:
-    document = folder / "diagnosis.json"
+def write_result(made: dict[str, Any]) -> Path:
+    document = Path("diagnosis.json")
     document.write_text(json.dumps({"provenance": {**made, "files": ["old.png", "../far.png", ""]}}))
     return document
 
@@ -59,21 +59,19 @@ def test_files_to_clear_are_plain_names(files: Any, recordings: list[Path]) -> N
     assert require_same_run(document, made, force=False) == expected
 
 
-def test_the_same_run_may_replace_itself(recordings: list[Path], tmp_path: Path) -> None:
+def test_the_same_run_may_replace_itself(recordings: list[Path]) -> None:
     made = provenance_of(recordings, robust=None, ground=[])
-    document = write_result(tmp_path, made | {"time_utc": "2020-01-01T00:00:00+00:00"})
+    document = write_result(made | {"time_utc": "2020-01-01T00:00:00+00:00"})
 
     assert require_same_run(document, made, force=False) == ("old.png",)
-    assert require_same_run(tmp_path / "none.json", made, force=False) == ()
+    assert require_same_run(Path("none.json"), made, force=False) == ()
 
 
 @pytest.mark.parametrize(
     "change", ["input", "order", "setting", "signals", "no provenance", "damaged", "text"]
 )
-def test_another_run_is_not_replaced_unless_forced(
-    recordings: list[Path], tmp_path: Path, change: str
-) -> None:
-    document = write_result(tmp_path, provenance_of(recordings, robust=None))
+def test_another_run_is_not_replaced_unless_forced(recordings: list[Path], change: str) -> None:
+    document = write_result(provenance_of(recordings, robust=None))
     robust, signals = (0.1 if change == "setting" else None), {"t": 1} if change == "signals" else {}
     if change == "input":
         recordings[1].write_text("other")
