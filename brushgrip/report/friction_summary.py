@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome, mean_figures
 from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
 from identification import Diagnosis
@@ -43,7 +43,7 @@ def last_usable_friction(track: FrictionTrack) -> str:
 def band_shares(outcome: FrictionOutcome) -> dict[str, float]:
     """Shares of the variance of the last usable friction by cause, over all recordings [1]."""
     squares: dict[str, float] = {}
-    for track in outcome.tracks_of(EKF_FOUND).values():
+    for track in outcome.tracks_of().values():
         for cause, half in track.budget.items():
             squares[cause] = squares.get(cause, 0.0) + half**2
     whole = sum(squares.values())
@@ -95,15 +95,10 @@ def usable_until(track: FrictionTrack) -> str:
 
 def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     """That friction goes with the load from recording to recording, in sentences; else empty."""
-    tracks, loads = outcome.tracks_of(EKF_FOUND), median_loads(diagnosis)
+    loads = median_loads(diagnosis)
     known = {
-        ground: [
-            (loads[n], t.mu[t.last_usable])
-            for n in names
-            if n in loads and (t := tracks.get(n)) and t.last_usable is not None
-        ]
-        for ground, names in outcome.grounds.items()
-        if ground
+        ground: [(loads[t.name], t.mu[at]) for t, at in outcome.known_tracks(ground) if t.name in loads]
+        for ground in filter(None, outcome.grounds)
     }
     chance, falls = order_by_chance(list(known.values()))
     if chance > CHANCE:
@@ -136,7 +131,7 @@ def median_loads(diagnosis: Diagnosis) -> dict[str, float]:
 
 def goes_pale(outcome: FrictionOutcome) -> bool:
     """Whether a track of the model found is not usable somewhere after its first usable sample."""
-    tracks = outcome.tracks_of(EKF_FOUND).values()
+    tracks = outcome.tracks_of().values()
     return any((np.diff(track.usable.astype(int)) < 0).any() for track in tracks)
 
 
@@ -181,22 +176,17 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
 """Label, text and meaning of those of `FIGURES` that compare the EKF with more than itself."""
 
 
-def friction_group_labels(outcome: FrictionOutcome) -> list[str]:
-    """Labels of the groups that `friction_quality_rows` has values of: those held out first."""
-    return [GROUP_LABELS[group] for group in list(outcome.groups())[::-1]]
-
-
-def friction_quality_rows(outcome: FrictionOutcome) -> list[tuple[str, list[str], str]]:
-    """Rows of a table: a label, the figure before → after for each group, and what it means."""
+def friction_quality(outcome: FrictionOutcome) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Headings and rows of a table: figures before → after for each group, and what they mean."""
     rows = []
-    groups = list(outcome.groups().values())[::-1]
-    stages = outcome.stages.values()
+    groups = dict(reversed(outcome.groups().items()))
+    stages = (outcome.before, outcome.after)
     for figure, (label, text, words) in _FIGURE_TEXTS.items():
         cells = []
-        for names in groups:
-            pair = " → ".join(text(outcome.mean_figures(stage, names)[figure]) for stage in stages)
+        for names in groups.values():
+            pair = " → ".join(text(mean_figures(stage, names)[figure]) for stage in stages)
             known = min(sum(getattr(stage[n], figure) is not None for n in names) for stage in stages)
             # A mean over fewer recordings than there are says so.
             cells.append(pair + f" ({known} of {len(names)})" * (known < len(names)))
-        rows.append((label, cells, words))
-    return rows
+        rows.append((label, *cells, words))
+    return ["figure", *(GROUP_LABELS[group] for group in groups), "in plain words"], rows

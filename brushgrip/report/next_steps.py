@@ -4,9 +4,9 @@ from math import sqrt
 from statistics import fmean
 
 from brushgrip.estimation.anomalies import SUSPECTED
-from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.report.findings_and_reservations import doubts
 from brushgrip.report.friction_summary import band_shares
-from brushgrip.report.scope import doubts
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed, proposed_recordings, rest_is_larger
 from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
 from brushgrip.wording.friction import narrowed_by
@@ -38,7 +38,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
 
     Where nothing is open, what narrows the ± of friction.
     """
-    tracks = outcome.tracks_of(EKF_FOUND)
+    tracks = outcome.tracks_of()
     steps = []
     if diagnosis.notes and diagnosis.notes[0].startswith(SUSPECTED):
         steps.append("mend the input that looks wrong, or leave its recording out, and run this again")
@@ -80,7 +80,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
 
 
 def _for_the_model(diagnosis: Diagnosis) -> list[str]:
-    """The recordings that tell more of the model, or that it was judged on others than it was fitted to."""
+    """What recordings would tell more of the model, or that those that judge may be others."""
     apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
     proposed = f"stands under “Next recording”, which tells {apart}"
     if diagnosis.unexplained.present:
@@ -154,10 +154,9 @@ def told_apart(diagnosis: Diagnosis) -> str:
 
 def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
     """What the bands of grounds are without what a remedy addresses; empty where none has a band."""
-    shares, tracks, changes = band_shares(outcome), outcome.tracks_of(EKF_FOUND), []
+    shares, changes = band_shares(outcome), []
     for ground, one in outcome.further().items():
-        own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
-        squares = [float(t.mu_std[t.last_usable]) ** 2 for t in own if t.last_usable is not None]
+        squares = [float(track.mu_std[at]) ** 2 for track, at in outcome.known_tracks(ground)]
         if one.further is not None:
             share = sum(shares.get(cause, 0.0) for cause in causes)
             best = sqrt(max(0.0, one.further**2 - share * BAND_95**2 * fmean(squares)))

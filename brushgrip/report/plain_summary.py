@@ -1,9 +1,7 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
-from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.report.friction_summary import grounds_alike, last_usable_friction, order_with_load
-from brushgrip.report.next_steps import next_steps
-from brushgrip.report.scope import (
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.report.findings_and_reservations import (
     LEFT_OUT,
     benefit,
     doubts,
@@ -14,6 +12,8 @@ from brushgrip.report.scope import (
     stiffness_cases,
     validity,
 )
+from brushgrip.report.friction_summary import grounds_alike, last_usable_friction, order_with_load
+from brushgrip.report.next_steps import next_steps
 from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
 from brushgrip.wording.formatting import listed, percent, plain, sentence
 from brushgrip.wording.friction import further_recording, prediction_band
@@ -43,7 +43,7 @@ def lines_to_send(
 ) -> list[tuple[str, list[str]]]:
     """A mail, each part a label and its items; what is acted on comes first."""
     told = outcome or FrictionOutcome(before={}, after={}, grounds={})
-    known = any(track.last_usable is not None for track in told.tracks_of(EKF_FOUND).values())
+    known = any(map(told.known_tracks, told.grounds))
     steps = next_steps(diagnosis, told)
     certainty = [*_holds(told), order_with_load(told, diagnosis), *reservation(diagnosis)]
     off = stiffness_cases(diagnosis)
@@ -127,8 +127,7 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
     """How recordings on a ground differ, where that is most of its band's variance; else empty."""
     if (friction.scatter_share or 0.0) <= 0.5:
         return ""
-    tracks = [outcome.tracks_of(EKF_FOUND)[name] for name in outcome.grounds[ground]]
-    values = [float(t.mu[t.last_usable]) for t in tracks if t.last_usable is not None]
+    values = [float(track.mu[at]) for track, at in outcome.known_tracks(ground)]
     return (
         f"The ±{f' on {ground}' * bool(ground)} is wide because {len(values)} recordings differ, from"
         f" {min(values):.2f} to {max(values):.2f}, and so few do not show how far one more may be off."
@@ -142,10 +141,8 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
         by, count = further.recordings, len(outcome.grounds[ground])
         some = f" (by {by} of {count} recordings)" * (by < count)
         return f"{prediction_band(further)}{where}{some}"
-    tracks = outcome.tracks_of(EKF_FOUND)
-    own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
-    known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])
-    values = [f"{last_usable_friction(track)} ({track.name})" for track in known]
+    known = sorted(outcome.known_tracks(ground), key=lambda own: own[0].mu[own[1]])
+    values = [f"{last_usable_friction(track)} ({track.name})" for track, _ in known]
     if len(values) > MAX_LISTED:
         return f"{values[0]} to {values[-1]}{where} in {len(values)} recordings"
     return (listed(values) or "not known") + where
@@ -154,7 +151,7 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
 def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """What the recordings leave open, each in a phrase."""
     parts = []
-    tracks = outcome.tracks_of(EKF_FOUND).values()
+    tracks = outcome.tracks_of().values()
     if never := [track.name for track in tracks if track.last_usable is None]:
         parts.append(f"friction in {listed(never)}")
     ending = [t for t in tracks if t.last_usable not in (None, t.t.size - 1)]

@@ -71,7 +71,7 @@ def rest_is_larger(diagnosis: Diagnosis) -> bool:
     """Whether more is unexplained than the effects found explain, or none of them is clear."""
     if not diagnosis.unexplained.present:
         return False
-    before, after = judged_errors(diagnosis)
+    _, before, after = judged_errors(diagnosis)
     clear = any(effect.grade in CLEAR for effect in diagnosis.effects)
     return not clear or diagnosis.unexplained.structured > before - after
 
@@ -107,9 +107,14 @@ def _family(name: str, effects: list[FoundEffect]) -> str:
     return f"{plain(name)} ({'; '.join(laws)})"
 
 
+def rivals_of(effect: FoundEffect) -> str:
+    """The effects that this one may be as well; empty for none."""
+    return listed([plain(name) for name in effect.indistinguishable_from], "or")
+
+
 def _rivals(effect: FoundEffect, form: str) -> str:
     """The effects that an ambiguous one may be."""
-    rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
+    rivals = rivals_of(effect)
     remedy = ": record it" * (UNRECORDED_LOAD in effect.indistinguishable_from)
     return form.format(rivals + remedy) if effect.grade == "ambiguous" and rivals else ""
 
@@ -121,7 +126,7 @@ def mechanism(effect: FoundEffect) -> str:
 
 def explained_grade(effect: FoundEffect) -> str:
     """Why an effect has its grade, in one sentence."""
-    errors, rivals = effect.standard_errors, [plain(name) for name in effect.indistinguishable_from]
+    errors, rivals = effect.standard_errors, rivals_of(effect)
     fall = "The gain is practically not chance" + f" ({errors or 0:.1f} standard errors)" * bool(errors)
     match effect.grade:
         case "stands_in":
@@ -136,7 +141,7 @@ def explained_grade(effect: FoundEffect) -> str:
         case "ambiguous":
             if not rivals:
                 return f"{fall}, but another effect that the model has too would explain as much alone."
-            return f"{fall}, but {listed(rivals, 'or')} would explain as much."
+            return f"{fall}, but {rivals} would explain as much."
         case "strong":
             return f"{fall}, and no other effect with as few parameters does as well."
 
@@ -178,10 +183,7 @@ def _why_weak(effect: FoundEffect) -> str:
 
 
 def plain_parameter(name: str) -> tuple[str, str]:
-    """A parameter in words, and its owner: `carcass_torsion.k_t [a]` as `carcass torsion: k_t` and `a`.
-
-    The owner is empty for what the whole model has.
-    """
+    """A parameter in words, and its owner: `effect_a.k_t [b]` as `effect a: k_t` and `b`."""
     path, _, owner = name.partition(" [")
     effect, dot, own = path.rpartition(".")
     text = f"{plain(effect)}: {own}" if dot else COMMON_NAMES.get(path, path)

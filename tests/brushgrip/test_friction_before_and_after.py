@@ -15,9 +15,16 @@ from brushgrip.estimation.friction_before_and_after import (
 )
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
+from brushgrip.report.findings_and_reservations import (
+    benefit,
+    friction_over_speed,
+    missing_effects,
+    notes_beside,
+    reservation,
+    simulated_warning,
+)
 from brushgrip.report.friction_summary import (
-    friction_group_labels,
-    friction_quality_rows,
+    friction_quality,
     last_usable_friction,
     order_with_load,
     usable_until,
@@ -27,14 +34,6 @@ from brushgrip.report.plain_summary import (
     friction_and_notes,
     lines_to_send,
     next_steps,
-)
-from brushgrip.report.scope import (
-    benefit,
-    friction_over_speed,
-    missing_effects,
-    notes_beside,
-    reservation,
-    simulated_warning,
 )
 from brushgrip.report.tables import latest_friction
 from identification import Curve, Diagnosis, FoundFamily, FoundModel
@@ -55,9 +54,9 @@ def test_training_and_held_out_recordings_are_reported_apart() -> None:
     assert before["training"]["mean"]["settling"] == 1.5
     assert before["holdout"]["mean"]["settling"] == 7.0
     assert before["holdout"]["mean"]["reference_coverage"] == pytest.approx(0.7)
-    rows = {label: values for label, values, _ in friction_quality_rows(make_outcome("c", "d"))}
-    assert friction_group_labels(make_outcome("c", "d")) == ["validation", "training"]
-    assert rows["time to settle"] == ["7.0 s → 1.0 s", "1.5 s → 1.0 s"]
+    headings, rows = friction_quality(make_outcome("c", "d"))
+    assert headings == ["figure", "validation", "training", "in plain words"]
+    assert rows[0][:3] == ("time to settle", "7.0 s → 1.0 s", "1.5 s → 1.0 s")
 
 
 def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> str:
@@ -67,7 +66,7 @@ def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> s
 
 def test_without_held_out_recordings_all_are_training() -> None:
     assert "holdout" not in make_outcome().to_dict()["before"]
-    assert friction_group_labels(make_outcome()) == ["training"]
+    assert friction_quality(make_outcome())[0] == ["figure", "training", "in plain words"]
 
 
 def test_friction_is_that_of_the_last_usable_sample() -> None:
@@ -350,16 +349,14 @@ def test_the_demo_states_the_friction_that_it_simulates() -> None:
     assert f"{float(min(friction)):.2f} to {float(max(friction)):.2f}" == TRUE_FRICTION
 
 
-def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_from(
-    tmp_path: Path,
-) -> None:
+def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_from() -> None:
     source = demo_folder() / "train_a.csv"
-    copied, own = tmp_path / "ours.csv", tmp_path / "own.csv"
+    copied, own = Path("ours.csv"), Path("own.csv")
     copied.write_bytes(source.read_bytes())
     own.write_bytes(source.read_bytes() + b"\n")
 
     assert simulated_warning(provenance_of([copied])).startswith("Simulated, not measured: all rec")
-    (module := tmp_path / "own.py").write_text("")
+    (module := Path("own.py")).write_text("")
     assert "all recordings come" in simulated_warning(provenance_of([copied, module]))
     assert "1 of 2 recordings come" in simulated_warning(provenance_of([copied, own]))
     assert simulated_warning(provenance_of([own])) == simulated_warning(None) == ""
