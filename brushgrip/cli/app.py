@@ -36,11 +36,7 @@ ORDER = ("demo", "fetch", "simulate", "identify", "diagnose", "estimate", "plan"
 
 
 def found_commands() -> dict[str, type]:
-    """What a user asks of each command, by its name, in the order of the help.
-
-    A command is a file of `brushgrip.commands`, say `plan.py`, with a frozen dataclass of its options,
-    `PlanRequest`, that runs it.
-    """
+    """The request of each command, by its name, from its file; in the order of the help."""
     names = {module.name for module in iter_modules(commands.__path__)} - {"options"}
     places = {name: place for place, name in enumerate(ORDER)}
     return {
@@ -182,10 +178,7 @@ def _print_error(message: str) -> None:
 
 
 def repeat_lists(arguments: Sequence[str]) -> list[str]:
-    """The arguments with `--holdout A B` written as `--holdout A --holdout B`, and so all of `LISTS`.
-
-    Everything up to the next argument that begins with a dash belongs to the option.
-    """
+    """The arguments with `--holdout A B` written as `--holdout A --holdout B`, and so all of `LISTS`."""
     spread: list[str] = []
     rest = list(arguments)
     while rest:

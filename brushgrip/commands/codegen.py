@@ -88,6 +88,7 @@ class CodegenRequest:
 
     def run(self) -> None:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
+        from brushgrip.inputs.chosen_observer import chosen_observer, described_by, window_setting
         from brushgrip.inputs.command_inputs import locate_inputs
         from brushgrip.inputs.settings import chosen_tuning
         from brushgrip.outputs import observer_export
@@ -99,24 +100,12 @@ class CodegenRequest:
         from observers.interfaces.factory import read_vehicle_file
         from symbolic import InvalidInputError
 
-        window = observer_export.window_setting(self.observer, self.window)
+        window = window_setting(self.observer, self.window)
         tuning = chosen_tuning(self.tuning, self.tune)
         inputs = locate_inputs(
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
-        described = observer_export.described_by(self.rig, self.vehicle)
-        observer = observer_export.chosen_observer(
-            self.observer,
-            self.torque,
-            rig=self.rig,
-            vehicle=self.vehicle,
-            model=self.model,
-            effects=inputs.effects,
-            ground=self.ground,
-            tuning=tuning and tuning.profile,
-            by_hand=tuning and tuning.by_hand,
-            **window,
-        )
+        observer = chosen_observer(self.observer, self.torque, inputs, tuning, self.ground, **window)
         found = inputs.found()
         if self.ground is not None and not (found and found.grounds):
             raise InvalidInputError(f"--ground {self.ground}: this model knows no grounds; leave it out")
@@ -130,7 +119,7 @@ class CodegenRequest:
                 files += generate_vehicle(car, stage, real, name=self.name)
             finals = [self.out.resolve() / path.name for path in files]
             size = observer_export.state_bytes(files, self.name)
-            observer_export.append_origin(files, comment(described, self.model))
+            observer_export.append_origin(files, comment(described_by(inputs), self.model))
             inputs.refuse_overwriting(finals)
             require_replaceable(finals)
         # After the files are there: whoever reads the first line alone has them all the same.

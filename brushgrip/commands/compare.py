@@ -1,6 +1,7 @@
 """`brushgrip compare`."""
 
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated
 
@@ -51,14 +52,19 @@ class CompareRequest(RecordingRequest):
         from brushgrip.comparison.methods import default_methods, trained_methods
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
         from brushgrip.estimation.anomalies import implausibility_lines
-        from brushgrip.outputs.atomic import staged_files, write_utf8
+        from brushgrip.outputs.atomic import check_png_name, is_same_file, staged_files, write_utf8
         from brushgrip.outputs.console import progress, say, show, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment
         from brushgrip.pictures.box_plots import draw_boxes
         from brushgrip.wording.formatting import json_text
+        from symbolic import InvalidInputError
 
         declared, count = self.declared or [], len(self.recordings)
-        finals = self._finals()
+        finals = [path for path in (self.out, self.table, self.picture) if path is not None]
+        if any(is_same_file(*pair) for pair in combinations(finals, 2)):
+            raise InvalidInputError("--out, --table and --picture must be different files")
+        if self.picture is not None:
+            check_png_name(self.picture)
         check_references(declared, count, self.author)
         inputs = self.inputs(self.train or (), model=self.model)
         inputs.refuse_overwriting(finals, author_files(inputs.paths.values(), self.author))
@@ -89,16 +95,3 @@ class CompareRequest(RecordingRequest):
         show(document)
         if finals:
             say(f"wrote {', '.join(map(str, finals))}")
-
-    def _finals(self) -> list[Path]:
-        from itertools import combinations
-
-        from brushgrip.outputs.atomic import check_png_name, is_same_file
-        from symbolic import InvalidInputError
-
-        finals = [path for path in (self.out, self.table, self.picture) if path is not None]
-        if any(is_same_file(*pair) for pair in combinations(finals, 2)):
-            raise InvalidInputError("--out, --table and --picture must be different files")
-        if self.picture is not None:
-            check_png_name(self.picture)
-        return finals

@@ -29,29 +29,21 @@ class DemoRequest:
         """Diagnose the embedded recordings and write all results; or write the examples alone."""
         from shutil import copyfile
 
-        import identification
-        from brushgrip.estimation.friction_before_and_after import friction_by_both_models
         from brushgrip.outputs.atomic import staged_directory
-        from brushgrip.outputs.console import progress
         from brushgrip.outputs.provenance import require_same_run
         from brushgrip.published.bundled_files import RIG, copy_examples, demo_inputs
-        from brushgrip.report.diagnosis_folder import DIAGNOSIS, clean_up_and_print, write_diagnosis
-        from identification.selection.trial_runner import processes, submit_of
+        from brushgrip.report.diagnosis_folder import DIAGNOSIS, clean_up_and_print, diagnose_and_write
+        from identification.selection.trial_runner import processes
 
         if self.examples is not None:
             copy_examples(self.examples)
             return
         inputs, training = demo_inputs()
         read = inputs.recordings()
-        recordings, holdout = read[:training], read[training:]
         made = inputs.provenance()
         earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)
         with staged_directory(self.out) as stage, processes(None) as executor:
-            submit = submit_of(executor)
-            with progress() as report:
-                result = identification.diagnose(recordings, holdout, executor=executor, progress=report)
-                report("estimating friction", 0, 1)
-                outcome = friction_by_both_models(recordings, holdout, result, submit)
-            content = write_diagnosis(stage, result, outcome, made, submit)
+            parts = read[:training], read[training:]
+            found = diagnose_and_write(stage, parts, parts, made, executor)
             copyfile(inputs.rig or RIG, stage / RIG)
-        clean_up_and_print(self.out, earlier, content, result, outcome)
+        clean_up_and_print(self.out, earlier, *found)

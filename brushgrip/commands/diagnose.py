@@ -1,6 +1,6 @@
 """`brushgrip diagnose`."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated
 
 from brushgrip.commands.options import (
@@ -59,22 +59,20 @@ class DiagnoseRequest(RecordingRequest):
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
         import identification
-        from brushgrip.estimation.anomalies import suspected_notes
-        from brushgrip.estimation.friction_before_and_after import friction_by_both_models
+        from brushgrip.estimation.anomalies import SUSPECTED, implausibility_lines
         from brushgrip.outputs.atomic import staged_directory
-        from brushgrip.outputs.console import progress, say, warn
+        from brushgrip.outputs.console import say, warn
         from brushgrip.outputs.provenance import require_same_run
         from brushgrip.report.diagnosis_folder import (
             DIAGNOSIS,
             clean_up_and_print,
+            diagnose_and_write,
             results_in,
             thinning_note,
-            write_diagnosis,
         )
         from brushgrip.running.cluster import cluster_or_local_executor
-        from brushgrip.running.unfinished import trial_journal
+        from brushgrip.running.unfinished_search import trial_journal
         from identification.reading.shortened_recordings import thin_recordings
-        from identification.selection.trial_runner import submit_of
         from symbolic import CANDIDATES
         from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 
@@ -86,7 +84,9 @@ class DiagnoseRequest(RecordingRequest):
             held_out=len(held_out), robust=self.robust, ground=list(self.ground or ())
         )
         earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)
-        suspected = suspected_notes(read, warn)
+        suspected = implausibility_lines(read)
+        for line in suspected:
+            warn(line)
         library = CAR_EFFECTS if self.vehicle else CANDIDATES
         least_squares, huber = identification.LEAST_SQUARES, identification.Huber
         loss = least_squares if self.robust is None else huber(threshold=self.robust)
@@ -98,21 +98,17 @@ class DiagnoseRequest(RecordingRequest):
             used, shortened = thin_recordings(read)
             for line in filter(None, (shortened, thinning_note(used))):
                 say(line)
-            with progress() as report:
-                # It bounds the recordings itself, and notes that in its result.
-                result = identification.diagnose(
-                    read[:training],
-                    read[training:],
-                    loss=loss,
-                    candidates=[*library.values(), *inputs.effects],
-                    jobs=self.jobs,
-                    executor=executor,
-                    progress=report,
-                    journal=journal,
-                )
-                report("estimating friction", 0, 1)
-                submit = submit_of(executor)
-                outcome = friction_by_both_models(used[:training], used[training:], result, submit)
-            result = replace(result, notes=(*suspected, *result.notes))
-            content = write_diagnosis(folder, result, outcome, made, submit)
-        clean_up_and_print(self.out, earlier, content, result, outcome)
+            # The search bounds the recordings itself, and notes that in its result.
+            found = diagnose_and_write(
+                folder,
+                (read[:training], read[training:]),
+                (used[:training], used[training:]),
+                made,
+                executor,
+                notes=[f"{SUSPECTED}: {line}" for line in suspected],
+                loss=loss,
+                candidates=[*library.values(), *inputs.effects],
+                jobs=self.jobs,
+                journal=journal,
+            )
+        clean_up_and_print(self.out, earlier, *found)

@@ -10,12 +10,12 @@ import typer
 from brushgrip.commands.options import (
     GroundRequest,
     Jobs,
+    ObserverUsed,
     Scheduler,
     TuningProfile,
     TuningValues,
     VehicleFile,
     file_option,
-    option,
 )
 from brushgrip.inputs.choices import ObserverName
 
@@ -64,9 +64,7 @@ class EstimateRequest(GroundRequest):
     for a formula begins with an apostrophe.
     """
 
-    observer: Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")] = (
-        ObserverName.EKF
-    )
+    observer: ObserverUsed = ObserverName.EKF
     out: Annotated[
         Path | None, file_option("--out", "OUT.csv", "Table to write with a row for each sample.")
     ] = None

@@ -113,7 +113,7 @@ class IdentifyRequest:
         from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.outputs.provenance import KEY
-        from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text, with_identified
+        from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text
         from brushgrip.wording.formatting import json_text, listed, percent, quantity
         from identification import read_vehicle
         from identification.steering.full_slide_calibration import TyresResult
@@ -128,14 +128,15 @@ class IdentifyRequest:
         key, title = ("plates", "Steering, wheels on plates") if self.plates else ("tyres", "Tyres")
         car = read_vehicle(vehicle)
         with staged_files(finals) as stages:
-            result = self._on_plates(car, inputs) if self.plates else self._on_ground(car, inputs)
+            result = self._identified(car, inputs)
             document = {key: asdict(result), KEY: inputs.provenance()}
             if self.out:
                 write_utf8(stages[0], json_text(document))
             if written:
-                comments = {} if self.plates else {"slide_factor": self._held_for(car)}
-                changes = with_identified(car, result)
-                write_utf8(stages[-1], identified_vehicle_text(vehicle, changes, comments))
+                on = f"on ground of mu {self.ground_friction or 0:g} ± {self._tolerance():g}"
+                held_for = {"slide_factor": f"{on}, load {car.front_axle_load:g} N"}
+                text = identified_vehicle_text(vehicle, car, result, {} if self.plates else held_for)
+                write_utf8(stages[-1], text)
         rows = [(name, quantity(one)) for name, one in result.parameters.items()]
         if isinstance(result, TyresResult):
             rows.append(("unexplained, of full slide (rms)", percent(result.rest)))
@@ -170,27 +171,21 @@ class IdentifyRequest:
                 " is wrong by a share, all later friction is wrong by it"
             )
 
-    def _held_for(self, car: "Vehicle") -> str:
-        """What a slide factor was measured on, for a comment."""
-        known = f"± {self._tolerance():g}"
-        return f"on ground of mu {self.ground_friction:g} {known}, load {car.front_axle_load:g} N"
-
     def _tolerance(self) -> float:
         """Of the ground's friction, either way [1]."""
         share = USUAL_TOLERANCE * (self.ground_friction or 0.0)
         return share if self.friction_tolerance is None else self.friction_tolerance
 
-    def _on_plates(self, car: "Vehicle", inputs: "Inputs") -> "PlatesResult":
+    def _identified(self, car: "Vehicle", inputs: "Inputs") -> "PlatesResult | TyresResult":
+        """What recordings on plates, or on ground of known friction, tell of a car."""
+        from brushgrip.inputs.command_inputs import require_brakes_known
         from identification.reading.car import read_rack
+        from identification.steering.full_slide_calibration import identify_tyres
         from identification.steering.plates import identify_on_plates
 
-        racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
-        return identify_on_plates(racks, car)
-
-    def _on_ground(self, car: "Vehicle", inputs: "Inputs") -> "TyresResult":
-        from brushgrip.inputs.command_inputs import require_brakes_known
-        from identification.steering.full_slide_calibration import identify_tyres
-
+        if self.plates:
+            racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
+            return identify_on_plates(racks, car)
         read, friction = inputs.recordings(), self.ground_friction or 0.0
         require_brakes_known(inputs.vehicle, read)
         return identify_tyres(read, car, friction=friction, tolerance=self._tolerance())

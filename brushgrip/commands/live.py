@@ -11,6 +11,7 @@ from brushgrip.commands.options import (
     ChannelMap,
     EffectModules,
     ModelFile,
+    ObserverUsed,
     RigFile,
     TuningProfile,
     TuningValues,
@@ -46,9 +47,7 @@ class LiveRequest:
     channel_map: ChannelMap = None
     effects: EffectModules = None
     ground: Annotated[str | None, option("--ground", help="What the wheel stands on.")] = None
-    observer: Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")] = (
-        ObserverName.EKF
-    )
+    observer: ObserverUsed = ObserverName.EKF
     tuning: TuningProfile = None
     tune: TuningValues = None
     dbc: Annotated[Path | None, option("--dbc", "DBC", "Database of the signals of a CAN bus.")] = None
@@ -95,19 +94,15 @@ class LiveRequest:
 
     def run(self) -> None:
         """Follow the source until it is told to end."""
-        with ExitStack() as stack:
-            senders = self._senders(stack)
-            self._run(self._session(senders))
-
-    def _senders(self, stack: ExitStack) -> "tuple[Sender, ...]":
-        """What sends friction, closed with the stack."""
         from brushgrip.live.sender import DATABASE, Sender
         from brushgrip.outputs.atomic import staged_file, write_utf8
 
         if self.send_dbc is not None:
             with staged_file(self.send_dbc) as stage:
                 write_utf8(stage, DATABASE)
-        return tuple(stack.enter_context(closing(Sender(spec))) for spec in self.send or ())
+        with ExitStack() as stack:
+            senders = [stack.enter_context(closing(Sender(spec))) for spec in self.send or ()]
+            self._run(self._session(tuple(senders)))
 
     def _run(self, session: "Session") -> None:
         from brushgrip.outputs.console import say

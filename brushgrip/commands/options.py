@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from brushgrip.inputs.choices import TorqueChannel, TuningPreset
+from brushgrip.inputs.choices import ObserverName, TorqueChannel, TuningPreset
 
 if TYPE_CHECKING:
     from brushgrip.inputs.command_inputs import Inputs
@@ -83,6 +83,7 @@ VehicleFile = Annotated[
 ]
 RigAlone = Annotated[Path | None, option("--rig", "R", "Rig file (TOML).")]
 VehicleAlone = Annotated[Path | None, option("--vehicle", "CAR", "Vehicle file (TOML) of a car.")]
+ObserverUsed = Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")]
 TorqueMeasured = Annotated[
     TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
 ]

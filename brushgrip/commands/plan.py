@@ -82,6 +82,7 @@ class PlanRequest:
 
     def run(self) -> None:
         """Write the path and say how far to turn on each ground."""
+        from brushgrip.inputs.chosen_observer import chosen_observer
         from brushgrip.inputs.command_inputs import locate_inputs, staged_tables
         from brushgrip.inputs.settings import (
             chosen_limits,
@@ -92,9 +93,8 @@ class PlanRequest:
         )
         from brushgrip.outputs.atomic import write_utf8
         from brushgrip.outputs.console import progress
-        from brushgrip.outputs.observer_export import chosen_observer
-        from brushgrip.outputs.planned import plan_csv
-        from brushgrip.pictures.planned import draw_plan_and_forecast
+        from brushgrip.outputs.plan_texts import plan_csv
+        from brushgrip.pictures.plan import draw_plan_and_forecast
         from observers import AligningTorque, plan
         from observers.planning.plan import MUS
 
@@ -104,17 +104,7 @@ class PlanRequest:
         inputs = locate_inputs(
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
-        observer = chosen_observer(
-            self.observer,
-            self.torque,
-            rig=self.rig,
-            vehicle=self.vehicle,
-            model=self.model,
-            effects=inputs.effects,
-            ground=None,
-            tuning=tuning and tuning.profile,
-            by_hand=tuning and tuning.by_hand,
-        )
+        observer = chosen_observer(self.observer, self.torque, inputs, tuning)
         if self.vehicle is None and observer.channel == "M_z":
             observer = replace(observer, measurement_model=AligningTorque(stiffness=True))
         F_N = load_of(self.vehicle, self.load)
@@ -137,7 +127,7 @@ class PlanRequest:
     def _say(self, planned: "Plan", finals: list[Path], angle: "SignalSource") -> None:
         """Print what the plan tells on each ground; a target that is missed on one is a fault."""
         from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.outputs.planned import plan_document, rows_by_ground, turning
+        from brushgrip.outputs.plan_texts import plan_document, rows_by_ground, turning
         from symbolic import BrushgripError
 
         say(turning(planned, self.vehicle, angle))
@@ -148,6 +138,8 @@ class PlanRequest:
         say("one path for all grounds: on most its first turns do; stop once friction is as good")
         if self.vehicle:
             say("this is for a car as declared; off within its tolerances it may take more")
+        elif self.model is None:
+            say("this is for the declared model: plan with --model where brushgrip diagnose found one")
         for reason in planned.reasons:
             say(reason)
         if finals:

@@ -28,30 +28,17 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Case:
-    """A recording with the friction that its estimates are compared with.
-
-    Attributes:
-        recording: the signals.
-        declared: friction coefficient that errors refer to [1]; a reference, not the truth.
-        origin: where that coefficient comes from.
-        author: the author's estimate, None where there is none.
-        span: the samples from the beginning of the turn on; those of the author's estimate, if any.
-        settled: True at the samples over which the error is taken.
-    """
+    """A recording with the friction that its estimates are compared with."""
 
     recording: Recording
-    declared: float
-    origin: str
-    author: PublishedFriction | None
-    span: slice
-    settled: NDArray[np.bool_]
+    declared: float  # Friction coefficient that errors refer to [1]; a reference, not the truth.
+    origin: str  # Of that coefficient.
+    author: PublishedFriction | None  # The author's estimate, if any.
+    span: slice  # Samples from the beginning of the turn on, or those of the author's estimate.
+    settled: NDArray[np.bool_]  # True where the error is taken.
 
     def rmse(self, mu: Array) -> float:
-        """Root mean square of mu minus the declared mu [1]; [Györök 2022], section 5.3.1.
-
-        Args:
-            mu: estimate at every sample of the recording, shape (n,) [1].
-        """
+        """Root mean square of mu, shape (n,), minus the declared [1]; [Györök 2022], section 5.3.1."""
         return float(np.sqrt(np.mean((mu[self.settled] - self.declared) ** 2)))
 
     def spread(self, mu: Array) -> float:
@@ -71,18 +58,7 @@ class Case:
 
 
 def make_case(recording: Recording, author_folder: Path | None, declared: float | None = None) -> Case:
-    """A case for a recording, with the author's estimate where the folder has one.
-
-    Args:
-        recording: the signals.
-        author_folder: the folder of the author's files; None for no author's estimate.
-        declared: friction coefficient that errors refer to [1]; None for that of the author's file, of
-            the surface by the recording's name, or of the rig or the recording, in this order.
-
-    Raises:
-        InvalidInputError: the author's file belongs to another recording, mu is unknown, or no sample is
-            left for the error.
-    """
+    """A case for a recording, with the author's estimate where the folder has one."""
     file = None if author_folder is None else published_file(author_folder, recording.name)
     author = None if file is None or not file.exists() else read_published_friction(file)
     if author is None:

@@ -20,15 +20,10 @@ AUTHOR = "author's estimate"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Score:
-    """One method on one case.
+    """One method on one case: errors of its effective friction as of `Case` [1].
 
-    Attributes:
-        method: its name.
-        rmse: root mean square of the effective friction minus the declared mu [1].
-        spread: standard deviation of the effective friction over time after the first slide [1].
-        theta: calculation time over measurement time on this machine [1], [Györök 2022], (5.10); None
-            where nothing was calculated.
-        mu: the estimate at the settled samples of the case [1].
+    theta is calculation time over measurement time on this machine [1], [Györök 2022], (5.10), None
+    where nothing was calculated; mu the estimate at the settled samples of the case [1].
     """
 
     method: str
@@ -40,12 +35,7 @@ class Score:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CaseScores:
-    """All methods on one case.
-
-    Attributes:
-        case: the recording and its reference.
-        scores: one per method; that of the author's estimate first, where there is one.
-    """
+    """All methods on one case; the author's estimate first, where there is one."""
 
     case: Case
     scores: tuple[Score, ...]
@@ -53,15 +43,9 @@ class CaseScores:
 
 @dataclass(frozen=True, kw_only=True)
 class MethodSummary:
-    """One method over all cases: a row of [Györök 2022], Table 6.1.
+    """A row of [Györök 2022], Table 6.1: means of a method's scores over all cases, None for unknown.
 
-    Attributes:
-        method: its name.
-        rmse: mean over the cases [1].
-        spread: mean over the cases [1]; None where unknown.
-        theta: calculation time over measurement time, mean [1]; None where unknown.
-        works_beyond_five_zones: as of `Method`; None for in part.
-        gives_deviation: as of `Method`.
+    It works beyond five zones, or does not, or (None) in part; as of `Method`.
     """
 
     method: str
@@ -86,13 +70,7 @@ PUBLISHED = tuple(
 def compare(
     cases: Sequence[Case], methods: Sequence[Method], progress: Progress = lambda *_: None
 ) -> list[CaseScores]:
-    """Every method on every case.
-
-    Args:
-        cases: recordings with their references.
-        methods: such as `default_methods()`, and a user's own observer as an `ObserverMethod`.
-        progress: called with the case and method, the number of estimates done, and their number.
-    """
+    """Every method on every case; a user's own observer is an `ObserverMethod`."""
     results = []
     total = len(cases) * len(methods)
     for i, case in enumerate(cases):

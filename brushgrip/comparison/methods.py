@@ -1,6 +1,6 @@
 """Methods of estimating friction that `compare` sets side by side, the networks of [Györök 2022] too."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Protocol
@@ -9,12 +9,12 @@ import numpy as np
 
 from brushgrip.comparison.cases import Case
 from brushgrip.estimation.estimates import (
-    OBSERVERS,
     ObserverFactory,
-    angle_without_imputed,
     model_observer,
     mu_eff_or_mu,
+    observer_factory,
     root_solver,
+    run_arguments,
     run_observer,
 )
 from brushgrip.inputs.choices import ObserverName
@@ -54,12 +54,7 @@ class Method(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class ObserverMethod:
-    """A method that runs an observer sample by sample, as a controller does.
-
-    Attributes:
-        factory: builds the observer for a recording; any `observers.Observer` will do.
-        found: the model of a diagnosis, handed to the factory; None for the declared model.
-    """
+    """A method that runs any `observers.Observer` sample by sample, as a controller does."""
 
     name: str
     factory: ObserverFactory
@@ -75,11 +70,7 @@ class ObserverMethod:
 
 @dataclass(frozen=True, kw_only=True)
 class CompiledEkf:
-    """The EKF as C in single precision, compiled for this machine and run within this process.
-
-    Attributes:
-        found: the model of a diagnosis; None for the declared model.
-    """
+    """The EKF as C in single precision, compiled for this machine and run within this process."""
 
     found: FoundModel | None = None
     name: str = "EKF in C"
@@ -90,36 +81,27 @@ class CompiledEkf:
         """See `Method.estimate`."""
         ekf = model_observer(Ekf, recording, self.found)
         code = _compiled_ekf(ekf.model, tuple(ekf.values.items()), ekf.rig)
-        psi_dot = recording.psi_dot if recording.psi_dot_recorded else None
-        psi = angle_without_imputed(recording)
-        channels = (recording.t, psi, recording.F_N, recording.M_z, psi_dot)
-        return mu_eff_or_mu(code.run(*channels))
-
-
-ROOT_METHODS: Mapping[str, ObserverFactory] = {
-    "root, five zones": root_solver,
-    "root, filtered (5.9)": partial(root_solver, smoothing=SMOOTHING),
-}
-"""The root solve of [Györök 2022]: at most five zones, no standard deviation, the declared model."""
-MODEL_METHODS: Mapping[str, ObserverFactory] = {
-    "EKF": OBSERVERS[ObserverName.EKF],
-    "MHE": OBSERVERS[ObserverName.MHE],
-}
-"""Observers on the declared model or on one that was found."""
+        channels = run_arguments(recording)
+        return mu_eff_or_mu(code.run(*(channels[n] for n in ("t", "psi", "F_N", "M_z", "psi_dot"))))
 
 
 def default_methods(found: FoundModel | None = None) -> list[Method]:
     """The methods that the command compares; `EKF in C` where there is a compiler.
 
-    Filters are on the model of a diagnosis, or on the declared one; the root solve always is.
+    Filters are on the model of a diagnosis, or on the declared one. The root solve of [Györök 2022] is
+    always on the declared one, with at most five zones and without a standard deviation.
     """
+    roots: dict[str, ObserverFactory] = {
+        "root, five zones": root_solver,
+        "root, filtered (5.9)": partial(root_solver, smoothing=SMOOTHING),
+    }
     methods: list[Method] = [
         ObserverMethod(name=name, factory=factory, works_beyond_five_zones=False, gives_deviation=False)
-        for name, factory in ROOT_METHODS.items()
+        for name, factory in roots.items()
     ]
     methods += [
-        ObserverMethod(name=name, factory=factory, found=found)
-        for name, factory in MODEL_METHODS.items()
+        ObserverMethod(name=name.upper(), factory=observer_factory(name), found=found)
+        for name in (ObserverName.EKF, ObserverName.MHE)
     ]
     return [*methods, CompiledEkf(found=found)] if compiler() is not None else methods
 
@@ -155,16 +137,9 @@ def all_inputs(recording: Recording) -> Array:
     rig, k, history = recording.rig, recording.tyre.k, _zones(recording)
     # The root solver takes missing torques as they are.
     analytic = run(RootObserver(rig=rig, k=k), recording.t, recording.psi, recording.F_N, recording.M_z)
-    constant = [np.full(recording.t.size, value) for value in (rig.e, rig.a, k)]
-    return np.column_stack([
-        angle_and_torque_inputs(recording),
-        constant[0],
-        recording.F_N,
-        history.direction,
-        history.zones == 5,
-        *constant[1:],
-        analytic.mu,
-    ])  # fmt: skip
+    inputs, ones = angle_and_torque_inputs(recording), np.ones(recording.t.size)
+    state = (recording.F_N, history.direction, history.zones == 5)
+    return np.column_stack([inputs, rig.e * ones, *state, rig.a * ones, k * ones, analytic.mu])
 
 
 def neural_network(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:

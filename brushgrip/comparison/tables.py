@@ -69,11 +69,7 @@ def markdown_text(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) 
 
 
 def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> dict[str, Any]:
-    """The comparison for JSON; None where a value is unknown.
-
-    Keys: `settled` [s]; `machine`; `published` and `methods`, rows of the first table; `recordings`,
-    each with its `scores`, where `quantiles` are minimum, quartiles and maximum of the estimate.
-    """
+    """The comparison for JSON; None where a value is unknown, quantiles from least to greatest."""
     return {
         "settled": SETTLED,
         "machine": {
@@ -90,13 +86,8 @@ def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]
                 "duration": _duration(result),
                 "samples": int(result.case.settled.sum()),
                 "scores": [
-                    {
-                        "method": score.method,
-                        "rmse": score.rmse,
-                        "spread": score.spread,
-                        "theta": score.theta,
-                        "quantiles": np.quantile(score.mu, QUANTILES).tolist(),
-                    }
+                    {n: getattr(score, n) for n in ("method", "rmse", "spread", "theta")}
+                    | {"quantiles": np.quantile(score.mu, QUANTILES).tolist()}
                     for score in result.scores
                 ],
             }
@@ -106,12 +97,9 @@ def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]
 
 
 def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(map(_plain, cells))} |"
-
-
-def _plain(cell: str) -> str:
-    """The cell without what Markdown takes for a column, for HTML or for a link."""
-    return escape(cell.replace("|", "/"), quote=False).replace("](", "]\\(")
+    """A row without what Markdown takes for a column, for HTML or for a link."""
+    plain = (escape(cell.replace("|", "/"), quote=False).replace("](", "]\\(") for cell in cells)
+    return f"| {' | '.join(plain)} |"
 
 
 def _cells(name: str, row: MethodSummary) -> Cells:

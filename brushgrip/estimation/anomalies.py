@@ -1,6 +1,6 @@
 """What looks wrong with a recording, in words: its inputs, the noise of its torque, and its rates."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import islice
 
 import numpy as np
@@ -11,6 +11,7 @@ from brushgrip.estimation.estimates import (
     angle_without_imputed,
     has_aligning_torque,
     samples_of,
+    torque_channel,
 )
 from brushgrip.estimation.friction_by_direction import single_friction
 from brushgrip.estimation.map_correction import TIME, causes_with_map
@@ -21,7 +22,6 @@ from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.protocol import MAX_SAMPLE_PERIOD
 from observers.quality.tolerances import USED_RANGE
 from observers.tuning import REFERENCE_STEP
-from symbolic import InvalidInputError
 from symbolic.deformation import full_slide_arm
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
@@ -30,33 +30,17 @@ MAX_REPLAYED_SAMPLES = 20_000
 """Samples that go through the observer once more, one by one."""
 
 
-def require_plausible(recording: Recording) -> None:
-    """Refuses a recording that looks like one in other units, or of the other sign."""
-    for line in implausibility_lines([recording]):
-        raise InvalidInputError(line)
-
-
 def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
     return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
 
 
-def suspected_notes(recordings: Sequence[Recording], warn: Callable[[str], None]) -> list[str]:
-    """Those lines, told at once, as notes on a diagnosis, which begin with `SUSPECTED`."""
-    lines = implausibility_lines(recordings)
-    for line in lines:
-        warn(line)
-    return [f"{SUSPECTED}: {line}" for line in lines]
-
-
 def _suspects(recording: Recording) -> str:
-    channel = "M_z" if has_aligning_torque(recording) else "M"
-    apart = float(np.median(np.diff(recording.t)))
-    if apart > MAX_SAMPLE_PERIOD:
-        return causes_with_map(recording, [f"{TIME} or less: samples are {apart:g} s apart"], channel)
-    return causes_with_map(
-        recording, suspicions_of(samples_of(recording), recording.rig, channel), channel
-    )
+    channel, apart = torque_channel(recording), float(np.median(np.diff(recording.t)))
+    causes: Sequence[str] = [f"{TIME} or less: samples are {apart:g} s apart"]
+    if apart <= MAX_SAMPLE_PERIOD:
+        causes = suspicions_of(samples_of(recording), recording.rig, channel)
+    return causes_with_map(recording, causes, channel)
 
 
 def suspected_cause(
@@ -69,17 +53,14 @@ def suspected_cause(
     loop = Loop(single_friction(factory(recording, found)))
     for sample in islice(samples_of(recording), int(flagged[-1]) + 1):
         loop(sample)
-    return causes_with_map(recording, loop.suspicions, "M_z" if has_aligning_torque(recording) else "M")
+    return causes_with_map(recording, loop.suspicions, torque_channel(recording))
 
 
 def hardly_turned(recording: Recording) -> str:
     """That the wheel turned too little for anything but ice to slide; empty where it did."""
     turn, seconds = np.ptp(recording.psi), np.ptp(recording.t)
-    told = (
-        f"the wheel hardly turned: by {turn:.2g} rad in {seconds:.2g} s; on"
-        " dry ground it slides after 0.05 rad"
-    )
-    return told * bool(turn < LEAST_TURN)
+    told = f"the wheel hardly turned: by {turn:.2g} rad in {seconds:.2g} s;"
+    return f"{told} on dry ground it slides after 0.05 rad" * bool(turn < LEAST_TURN)
 
 
 BEYOND, LEAST_TURN = 1.5, 0.02
@@ -146,11 +127,8 @@ def weaker_direction(values: Mapping[str, float]) -> str:
 
 
 def beyond_range(recording: Recording) -> str:
-    """That the torque reached the range of its sensor, and what follows; empty if not, or none is known.
-
-    What is left out is the largest torque, so that full slide may never be seen.
-    """
-    rig, torque = recording.rig, recording.M_z if has_aligning_torque(recording) else recording.M
+    """That the torque reached its sensor's range, and what follows; empty if not, or none is known."""
+    rig, torque = recording.rig, getattr(recording, torque_channel(recording))
     if rig.range is None or torque is None:
         return ""
     sizes, end = np.abs(torque[np.isfinite(torque)]), USED_RANGE * rig.range
@@ -166,12 +144,10 @@ def beyond_range(recording: Recording) -> str:
 
 def differing_rates(recording: Recording) -> str:
     """The rates of torque and angle where both are regular and differ; empty where they do not."""
-    torque = recording.M_z if has_aligning_torque(recording) else recording.M
+    torque = getattr(recording, torque_channel(recording))
     if torque is None:
         return ""
-    rates = [
-        _rate(recording.t[np.isfinite(values)]) for values in (torque, angle_without_imputed(recording))
-    ]
+    rates = [_rate(recording.t[np.isfinite(v)]) for v in (torque, angle_without_imputed(recording))]
     if min(rates) <= 0 or max(rates) < OTHER_RATE * min(rates):
         return ""
     return f"torque at {rates[0]:.4g} Hz, angle at {rates[1]:.4g} Hz: normal"

@@ -139,14 +139,6 @@ def root_solver(
     return RootObserver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
 
 
-OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
-    ObserverName.EKF: partial(model_observer, Ekf),
-    ObserverName.MHE: partial(model_observer, Mhe),
-    ObserverName.ROOT: root_solver,
-}
-"""The observers that a command offers; one more is one more entry here and in `ObserverName`."""
-
-
 def chosen_aligning(*, by_direction: bool, stiffness_state: bool) -> Aligning | None:
     """How M_z is measured by these options; None for the usual."""
     if by_direction and stiffness_state:
@@ -159,9 +151,9 @@ def observer_factory(
     name: ObserverName, chosen: ChosenTuning | None = None, aligning: Aligning | None = None
 ) -> ObserverFactory:
     """The factory of an observer with a tuning, and how it measures M_z; None for the usual ones."""
-    if chosen is None and aligning is None:
-        return OBSERVERS[name]
     if name is ObserverName.ROOT:
+        if chosen is None and aligning is None:
+            return root_solver
         raise InvalidInputError(
             "--observer root has no tuning and one friction; leave these options out, or use ekf or mhe"
         )
@@ -177,18 +169,7 @@ def observe(
     *,
     smoothed: bool = False,
 ) -> Estimates:
-    """Friction over a recording, sample by sample.
-
-    Args:
-        factory: builds the observer, one of `OBSERVERS` or a user's own.
-        recording: the signals; the steering torque is used where there is no aligning torque.
-        found: the model that a diagnosis found; the declared model, k as given, without it.
-        smoothed: every sample's estimate from the whole recording, see `observers.smooth`.
-
-    Raises:
-        InvalidInputError: the observer cannot use the model or the torque, or the rig lacks a value that
-            it needs, the message names the recording; or the observer cannot smooth.
-    """
+    """Friction over a recording, sample by sample, or smoothed; see `observers.smooth`."""
     if recording.standstills is not None:
         if smoothed:
             raise InvalidInputError("--smooth is for a wheel on a rig; for a car leave it out")
@@ -236,10 +217,11 @@ def run_observer(observer: Observer, recording: Recording, *, one_by_one: bool =
 
 def run_arguments(recording: Recording) -> dict[str, Any]:
     """What `observers.run` takes, by name; the aligning torque where there is one."""
-    M_z, M = (recording.M_z, None) if has_aligning_torque(recording) else (None, recording.M)
+    channel = torque_channel(recording)
     return {
         "t": recording.t, "psi": angle_without_imputed(recording), "F_N": recording.F_N,
-        "psi_dot": recording.psi_dot if recording.psi_dot_recorded else None, "M_z": M_z, "M": M,
+        "psi_dot": recording.psi_dot if recording.psi_dot_recorded else None,
+        "M_z": None, "M": None, channel: getattr(recording, channel),
     }  # fmt: skip
 
 
@@ -256,7 +238,7 @@ def angle_without_imputed(recording: Recording) -> Array:
 
 def samples_of(recording: Recording) -> Iterator[Sample]:
     """The samples of a recording as a sensor gives them, with the torque that an observer takes."""
-    channel = "M_z" if has_aligning_torque(recording) else "M"
+    channel = torque_channel(recording)
     rate = recording.psi_dot if recording.psi_dot_recorded else np.full(recording.t.size, np.nan)
     columns = zip(
         angle_without_imputed(recording).tolist(), rate.tolist(), recording.F_N.tolist(),
@@ -271,9 +253,9 @@ def has_aligning_torque(recording: Recording) -> bool:
     return bool(np.isfinite(recording.M_z).any())
 
 
-def has_steering_torque(recording: Recording) -> bool:
-    """True where the steering torque was measured."""
-    return recording.M is not None and bool(np.isfinite(recording.M).any())
+def torque_channel(recording: Recording) -> str:
+    """The torque that an observer takes, "M_z" or "M"."""
+    return "M_z" if has_aligning_torque(recording) else "M"
 
 
 def friction_track(

@@ -1,6 +1,6 @@
 """What a found model does for friction: the EKF's estimates before and after, recording by recording."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -8,11 +8,11 @@ import numpy as np
 
 from brushgrip.estimation.budget import friction_budget
 from brushgrip.estimation.estimates import (
-    OBSERVERS,
     FrictionTrack,
     friction_track,
     has_aligning_torque,
     observe,
+    observer_factory,
 )
 from brushgrip.inputs.choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
@@ -35,95 +35,76 @@ FIGURES = ("settling", "drift", "relative_band", "coverage", "reference_coverage
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrictionOutcome:
-    """Friction by the EKF on the assumed model and on the model found.
+    """Friction by the EKF on the assumed model, k as given (before), and on the model found (after).
 
-    Attributes:
-        before: by the assumed model, k as given, by recording.
-        after: by the model found, by recording.
-        grounds: names of the recordings of each ground, those without one under an empty name.
-        holdout: names of the recordings to which no shared parameter was fitted; their errors still
-            chose the effects.
-        tracks: friction over time of every recording by `EKF_DECLARED` and `EKF_FOUND`, and of some by
-            `MHE_FOUND`.
-        slide_speed: sliding speed that mu_eff belongs to, averaged over the contact by its pressure and
-            over the recordings [m/s]; None where unknown.
+    Tracks are of every recording by `EKF_DECLARED` and `EKF_FOUND`, and of some by `MHE_FOUND`.
     """
 
     before: Stage
     after: Stage
-    grounds: Mapping[str, tuple[str, ...]]
-    holdout: tuple[str, ...] = ()
+    grounds: Mapping[str, tuple[str, ...]]  # Recordings of each ground, "" for none.
+    holdout: tuple[str, ...] = ()  # No shared parameter was fitted to them; they chose the effects.
     tracks: tuple[FrictionTrack, ...] = ()
-    slide_speed: float | None = None
+    slide_speed: float | None = None  # That mu_eff belongs to, mean over contact and recordings [m/s].
+    slide_rate: float | None = None  # Turning at which it slides so [rad/s].
 
-    @property
-    def stages(self) -> Mapping[str, Stage]:
-        """Both stages by name."""
-        return {"before": self.before, "after": self.after}
-
-    def tracks_of(self, label: str) -> dict[str, FrictionTrack]:
+    def tracks_of(self, label: str = EKF_FOUND) -> dict[str, FrictionTrack]:
         """The tracks of an observer, `EKF_DECLARED`, `EKF_FOUND` or `MHE_FOUND`, by recording."""
         return {track.name: track for track in self.tracks if track.label == label}
+
+    def known_tracks(self, ground: str, label: str = EKF_FOUND) -> list[tuple[FrictionTrack, int]]:
+        """The tracks on a ground whose friction is known, each with its last usable sample."""
+        tracks = self.tracks_of(label)
+        own = [tracks[name] for name in self.grounds[ground] if name in tracks]
+        return [(track, at) for track in own if (at := track.last_usable) is not None]
 
     @property
     def compared(self) -> tuple[FrictionTrack, ...]:
         """All tracks of the recordings that have one by every observer."""
         return tuple(track for track in self.tracks if track.name in self.tracks_of(MHE_FOUND))
 
-    def groups(self) -> Mapping[str, tuple[str, ...]]:
+    def groups(self) -> dict[str, tuple[str, ...]]:
         """Names of the training and, where there are any, of the held-out recordings."""
         training = tuple(name for name in self.before if name not in self.holdout)
         return {"training": training, **({"holdout": self.holdout} if self.holdout else {})}
 
-    def mean_figures(
-        self, stage: Stage, recordings: Sequence[str] | None = None
-    ) -> dict[str, float | None]:
-        """The figures of `FIGURES`, each averaged over those of the recordings that have it."""
-        chosen = [stage[name] for name in (stage if recordings is None else recordings)]
-        return {figure: _mean([getattr(quality, figure) for quality in chosen]) for figure in FIGURES}
-
-    def spread(self, stage: Stage) -> dict[str, float | None]:
-        """Coefficient of variation of the final mu_eff on each ground [1]; None below two recordings."""
-        return {
-            ground: friction_spread([stage[name] for name in names])
-            for ground, names in self.grounds.items()
-            if ground
-        }
-
     def further(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
         """Friction of each named ground by the last usable samples; grounds without one are left out."""
-        tracks = self.tracks_of(label)
-        known = {
-            ground: [
-                (float(t.mu[at]), float(t.mu_std[at])) for t in own if (at := t.last_usable) is not None
-            ]
-            for ground, names in self.grounds.items()
-            if ground and (own := [tracks[name] for name in names if name in tracks])
-        }
+        known = {ground: self.known_tracks(ground, label) for ground in self.grounds if ground}
         return {
-            ground: ground_friction(*zip(*pairs, strict=True))
-            for ground, pairs in known.items()
-            if pairs
+            ground: ground_friction(
+                [float(t.mu[at]) for t, at in own], [float(t.mu_std[at]) for t, at in own]
+            )
+            for ground, own in known.items()
+            if own
         }
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `friction` in `diagnosis.json`."""
+        named = {ground: names for ground, names in self.grounds.items() if ground}
         return {
             name: {
-                "mean": self.mean_figures(stage),
-                **{
-                    group: {"mean": self.mean_figures(stage, names)}
-                    for group, names in self.groups().items()
-                },
-                "spread": self.spread(stage),
+                "mean": mean_figures(stage, stage),
+                **{g: {"mean": mean_figures(stage, names)} for g, names in self.groups().items()},
+                # Coefficient of variation of the final mu_eff; None below two recordings.
+                "spread": {g: friction_spread([stage[n] for n in names]) for g, names in named.items()},
                 "further": {ground: asdict(one) for ground, one in self.further(label).items()},
                 "recordings": {
                     recording: asdict(quality) | usable_part(self.tracks_of(label).get(recording))
                     for recording, quality in stage.items()
                 },
             }
-            for (name, stage), label in zip(self.stages.items(), (EKF_DECLARED, EKF_FOUND), strict=True)
+            for name, stage, label in (
+                ("before", self.before, EKF_DECLARED),
+                ("after", self.after, EKF_FOUND),
+            )
         }
+
+
+def mean_figures(stage: Stage, recordings: Iterable[str]) -> dict[str, float | None]:
+    """The figures of `FIGURES`, each averaged over those of the recordings that have it."""
+    chosen = [stage[name] for name in recordings]
+    return {figure: _mean([getattr(quality, figure) for quality in chosen]) for figure in FIGURES}
 
 
 def usable_part(track: FrictionTrack | None) -> dict[str, float | None]:
@@ -191,14 +172,11 @@ def friction_by_both_models(
             for label, (observer, model, some) in runs.items()
         }
     )
-    grounds: dict[str, tuple[str, ...]] = {}
-    for recording in recordings:
-        ground = recording.ground or ""
-        grounds[ground] = (*grounds.get(ground, ()), recording.name)
+    labels = dict.fromkeys(r.ground or "" for r in recordings)
     return FrictionOutcome(
         before={r.name: outcomes[EKF_DECLARED][r.name][1] for r in recordings},
         after={r.name: outcomes[EKF_FOUND][r.name][1] for r in recordings},
-        grounds=grounds,
+        grounds={g: tuple(r.name for r in recordings if (r.ground or "") == g) for g in labels},
         holdout=tuple(recording.name for recording in holdout),
         tracks=tuple(
             outcomes[label][r.name][0]
@@ -207,6 +185,7 @@ def friction_by_both_models(
             if r.name in outcomes[label]
         ),
         slide_speed=_mean([r.rig.slide_rate * full_slide_arm(r.rig.a, r.rig.e) for r in recordings]),
+        slide_rate=_mean([r.rig.slide_rate for r in recordings]),
     )
 
 
@@ -217,7 +196,7 @@ def _observed(
     references: Mapping[str, float],
 ) -> dict[str, _Observed]:
     """Tracks of an observer over recordings, and their quality, by name."""
-    factory, observed = OBSERVERS[observer], {}
+    factory, observed = observer_factory(observer), {}
     for recording in recordings:
         # A car's observer knows its gear as declared, and takes no other model.
         used = None if recording.standstills is not None else model

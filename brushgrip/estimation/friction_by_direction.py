@@ -54,9 +54,5 @@ def with_checked_scale(estimates: Estimates, single: Estimates) -> Estimates:
     status = estimates.status | np.where(found, 0, int(Status.ACQUIRING))
     status |= single.status & int(Status.SUSPECT)
     checked = status & UNCHECKED == 0
-    return replace(
-        estimates,
-        status=status,
-        informed=estimates.informed & checked,
-        usable=estimates.usable & checked,
-    )
+    informed, usable = estimates.informed & checked, estimates.usable & checked
+    return replace(estimates, status=status, informed=informed, usable=usable)

@@ -52,7 +52,7 @@ BESIDE = (
 def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) -> str:
     """The suspected causes in one line, with the whole map that mends them."""
     changed: dict[str, SignalSource] = {}
-    angle = ratio = ""
+    ratio = ""
     for cause in causes:
         for beginning, (column, unit) in UNITS.items():
             if cause.startswith(beginning):
@@ -67,39 +67,35 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
             source = _source(recording, "t")
             in_its_unit = recording.t / (factor_of("t", source.unit or "") or 1.0)
             changed["t"] = replace(source, unit=unit_of_period(float(np.median(np.diff(in_its_unit)))))
-        if cause.startswith(ANGLE):
-            angle = "psi"
-        scale = SCALE.match(cause) if recording.standstills is None else None
-        if scale:
-            ratio = FOR_K
-        if scale and float(scale[1]) < MISSING_RATIO_SCALE:
-            source = _source(recording, torque)
-            shaft = mending_map(recording.sources, {torque: source.geared(torque)})
-            of_hand = (
-                f"if psi is the steering wheel's, without a ratio yet: --steering-ratio {USUAL_RATIO}; "
-            )
-            ratio = (
-                f"; {'' if source.ratio else of_hand}if the torque is of its shaft:"
-                f" {shaft}{source.for_ratio}"
-            )
-            if float(scale[1]) < MIN_SCALE:
-                angle_source = _source(recording, "psi")
-                if angle_source.unit is None:
-                    degrees = {"psi": replace(angle_source, unit="deg")}
-                    ratio += f"; if psi is in degrees: {mending_map(recording.sources, degrees)}"
-                other = "N m" if source.unit else "kN m"
-                entry = {torque: replace(source, unit=other.replace(" ", ""))}
-                ratio += f"; if the torque is in {other}: {mending_map(recording.sources, entry)}"
-        if scale:
-            ratio += BESIDE
+        if recording.standstills is None and (scale := SCALE.match(cause)):
+            ratio = _if_scaled(recording, torque, float(scale[1])) + BESIDE
     why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))
     if recording.standstills is not None and not set(changed) <= {"t"}:
         return why
     counter = _if_t_counts_samples(recording) if "t" in changed else ""
-    if not angle:
-        return f"{why}: {mending_map(recording.sources, changed)}{counter}" if changed else why + ratio
-    changed["psi"], ratio = _angle(recording)
-    return f"{why}: {mending_map(recording.sources, changed)}{ratio}{counter}"
+    if any(cause.startswith(ANGLE) for cause in causes):
+        changed["psi"], ratio = _angle(recording)
+    elif changed:
+        ratio = ""
+    return why + (f": {mending_map(recording.sources, changed)}" if changed else "") + ratio + counter
+
+
+def _if_scaled(recording: Recording, torque: str, scale: float) -> str:
+    """What may be wrong where the torque grows with the angle so many times as k, a and F_N say."""
+    if scale >= MISSING_RATIO_SCALE:
+        return FOR_K
+    source, angle = _source(recording, torque), _source(recording, "psi")
+    of_hand = f"if psi is the steering wheel's, without a ratio yet: --steering-ratio {USUAL_RATIO}; "
+    shaft = mending_map(recording.sources, {torque: source.geared(torque)})
+    told = f"; {'' if source.ratio else of_hand}if the torque is of its shaft: {shaft}{source.for_ratio}"
+    if scale >= MIN_SCALE:
+        return told
+    if angle.unit is None:
+        degrees = {"psi": replace(angle, unit="deg")}
+        told += f"; if psi is in degrees: {mending_map(recording.sources, degrees)}"
+    other = "N m" if source.unit else "kN m"
+    entry = {torque: replace(source, unit=other.replace(" ", ""))}
+    return f"{told}; if the torque is in {other}: {mending_map(recording.sources, entry)}"
 
 
 def _if_t_counts_samples(recording: Recording) -> str:
@@ -112,10 +108,7 @@ def _if_t_counts_samples(recording: Recording) -> str:
 
 
 def _cause_in_vehicle_keys(cause: str) -> str:
-    """The suspected cause, worded with the keys of the vehicle file.
-
-    Units and signs of single columns have already been checked.
-    """
+    """The suspected cause, worded with the keys of the vehicle file."""
     if scale := SCALE.match(cause):
         return f"the force on the rack grows with its way {scale[1]} times as {OF_CAR['scale']}"
     return next((words for beginning, words in OF_CAR.items() if cause.startswith(beginning)), cause)

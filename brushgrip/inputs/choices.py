@@ -1,33 +1,10 @@
-"""Words that a user chooses from on the command line, by the name that they have there."""
+"""Words that a user chooses from on the command line; the value of each is its name there."""
 
 from enum import StrEnum
 
-
-class ObserverName(StrEnum):
-    """Observers by the name that a user gives."""
-
-    EKF = "ekf"
-    MHE = "mhe"
-    ROOT = "root"
-
-
-class ModelObserverName(StrEnum):
-    """Observers on a model, which can be written as C and whose knowledge can be forecast."""
-
-    EKF = "ekf"
-    MHE = "mhe"
-
-
-class TorqueChannel(StrEnum):
-    """The torque that is measured: aligning, or steering."""
-
-    GROUND = "M_z"
-    HAND = "M"
-
-
-class TuningPreset(StrEnum):
-    """Tunings by the name that a user gives."""
-
-    REAL_TYRE = "real_tyre"
-    CLEAN = "clean"
-    CHANGING_GROUND = "changing_ground"
+ObserverName = StrEnum("ObserverName", ["EKF", "MHE", "ROOT"])
+ModelObserverName = StrEnum("ModelObserverName", ["EKF", "MHE"])
+"""Observers on a model, which can be written as C and whose knowledge can be forecast."""
+TorqueChannel = StrEnum("TorqueChannel", {"GROUND": "M_z", "HAND": "M"})
+"""The torque that is measured: aligning, or steering."""
+TuningPreset = StrEnum("TuningPreset", ["REAL_TYRE", "CLEAN", "CHANGING_GROUND"])

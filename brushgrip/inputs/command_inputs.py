@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import TypeVar
@@ -55,51 +56,27 @@ WHOLE = (None, None)
 
 @dataclass(frozen=True, kw_only=True)
 class Inputs:
-    """What a command reads, located: recordings and models are read when they are asked for.
+    """What a command reads, located: recordings and models are read when they are asked for."""
 
-    Attributes:
-        paths: files of the recordings in order, by a label of their own.
-        files: these, the sources of the user's effects, and what is read along; each once.
-        rig, model, vehicle: files, None for none.
-        signals: where columns come from.
-        effects: of the user's own.
-        grounds: what `--ground` says, by label.
-        span: first and last time that is used of each recording [s]; None for all of it.
-        steering_ratio: angle of the steering wheel, which was recorded, over the wheel's; None where the
-            wheel's was.
-    """
-
-    paths: Mapping[str, Path]
-    files: tuple[Path, ...]
+    paths: Mapping[str, Path]  # Of the recordings in order, by a label of their own.
+    files: tuple[Path, ...]  # These, sources of the user's effects, and what is read along; each once.
     rig: Path | None
     model: Path | None
     signals: SignalMap
     vehicle: Path | None = None
     effects: tuple[Effect, ...]
-    grounds: Mapping[str, str]
-    span: tuple[float | None, float | None] = WHOLE
-    steering_ratio: float | None = None
+    grounds: Mapping[str, str]  # What `--ground` says, by label.
+    span: tuple[float | None, float | None] = WHOLE  # That is used of each recording [s].
+    steering_ratio: float | None = None  # Angle recorded of the steering wheel over the wheel's.
 
     def recordings(self, *, torque_required: bool = True, causal: bool = False) -> list[Recording]:
-        """The recordings in order, each on its ground.
-
-        Args:
-            torque_required: whether a recording without M_z is a fault.
-            causal: fill gaps from the past alone.
-        """
+        """The recordings in order, each on its ground; `causal` fills gaps from the past alone."""
         nominal = None if self.rig is None else read_rig(self.rig)
         vehicle = None if self.vehicle is None else read_vehicle(self.vehicle)
-        read = [
-            read_recording(
-                path,
-                nominal,
-                torque_required=torque_required,
-                causal=causal,
-                signals=self.signals,
-                vehicle=vehicle,
-            )
-            for path in self.paths.values()
-        ]
+        read_one = partial(
+            read_recording, torque_required=torque_required, causal=causal, signals=self.signals
+        )
+        read = [read_one(path, nominal, vehicle=vehicle) for path in self.paths.values()]
         if torque_required:
             self._require_distinct(read, shares_samples, ", either for training or held out")
         return [
@@ -182,11 +159,7 @@ def locate_inputs(
     ground: Sequence[str] | None = None,
     vehicle: Path | None = None,
 ) -> Inputs:
-    """The inputs that a command line names.
-
-    Each argument is what the option of its name says: `channel_map` that of `--map`, `span` those of
-    `--from` and `--to` [s], `names` the recordings. Modules of effects are imported.
-    """
+    """The inputs that options of these names give; modules of effects are imported."""
     if rig is not None and vehicle is not None:
         raise InvalidInputError("--rig and --vehicle are both given; name the one that was recorded")
     if steering_ratio is not None and vehicle is not None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import correlate, correlation_lags
 
 from brushgrip.outputs.atomic import file_keys
 from identification import READERS, Recording
@@ -47,10 +48,7 @@ def download_folder() -> Path:
 
 
 def locate(name: str, *, of_car: bool = False) -> Path:
-    """The file of a recording: as given, with .mat or .csv, and for a bare name where data is kept.
-
-    Of a car nothing is published, so that it is not looked for there.
-    """
+    """The file of a recording: as given, with .mat or .csv, and for a bare name where data is kept."""
     try:
         given = Path(name).expanduser()
     except RuntimeError as error:
@@ -59,7 +57,7 @@ def locate(name: str, *, of_car: bool = False) -> Path:
     if given.name == name:
         local = os.environ.get(LOCAL_COPY)
         folders += [Path(local)] if local else []
-        folders += [] if of_car else [download_folder()]
+        folders += [] if of_car else [download_folder()]  # Of a car nothing is published.
     for folder in folders:
         for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in ADDED_SUFFIXES)):
             if _is_there(path) and not path.is_dir():
@@ -123,10 +121,7 @@ def _known(recording: Recording) -> NDArray[np.bool_]:
 
 
 def _noise(recording: Recording) -> float:
-    """White noise of the torque [N m]: what neither its course nor a hum explains.
-
-    The lesser of its sixth differences and of what the samples before do not predict.
-    """
+    """White noise of the torque [N m]: what neither its course nor a hum explains."""
     torque = recording.M_z[_known(recording)][:_MAX_SAMPLES_OF_NOISE]
     centred = torque - torque.mean()
     weights = autoregression(centred)
@@ -141,10 +136,8 @@ def _shift_by_noise(one: Recording, other: Recording, period: float) -> float:
     for r in (one, other):
         known, grid = _known(r), np.arange(r.t[0], r.t[-1], period)
         rough.append(np.diff(np.interp(grid, r.t[known], r.M_z[known]), 2))
-    size = rough[0].size + rough[1].size
-    spectra = [np.fft.rfft(values, size) for values in rough]
-    lag = int(np.argmax(np.fft.irfft(np.conj(spectra[0]) * spectra[1], size)))
-    lag -= size * (lag >= rough[1].size)
+    lags = correlation_lags(rough[1].size, rough[0].size)
+    lag = lags[np.argmax(correlate(rough[1], rough[0], method="fft"))]
     return float(other.t[0] - one.t[0] + lag * period)
 
 

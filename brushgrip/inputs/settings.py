@@ -18,12 +18,7 @@ OF_STATES = {
 
 
 class ChosenTuning(NamedTuple):
-    """The tuning as the command line gives it.
-
-    Attributes:
-        profile: named there, or the usual one.
-        by_hand: single values, which go before the error of a found model too.
-    """
+    """The profile that is named, or the usual one, and values that go before a model's error too."""
 
     profile: Tuning
     by_hand: Mapping[str, float]
@@ -48,10 +43,7 @@ def key_value_texts(values: Sequence[str] | None) -> list[tuple[str, str, str]]:
 
 
 def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTuning | None:
-    """A profile and the values that replace some of its; None where nothing is chosen.
-
-    Without a name it is the usual profile; values are texts such as "mu_walk=0.02,mu_std=0.2".
-    """
+    """The tuning by the name of a profile and texts such as "mu_walk=0.02,mu_std=0.2"; None for none."""
     pairs = key_value_texts(values)
     if name is None and not pairs:
         return None

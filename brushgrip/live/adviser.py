@@ -15,11 +15,7 @@ MAX_PLAN_SAMPLES = 2_000
 
 
 class Adviser:
-    """Plans take some ten milliseconds, which samples must not wait for.
-
-    Attributes:
-        text: what to do now, or why nothing can be said; empty at a turning point.
-    """
+    """A thread that plans, for which samples need not wait; `text` says what to do now."""
 
     def __init__(self, target: float, limits: SteeringLimits) -> None:
         """Until friction is known to a share, within what the wheel may do."""

@@ -41,12 +41,7 @@ class Columns:
         self._plans: dict[tuple[str, ...], tuple[tuple[str, str, float], ...]] = {}
 
     def find(self, units: Mapping[str, str], *, by_part: bool = False) -> dict[str, tuple[str, float]]:
-        """Name and factor to SI of each column that is there.
-
-        Args:
-            units: unit of each name, empty for none.
-            by_part: whether the last part of a name is enough, as of a signal in a message.
-        """
+        """Name and factor to SI of each column, by the unit of each name; its last part may do."""
         names, found = list(units), {}
         signals = fitting_map(self._where, self._signals, names)
         for column in possible_columns(self._needed):

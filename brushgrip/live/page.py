@@ -47,11 +47,7 @@ COLUMNS = (
 
 
 class View:
-    """View of a session in one browser.
-
-    Attributes:
-        newest: time of the newest point [s].
-    """
+    """View of a session in one browser; `newest` is the time of its newest point [s]."""
 
     def __init__(self, session: Session) -> None:
         """Begin with what is still in memory."""
@@ -61,7 +57,7 @@ class View:
         self.points = models.ColumnDataSource({name: [] for name in COLUMNS})
         self.words = models.Div(stylesheets=[style], sizing_mode="stretch_width")
         self.button = models.Button(label="", stylesheets=[style], align="center")
-        self.button.on_click(lambda: session.record(not session.recording))
+        self.button.on_click(lambda: setattr(session, "recording", not session.recording))
         self._top = models.Range1d(0.0, MIN_AXIS_TOP)
 
     def layout(self) -> Any:
@@ -80,12 +76,9 @@ class View:
             self.points.stream(self._columns(new), SHOWN)
             usable = np.asarray(self.points.data["usable_high"], dtype=float)
             self._top.end = max(MIN_AXIS_TOP, 1.05 * float(np.nanmax(usable, initial=0.0)))
-        text = friction_html(state, self._session.estimator.columns)
-        if text != self.words.text:
-            self.words.text = text
-        label = "Stop recording" if self._session.recording else "Record"
-        if label != self.button.label:
-            self.button.label = label
+        # Bokeh sends what is set, but not what is as before.
+        self.words.text = friction_html(state, self._session.estimator.columns)
+        self.button.label = "Stop recording" if self._session.recording else "Record"
 
     def _columns(self, new: Points) -> dict[str, Any]:
         """The last point of every `GRID`, the newest one among them."""
@@ -139,12 +132,8 @@ def friction_html(state: State, recorded_columns: tuple[str, ...]) -> str:
     mu, std = friction_of(state.estimate)
     value, sign, within = ("–" if std >= mu else with_95_band(mu, std)).partition(" ± ")
     counts = ", ".join(f"{count} {name}" for name, count in state.counts.items())
-    lines = [
-        state.status,
-        state.recording and f"recording {state.recording}",
-        counts,
-        ", ".join(recorded_columns),
-    ]
+    recording = state.recording and f"recording {state.recording}"
+    lines = (state.status, recording, counts, ", ".join(recorded_columns))
     small = "".join(f"<p>{escape(line)}</p>" for line in lines if line)
     data = {"t": state.t, "mu": mu, "std": std}
     digits = " ".join(f'data-{name}="{float(value)!r}"' for name, value in data.items())

@@ -18,26 +18,15 @@ GROUP = 5_000
 
 
 class Recorder:
-    """An open recording.
-
-    Attributes:
-        path: the file, which is none of those that are there already.
-        samples: so far.
-    """
+    """An open recording: its file, which is none of those that are there already, and samples so far."""
 
     def __init__(self, wanted: Path, columns: Sequence[str]) -> None:
-        """Begin a file.
-
-        Args:
-            wanted: its name; where it is taken, `_2`, `_3` and so on are put behind it.
-            columns: of the recording, which go before those of the estimates.
-        """
+        """Begin a file, `_2` and so on where its name is taken; its columns go before the estimates."""
         names = (wanted if n == 1 else wanted.with_stem(f"{wanted.stem}_{n}") for n in count(1))
         self.path, self.samples = next(path for path in names if not path.exists()), 0
         self._names, self._waiting = (*columns, *ESTIMATE), list[Array]()
         self._arrow, parquet = (
-            import_library("pyarrow", "live", wanted),
-            import_library("pyarrow.parquet", "live", wanted),
+            import_library(name, "live", wanted) for name in ("pyarrow", "pyarrow.parquet")
         )
         with ExitStack() as stack:
             stage = stack.enter_context(staged_file(self.path))

@@ -18,17 +18,11 @@ PLACES = {name: place for place, name in enumerate(FIELDS)}
 
 
 class Points(NamedTuple):
-    """Points in a row.
+    """Points in a row."""
 
-    Attributes:
-        end: number of the next one.
-        fields: shape (n, fields).
-        recorded: shape (n, `MAX_RECORDED_COLUMNS`), NaN behind the columns of the recording.
-    """
-
-    end: int
-    fields: Array
-    recorded: Array
+    end: int  # Number of the next one.
+    fields: Array  # Shape (n, fields).
+    recorded: Array  # Shape (n, `MAX_RECORDED_COLUMNS`), NaN behind the columns of the recording.
 
     def of(self, name: str) -> Array:
         """A field, shape (n,)."""

@@ -28,14 +28,7 @@ MAX_RATES = 2_000
 
 
 class Point(NamedTuple):
-    """A sample and what the observer says after it.
-
-    Attributes:
-        recorded: values in the order of the estimator's columns.
-        psi: angle [rad].
-        torque: that the observer used [N m].
-        estimate: after the sample.
-    """
+    """A sample: recorded values, angle [rad], torque used [N m], and the estimate after it."""
 
     recorded: tuple[float, ...]
     psi: float
@@ -44,10 +37,7 @@ class Point(NamedTuple):
 
 
 class _Stretch:
-    """Samples of one observer without a break.
-
-    The first one takes its step from the second, as in `observers.run`; it waits for it.
-    """
+    """Samples without a break; the first waits for its step from the second, as in `observers.run`."""
 
     def __init__(self, observer: Observer, adviser: Adviser | None) -> None:
         self.loop, self._adviser = Loop(observer, history=1), adviser
@@ -84,11 +74,7 @@ class _Stretch:
 
 
 class RowEstimator(ABC):
-    """Turns rows into points.
-
-    Attributes:
-        columns: of the recording; empty before the first usable row.
-    """
+    """Turns rows into points; `columns` of the recording are empty before the first usable row."""
 
     columns: tuple[str, ...]
     _stretch: _Stretch | None
@@ -102,9 +88,9 @@ class RowEstimator(ABC):
     def __call__(self, row: Row) -> list[Point]:
         """The points that are known with one more row: none, one or several."""
 
-    def implausible(self, recorded: NDArray[np.float64]) -> str:  # noqa: ARG002
+    @abstractmethod
+    def implausible(self, recorded: NDArray[np.float64], /) -> str:
         """Wrong units and signs in samples, shape (n, columns), that the observer itself cannot see."""
-        return ""
 
     @abstractmethod
     def reset(self) -> None:
@@ -134,11 +120,7 @@ class WheelRowEstimator(RowEstimator):
         self._refused = ""
 
     def implausible(self, recorded: NDArray[np.float64], /) -> str:
-        """Why the rate is none of the angle; the observer itself suspects other units and signs.
-
-        Args:
-            recorded: samples, shape (n, columns).
-        """
+        """Why the rate is none of the angle; the observer itself suspects other units and signs."""
         if "psi_dot" in self.columns and not self._refused:
             known = recorded[np.isfinite(recorded[:, [1, 4]]).all(axis=1)]
             self._refused = self._refusal(known[-MAX_RATES:])
@@ -205,11 +187,7 @@ class CarStandstillEstimator(RowEstimator):
         self._motion = RackDifferentiator()
 
     def __call__(self, row: Row) -> list[Point]:
-        """The points that are known with one more row.
-
-        Samples at rest are held back until there are `MIN_SAMPLES`; only then do they count as a
-        standstill.
-        """
+        """The points that are known with one more row; fewer than `MIN_SAMPLES` at rest are none."""
         if not self.columns:
             if not any(isfinite(row.get(n, nan)) for n in OF_CAR[0]):
                 return []
@@ -236,7 +214,7 @@ class CarStandstillEstimator(RowEstimator):
         return points if self._stretch is None else points + self._stood(self._stretch)
 
     def implausible(self, recorded: NDArray[np.float64], /) -> str:
-        """Why the columns look like ones in other units or of other signs; empty where they do not."""
+        """Why the columns look like ones in other units or of other signs."""
         try:
             require_plausible_car(_table(self._path, self.columns, recorded), self._vehicle)
         except InvalidInputError as error:

@@ -13,12 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.live.adviser import Adviser
-from brushgrip.live.last_usable import LastUsable
 from brushgrip.live.mapped_columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator
-from brushgrip.live.session_state import State
+from brushgrip.live.session_state import LastUsable, State
 from brushgrip.live.sources import WAIT, Source
 from brushgrip.live.timestamps import TimestampFilter, arrival
 from observers import ESTIMATE, Estimate, Status
@@ -41,10 +40,8 @@ AGAIN = 1.0
 class Session:
     """Two threads: one reads the source, one estimates.
 
-    Attributes:
-        ring: the newest points.
-        estimator: what makes them.
-        recorded: files of recordings that are done.
+    `recording`, whether one is wanted, may be set at any time; a recording begins with what is in memory
+    of the present stretch. `recorded` are files that are done.
     """
 
     def __init__(
@@ -58,16 +55,12 @@ class Session:
     ) -> None:
         """Prepare; nothing runs before `start`.
 
-        Args:
-            open_source: opens the source, and again where it is lost.
-            estimator: turns its samples into estimates.
-            record: file to record to from the beginning; None waits until `record` is called.
-            adviser: says what to do next.
-            listeners: are told the state after every batch, and now and then without; must not block.
+        The source is opened again where it is lost. A file to record to is written from the beginning.
+        Listeners are told the state after every batch, and now and then without; they must not block.
         """
         self.ring, self.estimator = Ring(CAPACITY), estimator
         self._open, self._adviser, self._listeners = open_source, adviser, listeners
-        self._file, self._wanted = record, record is not None
+        self._file, self.recording = record, record is not None
         self._recorder: Recorder | None = None
         self.recorded: list[Path] = []
         self._clock, self._counts = TimestampFilter(), Counter[str]()
@@ -99,18 +92,6 @@ class Session:
         self._stop.set()
         for thread in self._threads:
             thread.join()
-
-    def record(self, wanted: bool) -> None:
-        """Begin a recording or end it.
-
-        A new one begins with what is in memory of the present stretch, as did our observer.
-        """
-        self._wanted = wanted
-
-    @property
-    def recording(self) -> bool:
-        """Whether a recording is wanted."""
-        return self._wanted
 
     @property
     def plausible(self) -> bool:
@@ -263,14 +244,14 @@ class Session:
 
     def _follow_wish(self) -> None:
         """Begin or end a recording where that is wanted."""
-        if not self._wanted:
+        if not self.recording:
             self._end_recording()
         elif self._recorder is None and self.estimator.columns and self.ring.end:
             name = self._file or Path(time.strftime("live_%Y-%m-%d_%H%M%S.parquet"))
             try:
                 self._recorder = Recorder(name, self.estimator.columns)
             except InvalidInputError as error:
-                self._fault, self._wanted = f"not recorded: {error}", False
+                self._fault, self.recording = f"not recorded: {error}", False
                 return
             self._write(self.ring.since(0, self._stretch))
 
@@ -282,7 +263,11 @@ class Session:
         try:
             self._recorder.write(rows)
         except OSError as error:
-            self._fault, self._wanted, self._recorder = f"the recording broke off: {error}", False, None
+            self._fault, self.recording, self._recorder = (
+                f"the recording broke off: {error}",
+                False,
+                None,
+            )
 
     def _end_recording(self) -> None:
         recorder, self._recorder = self._recorder, None
@@ -292,4 +277,4 @@ class Session:
             recorder.close()
             self.recorded.append(recorder.path)
         except OSError as error:
-            self._fault, self._wanted = f"the recording broke off: {error}", False
+            self._fault, self.recording = f"the recording broke off: {error}", False

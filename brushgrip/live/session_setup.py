@@ -10,7 +10,7 @@ from brushgrip.estimation.estimates import ObserverFactory
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.recordings import locate
 from brushgrip.live.adviser import Adviser
-from brushgrip.live.bus import CanSource
+from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import Columns
 from brushgrip.live.row_estimation import CarStandstillEstimator, RowEstimator, WheelRowEstimator
 from brushgrip.live.session_state import address_of
@@ -84,10 +84,7 @@ def _stub(rig: Rig, tyre: Tyre, torque: str, ground: str | None) -> Recording:
 def opener(
     spec: str, columns: Columns, dbc: Path | None, table: Table | None, speed: float
 ) -> Callable[[], Source]:
-    """What opens the source of a command line, again and again where it is lost.
-
-    The clock of a file, whose content is `table`, runs at `speed`.
-    """
+    """What opens a source, again where it is lost; a file, of content `table`, runs at `speed`."""
     kind, _, rest = spec.partition(":")
     if table is not None:
         return lambda: FileSource(table, speed)

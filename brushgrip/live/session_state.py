@@ -1,44 +1,32 @@
-"""State of a live session, and the state as text."""
+"""State of a live session as text, and the friction that its source leaves."""
 
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, nan
 
-from brushgrip.wording.friction import with_95_band
-from observers import Estimate
+from brushgrip.wording.friction import CONTRADICTED, with_95_band
+from observers import Estimate, Status
 from symbolic import InvalidInputError
 
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """How a session stands.
+    """How a session stands; texts are empty for nothing."""
 
-    Attributes:
-        t: time of the newest sample [s].
-        estimate: after it; None before any.
-        usable: whether a controller may act on it now: usable, and not old.
-        age: since its sample came [s].
-        status: what is wrong and what mends it; empty for nothing.
-        advice: what to do next; empty for nothing.
-        counts: samples by what became of them.
-        recording: file and samples; empty where none is written.
-        ended: whether the source has come to its end.
-    """
-
-    t: float
-    estimate: Estimate | None
-    usable: bool
-    age: float
-    status: str
-    advice: str
-    counts: dict[str, int]
-    recording: str
-    ended: bool
+    t: float  # Of the newest sample [s].
+    estimate: Estimate | None  # After it; None before any.
+    usable: bool  # Whether a controller may act on it now: usable, and not old.
+    age: float  # Since its sample came [s].
+    status: str  # What is wrong and what mends it.
+    advice: str  # What to do next.
+    counts: dict[str, int]  # Samples by what became of them.
+    recording: str  # File and samples.
+    ended: bool  # Whether the source has come to its end.
 
 
 def friction_of(estimate: Estimate | None) -> tuple[float, float]:
     """Effective friction and its standard deviation; mu of an observer that states no effective one."""
     if estimate is None:
-        return float("nan"), float("nan")
+        return nan, nan
     if isfinite(estimate.mu_eff):
         return estimate.mu_eff, estimate.mu_eff_std
     return estimate.mu, estimate.mu_std
@@ -66,3 +54,26 @@ def address_of(spec: str, rest: str) -> tuple[str, int]:
     if not (port.isascii() and port.isdigit() and 0 < int(port[:9]) < 65536):
         raise InvalidInputError(f"{spec}: expected a port from 1 to 65535, such as udp:5005")
     return host or "127.0.0.1", int(port)
+
+
+class LastUsable:
+    """The last usable friction of a source, unless what follows contradicts it, as for `estimate`."""
+
+    told = "friction was never usable"
+    _psi, _known, _after = nan, 0.0, 0.0
+
+    def see(self, t: float, psi: float, estimate: Estimate, *, usable: bool) -> None:
+        """One more sample: its time [s], its angle [rad], NaN where missing, and what it tells."""
+        turn = abs(psi - self._psi) if isfinite(psi - self._psi) else 0.0
+        self._psi = psi if isfinite(psi) else self._psi
+        if usable:
+            friction = with_95_band(*friction_of(estimate))
+            self.told = f"friction was {friction} at {t:.4g} s, last usable"
+            self._known, self._after = self._known + turn, 0.0
+        elif Status.RESET in estimate.status:
+            self.told = f"friction is not known since a new ground was noticed at {t:.4g} s"
+            self._known = self._after = 0.0
+        elif estimate.status & (Status.INCONSISTENT | Status.MISSING) == Status.INCONSISTENT:
+            self._after += turn
+        if self.told.endswith("last usable") and self._after > CONTRADICTED * self._known:
+            self.told = "friction is not known: what was usable does not explain what follows"

@@ -35,11 +35,7 @@ class LineParser:
         self._delimiter, self._number_of = ",", NumberParser(",")
 
     def __call__(self, line: str) -> dict[str, float] | None:
-        """The values of a line by name; None for a header, a comment or an empty line.
-
-        Raises:
-            ValueError: the line is none such.
-        """
+        """The values of a line by name; None for header, comment or nothing; else a ValueError."""
         line = line.strip().lstrip("\ufeff")
         if len(line) > MAX_LINE_LENGTH:
             raise ValueError(f"a line of {len(line)} letters; allowed: up to {MAX_LINE_LENGTH}")
@@ -101,17 +97,11 @@ BUFFER = 8_000_000
 
 
 class Source(Protocol):
-    """An open source.
+    """An open source."""
 
-    Attributes:
-        waits: whether it may be read later without loss, as a file.
-        refused: messages that could not be used.
-        fault: why the last one of them could not.
-    """
-
-    waits: bool
-    refused: int
-    fault: str
+    waits: bool  # Whether it may be read later without loss, as a file.
+    refused: int  # Messages that could not be used.
+    fault: str  # Why the last one of them could not.
 
     def read(self) -> list[Row]:
         """Samples that have come, after at most `WAIT` none.

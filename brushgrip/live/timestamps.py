@@ -31,12 +31,7 @@ class Timed(NamedTuple):
 
 
 class TimestampFilter:
-    """Puts the times of a source into order.
-
-    Attributes:
-        late: samples left out because they repeat a time or come after a later one.
-        wrong: samples left out because of their time alone.
-    """
+    """Puts times in order; counts samples that are left out as late, or for their time alone."""
 
     def __init__(self) -> None:
         """No sample has been seen."""
@@ -46,10 +41,7 @@ class TimestampFilter:
         self._jumped: Row | None = None
 
     def __call__(self, row: Row) -> list[Timed]:
-        """The rows that may be used with one more.
-
-        A row beyond a gap waits for a second one that follows it: one alone has a wrong time.
-        """
+        """The rows that may be used with one more; one beyond a gap waits for a second behind it."""
         t = row.get("t", float("nan"))
         if not (isfinite(t) and abs(t) < MAX_TIME):
             self.wrong += 1

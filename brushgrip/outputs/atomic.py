@@ -84,11 +84,7 @@ def is_same_file(one: Path, other: Path) -> bool:
 
 
 def file_keys(path: Path) -> set[object]:
-    """Identity of a file; two paths with the same identity are the same file.
-
-    Links and `..` are resolved as for writing, also behind folders that are not there yet; two hard
-    links are the same file.
-    """
+    """Identity of a file, also behind folders that are not there yet; two that share a key are one."""
     # Takes loops of links, as resolve does not.
     real = os.path.realpath(path)
     try:

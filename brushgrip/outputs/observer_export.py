@@ -4,21 +4,9 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from brushgrip.outputs.console import say
-from observers import (
-    AligningTorque,
-    Ekf,
-    FunctionObserver,
-    MeasurementModel,
-    Mhe,
-    SteeringTorque,
-    Tuning,
-    car_observer,
-    from_files,
-    tuning_for,
-)
+from observers import FunctionObserver, Tuning
 from observers.embedded import (
     DOUBLE,
     SINGLE,
@@ -29,16 +17,11 @@ from observers.embedded import (
     generate_ros2,
     require_replaceable,
 )
-from observers.estimators.model_observer import ModelObserver
-from observers.interfaces.factory import read_rig_file, read_vehicle_file
+from observers.interfaces.factory import read_rig_file
 from symbolic import InvalidInputError
 
-KINDS: Mapping[str, type[Ekf] | type[Mhe]] = {"ekf": Ekf, "mhe": Mhe}
 TYPES: Mapping[str, Real] = {"float": SINGLE, "double": DOUBLE}
-MEASUREMENT_MODELS: Mapping[str, MeasurementModel] = {"M_z": AligningTorque(), "M": SteeringTorque()}
 TUNABLE: Mapping[str, Tunable] = {"": "", "tuning": "tuning", "all": "all"}
-MAX_WINDOW = 1000
-"""Longest window [samples]; ten seconds at 100 Hz."""
 
 
 def _fmu(
@@ -66,19 +49,6 @@ WRITERS: Mapping[str, Callable[..., list[Path]]] = {
 """Writer of the files of each target."""
 
 
-def window_setting(observer: str, window: int | None) -> dict[str, int]:
-    """The setting of an observer that `--window` makes; empty where it is not given."""
-    if window is None:
-        return {}
-    if KINDS[observer] is not Mhe:
-        raise InvalidInputError(
-            f"--window is that of the MHE; allowed with --observer mhe, got {window}"
-        )
-    if not 1 <= window <= MAX_WINDOW:
-        raise InvalidInputError(f"--window must be from 1 to {MAX_WINDOW} samples, got {window}")
-    return {"window": window}
-
-
 def state_bytes(files: Sequence[Path], name: str) -> int | None:
     """The size of a state that the header among generated files tells; None without a header."""
     for path in files:
@@ -86,36 +56,6 @@ def state_bytes(files: Sequence[Path], name: str) -> int | None:
             told = re.search(r"One observer, (\d+) bytes", path.read_text(encoding="utf-8"))
             return int(told[1]) if told else None
     return None
-
-
-def described_by(rig: Path | None, vehicle: Path | None) -> Path:
-    """The file that describes the rig or the car."""
-    if (described := vehicle if rig is None else rig) is None:
-        raise InvalidInputError("--rig and --vehicle are both missing; name one of them")
-    return described
-
-
-def chosen_observer(
-    kind: str, torque: str, *, rig: Path | None, vehicle: Path | None, **settings: Any
-) -> ModelObserver:
-    """The observer of a rig or of a car, with the settings of `observers.from_files`."""
-    make = from_files if vehicle is None else build_car_observer
-    described, measured = described_by(rig, vehicle), MEASUREMENT_MODELS[torque]
-    made: ModelObserver = make(KINDS[kind], described, measurement_model=measured, **settings)
-    return made
-
-
-def build_car_observer(
-    kind: Callable[..., Ekf | Mhe], vehicle: Path, model: Path | None, **settings: Any
-) -> Ekf | Mhe:
-    """The observer of a car, with the settings of `observers.from_files`."""
-    if model is not None or settings.pop("ground") is not None:
-        raise InvalidInputError("--model and --ground are of a wheel on a rig; leave them out")
-    if not isinstance(settings.pop("measurement_model"), AligningTorque):
-        raise InvalidInputError("--torque M is that of a wheel on a rig; leave it out")
-    settings.pop("effects")
-    tuning = tuning_for(None, settings.pop("tuning"), settings.pop("by_hand"), car=True)
-    return car_observer(kind, read_vehicle_file(vehicle), tuning=tuning, **settings)
 
 
 def prior_in_words(tuning: Tuning, rig: Path | None) -> str:

@@ -76,13 +76,7 @@ def provenance_file(out: Path) -> Path:
 
 
 def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[str, ...]:
-    """Refuses a folder that holds the results of another run.
-
-    The same inputs, rig, map and settings are the same run: it replaces what it wrote before.
-
-    Returns:
-        Names of the files that the run there wrote, to clear when this one has succeeded.
-    """
+    """Refuses a folder of another run's results; else files that the same run wrote there."""
     try:
         if not document.is_file() or document.stat().st_size > _MAX_FILE_SIZE:
             return ()

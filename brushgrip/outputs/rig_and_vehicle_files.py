@@ -4,7 +4,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
@@ -29,14 +28,7 @@ LOAD_CHANGE = 0.03
 """Change of the front axle's load since tyres were identified, by fuel and luggage, as a share [1]."""
 
 
-def with_identified(vehicle: Vehicle, result: PlatesResult | TyresResult) -> Changes:
-    """What of a vehicle file changes by what was identified on plates or on ground of known friction."""
-    if isinstance(result, PlatesResult):
-        return with_plates(vehicle, result)
-    return tyre_changes(vehicle, result)
-
-
-def with_plates(vehicle: Vehicle, result: PlatesResult) -> Changes:
+def plate_changes(vehicle: Vehicle, result: PlatesResult) -> Changes:
     """Gear friction with its tolerance, inclination by the return torque, a zero beyond the declared.
 
     Observers know friction of a gear, and no damping: what it makes at a usual speed is in the value by
@@ -79,12 +71,16 @@ def _rounded(value: float) -> float:
 
 
 def identified_vehicle_text(
-    file: Path, changes: Changes, comments: Mapping[str, str] = MappingProxyType({})
+    file: Path, vehicle: Vehicle, result: PlatesResult | TyresResult, comments: Mapping[str, str]
 ) -> str:
-    """The vehicle file with other values, its [signals] as they were.
+    """The vehicle file with what was identified, its [signals] as they were.
 
     Comments of the file are lost; `comments` are written, each behind the value of its key.
     """
+    if isinstance(result, PlatesResult):
+        changes = plate_changes(vehicle, result)
+    else:
+        changes = tyre_changes(vehicle, result)
     section = toml_of(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE]
     assert isinstance(section, dict)  # It was read as a vehicle file before.
     for name, new in changes.items():

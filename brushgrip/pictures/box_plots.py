@@ -1,6 +1,7 @@
 """Box charts of friction as in [Györök 2022]."""
 
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,8 @@ _BOXES_WIDTH = 0.8
 
 def draw_boxes(path: Path, compared: Sequence[CaseScores], methods: Sequence[str]) -> None:
     """Draw distribution, error and calculation time of each method, as in [Györök 2022], figure 5.10."""
-    own = [name for name in methods if name != AUTHOR]
-    colours = {name: QUIET for name in methods if name == AUTHOR}
-    colours |= {name: _COLOURS[i % len(_COLOURS)] for i, name in enumerate(own)}
+    own = cycle(_COLOURS)
+    colours = {name: QUIET if name == AUTHOR else next(own) for name in methods}
     with picture(path, 7.0) as figure:
         grid = figure.add_gridspec(2, 2, height_ratios=[3.4, 2.6])
         _estimates(figure.add_subplot(grid[0, :]), compared, colours)

@@ -33,6 +33,7 @@ from identification.loop_plot import matplotlib_text
 
 Stage = tuple[Signatures, str, str]
 """Signatures of one stage of the model, their colour and their label."""
+_STAGES = ((BEFORE, "refitted"), (AFTER, "found"))
 MAX_RECORDINGS = 6
 """Most recordings in the picture of residuals; the representative and held-out ones come first."""
 _MAX_COLUMNS = 4
@@ -103,10 +104,7 @@ def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
 
 def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]:
     artists: list[Artist] = []
-    for torque, colour, label in (
-        (series.before, BEFORE, "refitted"),
-        (series.after, AFTER, "found"),
-    ):
+    for torque, (colour, label) in zip((series.before, series.after), _STAGES, strict=True):
         residual = torque - series.measured
         artists += over_time.plot(series.t, residual, color=colour, lw=0.9, label=label)
         over_angle.plot(series.psi, residual, color=colour, lw=0.6, alpha=0.85)
@@ -116,11 +114,9 @@ def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]
     return artists
 
 
-def draw_signatures(path: Path, before: Signatures, after: Signatures | None = None) -> None:
+def draw_signatures(path: Path, before: Signatures, after: Signatures) -> None:
     """Draw the autocorrelation and the correlation with each signal, with 99 % bands."""
-    stages: list[Stage] = [(before, BEFORE, "refitted")]
-    if after is not None:
-        stages.append((after, AFTER, "found"))
+    stages: list[Stage] = [(before, *_STAGES[0]), (after, *_STAGES[1])]
     with picture(path, 1.2 + 0.34 * len(before.signatures)) as figure:
         autocorrelation, correlations = figure.subplots(1, 2, width_ratios=[2, 3])
         _autocorrelation(autocorrelation, stages)
@@ -245,7 +241,9 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
         angle, load, torques, difference = rows
         angle.plot(manoeuvre.t, manoeuvre.psi, color=MEASURED)
         angle.set_ylabel("yaw angle ψ\n[rad]")
-        angle.set_title(_title(manoeuvre.instruction))
+        # Each unit stays on the line of its number.
+        title = re.sub(r"(?<=\d) (?=(?:rad|s|N)\b)", "\N{NO-BREAK SPACE}", manoeuvre.instruction)
+        angle.set_title(fill(title, _TITLE_WIDTH))
         load.plot(manoeuvre.t, manoeuvre.F_N, color=MEASURED)
         load.set_ylabel("load $F_N$\n[N]")
         # By 5 % of the load at least, so that a constant load looks constant.
@@ -265,8 +263,3 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
         difference.set_title(f"difference {percent(proposal.separation)} of range")
         figure.align_ylabels(rows)
         legend_above(figure, artists)
-
-
-def _title(instruction: str) -> str:
-    """The instruction in lines that fit, each unit on the line of its number."""
-    return fill(re.sub(r"(?<=\d) (?=(?:rad|s|N)\b)", "\N{NO-BREAK SPACE}", instruction), _TITLE_WIDTH)

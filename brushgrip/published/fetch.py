@@ -49,15 +49,7 @@ def fetch(destination: str | Path, *, say: Callable[[str], None] = lambda _: Non
 
     Where ``BRUSHGRIP_DATA`` names a folder, files are copied from there and nothing is downloaded;
     those it lacks are named through `say`. Files already in the destination are kept if their digest is
-    right.
-
-    Returns:
-        The files now in the folder, in the order of the registry.
-
-    Raises:
-        InvalidInputError: the destination cannot be written, ``BRUSHGRIP_DATA`` holds none of the
-            files, or one with a wrong digest.
-        FetchError: a download failed.
+    right; one with a wrong digest is a fault.
     """
     destination = Path(destination)
     local = os.environ.get(LOCAL_COPY)
@@ -84,7 +76,11 @@ def _copy(published: pooch.Pooch, source: Path, say: Callable[[str], None]) -> l
         if path is None:
             absent.append(name)
             continue
-        _require_digest(path, published.registry[name])
+        if (actual := _digest(path)) != (digest := published.registry[name]):
+            raise InvalidInputError(
+                f"{path}: is not the published file: SHA-256 {_shortened(actual)}, published "
+                f"{_shortened(digest)}; replace or remove it"
+            )
         shutil.copyfile(path, published.abspath / name)
         copied.append(name)
     if not copied:
@@ -125,15 +121,6 @@ def download_bounded(url: str, output_file: str, registry: pooch.Pooch) -> None:
 
 def _is_whole(published: pooch.Pooch, path: Path) -> bool:
     return path.is_file() and _digest(path) == published.registry[path.name]
-
-
-def _require_digest(path: Path, digest: str) -> None:
-    actual = _digest(path)
-    if actual != digest:
-        raise InvalidInputError(
-            f"{path}: is not the published file: SHA-256 {_shortened(actual)}, published "
-            f"{_shortened(digest)}; replace or remove it"
-        )
 
 
 def _digest(path: Path) -> str:

@@ -61,12 +61,8 @@ def fetch_friction_damper(destination: str | Path, *, say: Say = lambda _: None)
     """Puts the runs into a folder, one file each: all of them, or none at all.
 
     Where ``BRUSHGRIP_DATA`` names a folder, they are copied from there, or from `second_rig` beside it,
-    and nothing is downloaded. Runs already in the destination are kept if their values are right.
-
-    Raises:
-        InvalidInputError: the destination cannot be written, ``BRUSHGRIP_DATA`` lacks a run, or one has
-            other values than the published ones.
-        FetchError: a download failed, or delivered other values.
+    and nothing is downloaded. Runs already in the destination are kept if their values are right; other
+    values than the published ones are a fault.
     """
     say(ATTRIBUTION)
     return fetch_runs(destination, digests(), _downloaded, _BESIDE, say)

@@ -2,19 +2,23 @@
 
 import json
 from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import identification
+from brushgrip.estimation import friction_before_and_after
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.outputs.atomic import write_utf8
-from brushgrip.outputs.console import say, show
-from brushgrip.outputs.provenance import KEY, Provenance, digest_of, provenance_of, remove_earlier
+from brushgrip.outputs.console import progress, say, show
+from brushgrip.outputs.provenance import KEY, Provenance, digest_of, remove_earlier
+from brushgrip.report.findings_and_reservations import simulated_warning
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
 from brushgrip.report.printed import print_diagnosis
-from brushgrip.report.scope import simulated_warning
 from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
-from identification.selection.trial_runner import Submit, run_at_once
+from identification.selection.trial_runner import submit_of
 from identification.selection.trials import RANKING_STEP, thin
 from observers.interfaces.factory import MODEL_FILE
 
@@ -37,29 +41,40 @@ def thinning_note(recordings: Sequence[Recording]) -> str:
     )
 
 
-def write_diagnosis(
-    folder: Path,
-    diagnosis: Diagnosis,
-    outcome: FrictionOutcome | None = None,
-    made: Provenance | None = None,
-    submit: Submit = run_at_once,
-) -> dict[str, Any]:
-    """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder.
+Parts = tuple[Sequence[Recording], Sequence[Recording]]
+"""Recordings for training, and those held out."""
 
-    Returns:
-        The content of diagnosis.json.
+
+def diagnose_and_write(
+    folder: Path,
+    searched: Parts,
+    estimated: Parts,
+    made: Provenance,
+    executor: Executor | None,
+    notes: Sequence[str] = (),
+    **options: Any,
+) -> tuple[dict[str, Any], Diagnosis, FrictionOutcome | None]:
+    """Searches, estimates friction by what was found, and writes all results into an existing folder.
+
+    Options are those of `identification.diagnose`; the notes go before its own. The content of
+    diagnosis.json is returned first.
     """
-    made = provenance_of([]) if made is None else made
-    model = json.loads(model_text(diagnosis)) | {KEY: dict(made)}
+    submit = submit_of(executor)
+    with progress() as report:
+        result = identification.diagnose(*searched, executor=executor, progress=report, **options)
+        report("estimating friction", 0, 1)
+        outcome = friction_before_and_after.friction_by_both_models(*estimated, result, submit)
+    result = replace(result, notes=(*notes, *result.notes))
+    model = json.loads(model_text(result)) | {KEY: dict(made)}
     write_utf8(folder / MODEL, json_text(model))
     told = {**made, "model": {"name": MODEL, "sha256": digest_of(folder / MODEL)}}
-    write_report(folder, diagnosis, outcome.compared if outcome else (), outcome, told, submit)
-    content = diagnosis.to_dict() | {
+    write_report(folder, result, outcome.compared if outcome else (), outcome, told, submit)
+    content = result.to_dict() | {
         "friction": outcome.to_dict() if outcome else None,
         KEY: {**told, "files": sorted({DIAGNOSIS, *(path.name for path in folder.iterdir())})},
     }
     write_utf8(folder / DIAGNOSIS, json_text(content))
-    return content
+    return content, result, outcome
 
 
 def clean_up_and_print(

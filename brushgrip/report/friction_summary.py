@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome, mean_figures
 from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
 from identification import Diagnosis
@@ -16,20 +16,22 @@ from observers.quality.ground_friction import order_by_chance
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
 IN_PLAIN_WORDS = {
-    SLOPE: "the tyre turns stiffer or softer than its parameters say",
+    SLOPE: "that the tyre may be stiffer or softer than its parameters say",
     REST: "noise of the torque, and what the model gets wrong",
-    OF_LENGTHS: "how well the lengths of contact and caster are known",
-    OF_LOAD: "how well the load is known",
-    OF_SCALE: "the tread stiffness is not the declared one, so that the torque's scale may be off",
-    OF_TUNING: "a minimum that is always kept",
+    OF_LENGTHS: "what the lengths of contact and caster may be off",
+    OF_LOAD: "what the load may be off",
+    OF_SCALE: "that the torque's scale may be off, as the tread stiffness is not the declared one",
+    OF_TUNING: "a reserve that is always kept",
 }
 """Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
 """Labels of `FrictionOutcome.groups`."""
 
 
-LEAST_TOLD, CHANCE = 0.01, 0.01
-"""Share of a variance from which on a part of it is told; chance up to which an order is [1]."""
+LEAST_TOLD = 0.5
+"""Percentage of a band from which on a part of it is told."""
+CHANCE = 0.01
+"""Chance up to which an order is told [1]."""
 
 
 def last_usable_friction(track: FrictionTrack) -> str:
@@ -41,7 +43,7 @@ def last_usable_friction(track: FrictionTrack) -> str:
 def band_shares(outcome: FrictionOutcome) -> dict[str, float]:
     """Shares of the variance of the last usable friction by cause, over all recordings [1]."""
     squares: dict[str, float] = {}
-    for track in outcome.tracks_of(EKF_FOUND).values():
+    for track in outcome.tracks_of().values():
         for cause, half in track.budget.items():
             squares[cause] = squares.get(cause, 0.0) + half**2
     whole = sum(squares.values())
@@ -53,16 +55,20 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     shares = band_shares(outcome)
     if not shares:
         return ""
-    told = {cause: share for cause, share in shares.items() if share >= LEAST_TOLD}
-    parts = [f"{IN_PLAIN_WORDS.get(cause, cause)}, {100 * share:.0f} %" for cause, share in told.items()]
-    line = f"The ± of a recording comes from (shares of the variance): {'; '.join(parts)}."
+    without = {cause: 100 * (1 - np.sqrt(1 - share)) for cause, share in shares.items()}
+    told = {cause: less for cause, less in without.items() if less >= LEAST_TOLD}
+    parts = [f"{IN_PLAIN_WORDS.get(cause, cause)}, {less:.0f} %" for cause, less in told.items()]
+    line = (
+        "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
+        f" {'; '.join(parts)}."
+    )
     if any(one.further is not None for one in outcome.further().values()):
         line = f"The ± of a ground also covers how its recordings differ. {line}"
-    measurable = sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD))
+    measurable = min(1.0, sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD)))
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
         line += (
-            " All recordings share the errors of lengths and load; to measure these exactly would make"
-            f" the ± of a recording {100 * (1 - np.sqrt(1 - measurable)):.0f} % smaller."
+            " All recordings share the errors of lengths and load; without both it would be"
+            f" {100 * (1 - np.sqrt(1 - measurable)):.0f} % smaller."
         )
     return line
 
@@ -89,15 +95,10 @@ def usable_until(track: FrictionTrack) -> str:
 
 def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     """That friction goes with the load from recording to recording, in sentences; else empty."""
-    tracks, loads = outcome.tracks_of(EKF_FOUND), median_loads(diagnosis)
+    loads = median_loads(diagnosis)
     known = {
-        ground: [
-            (loads[n], t.mu[t.last_usable])
-            for n in names
-            if n in loads and (t := tracks.get(n)) and t.last_usable is not None
-        ]
-        for ground, names in outcome.grounds.items()
-        if ground
+        ground: [(loads[t.name], t.mu[at]) for t, at in outcome.known_tracks(ground) if t.name in loads]
+        for ground in filter(None, outcome.grounds)
     }
     chance, falls = order_by_chance(list(known.values()))
     if chance > CHANCE:
@@ -107,7 +108,8 @@ def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
-        " whether load is the cause is not known."
+        " whether load is the cause is not known: until then go by the recordings nearest to"
+        " your load, with the ± of the ground."
     )
 
 
@@ -129,7 +131,7 @@ def median_loads(diagnosis: Diagnosis) -> dict[str, float]:
 
 def goes_pale(outcome: FrictionOutcome) -> bool:
     """Whether a track of the model found is not usable somewhere after its first usable sample."""
-    tracks = outcome.tracks_of(EKF_FOUND).values()
+    tracks = outcome.tracks_of().values()
     return any((np.diff(track.usable.astype(int)) < 0).any() for track in tracks)
 
 
@@ -167,28 +169,24 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
         "bands around the fitted value",
         lambda share: _percent(share, 0),
         "Share of the informed samples whose 95 % band holds the friction that was afterwards fitted to"
-        " the whole recording, which is no independent measurement. Far below 95 % they are too narrow.",
+        " the whole recording, which is no independent measurement. Far below 95 % they are too narrow,"
+        " at 100 % rather wide.",
     ),
 }
 """Label, text and meaning of those of `FIGURES` that compare the EKF with more than itself."""
 
 
-def friction_group_labels(outcome: FrictionOutcome) -> list[str]:
-    """Labels of the groups that `friction_quality_rows` has values of: those held out first."""
-    return [GROUP_LABELS[group] for group in list(outcome.groups())[::-1]]
-
-
-def friction_quality_rows(outcome: FrictionOutcome) -> list[tuple[str, list[str], str]]:
-    """Rows of a table: a label, the figure before → after for each group, and what it means."""
+def friction_quality(outcome: FrictionOutcome) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Headings and rows of a table: figures before → after for each group, and what they mean."""
     rows = []
-    groups = list(outcome.groups().values())[::-1]
-    stages = outcome.stages.values()
+    groups = dict(reversed(outcome.groups().items()))
+    stages = (outcome.before, outcome.after)
     for figure, (label, text, words) in _FIGURE_TEXTS.items():
         cells = []
-        for names in groups:
-            pair = " → ".join(text(outcome.mean_figures(stage, names)[figure]) for stage in stages)
+        for names in groups.values():
+            pair = " → ".join(text(mean_figures(stage, names)[figure]) for stage in stages)
             known = min(sum(getattr(stage[n], figure) is not None for n in names) for stage in stages)
             # A mean over fewer recordings than there are says so.
             cells.append(pair + f" ({known} of {len(names)})" * (known < len(names)))
-        rows.append((label, cells, words))
-    return rows
+        rows.append((label, *cells, words))
+    return ["figure", *(GROUP_LABELS[group] for group in groups), "in plain words"], rows

@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome, found_model
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.pictures.diagnosis import (
     MAX_RECORDINGS,
     draw_candidates,
@@ -23,7 +23,13 @@ from brushgrip.pictures.diagnosis import (
 from brushgrip.pictures.friction import draw_friction, draw_overview
 from brushgrip.pictures.mechanism_curves import draw_mechanisms, has_curves
 from brushgrip.pictures.style import drawn, is_drawn_by_us
-from brushgrip.report import friction_summary, plain_summary, scope, tables
+from brushgrip.report import (
+    findings_and_reservations,
+    friction_summary,
+    next_steps,
+    plain_summary,
+    tables,
+)
 from brushgrip.wording import diagnosis_in_words, formatting
 from brushgrip.wording import friction as friction_wording
 from identification import Diagnosis
@@ -45,7 +51,8 @@ _WORDING_MODULES = (
     diagnosis_in_words,
     friction_wording,
     friction_summary,
-    scope,
+    findings_and_reservations,
+    next_steps,
     plain_summary,
 )
 """Modules whose public functions the template uses, as functions and as filters."""
@@ -74,9 +81,7 @@ def write_report(
     """
     drawings = _draw_pictures(folder, diagnosis, friction, outcome, submit)
     template = _environment(folder, drawings).get_template(TEMPLATE)
-    contents = _contents(diagnosis, friction, outcome, made)
     text = template.render(
-        contents=contents,
         diagnosis=diagnosis,
         friction=friction,
         friction_outcome=outcome,
@@ -91,37 +96,6 @@ def write_report(
     path = folder / PAGE
     path.write_text(text, encoding="utf-8", newline="\n")
     return path
-
-
-def _contents(
-    diagnosis: Diagnosis,
-    friction: Sequence[FrictionTrack],
-    outcome: FrictionOutcome | None,
-    made: Mapping[str, Any] | None,
-) -> list[tuple[str, str]]:
-    """Anchors and titles of the sections that the page has, in order."""
-    sections = [
-        ("recordings", "Friction by recording", outcome is not None),
-        ("causes", "What was found", True),
-        ("friction", "Settling and coverage", outcome is not None),
-        ("tracks", "Friction over time", bool(friction)),
-        ("mechanisms", "Mechanisms", has_curves(diagnosis)),
-        ("errors", "Torque errors", True),
-        ("loops", "Hysteresis loops", True),
-        ("residuals", "Residuals", True),
-        ("signatures", "What the residual follows", True),
-        ("candidates", "Candidates", bool(diagnosis.candidates)),
-        ("effects", "Effects found", True),
-        (
-            "experiments",
-            "Next recording",
-            any(e.experiment and e.experiment.feasible for e in diagnosis.effects),
-        ),
-        ("unexplained", "What remains unexplained", True),
-        ("inputs", "Inputs", bool(made and made["inputs"])),
-        ("glossary", "Glossary", True),
-    ]
-    return [(anchor, title) for anchor, title, there in sections if there]
 
 
 def remove_stale_pictures(folder: Path, written: Container[str]) -> None:
@@ -152,7 +126,7 @@ def _draw_pictures(
         if effect.experiment:
             pictures[EXPERIMENT.format(effect.name)] = draw_experiment, [effect.experiment]
     if outcome:
-        own = outcome.tracks_of(EKF_FOUND)
+        own = outcome.tracks_of()
         by_ground = {g: [own[n] for n in names if n in own] for g, names in outcome.grounds.items()}
         pictures["overview"] = draw_overview, [by_ground]
     if has_curves(diagnosis):
@@ -190,6 +164,7 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
     environment.filters |= words
     environment.globals |= words | {
         "grades": diagnosis_in_words.GRADES,
+        "headings": lambda sections: re.findall(r'<h2 id="(\w+)">(.+)</h2>', sections),
         "picture": lambda name: _data_address(folder / name, drawings.get(name)),
     }
     return environment

@@ -1,17 +1,7 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
-from math import sqrt
-from statistics import fmean
-
-from brushgrip.estimation.anomalies import SUSPECTED
-from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.report.friction_summary import (
-    band_shares,
-    grounds_alike,
-    last_usable_friction,
-    order_with_load,
-)
-from brushgrip.report.scope import (
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.report.findings_and_reservations import (
     LEFT_OUT,
     benefit,
     doubts,
@@ -19,41 +9,19 @@ from brushgrip.report.scope import (
     missing_effects,
     reservation,
     several_mechanisms,
+    stiffness_cases,
     validity,
 )
-from brushgrip.wording.diagnosis_in_words import (
-    headline,
-    is_unconfirmed,
-    proposed_recordings,
-    rest_is_larger,
-)
-from brushgrip.wording.formatting import (
-    band_decimals,
-    listed,
-    percent,
-    plain,
-    sentence,
-    unrefitted_error,
-)
-from brushgrip.wording.friction import further_recording, narrowed_by, prediction_band
-from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
+from brushgrip.report.friction_summary import grounds_alike, last_usable_friction, order_with_load
+from brushgrip.report.next_steps import next_steps
+from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
+from brushgrip.wording.formatting import listed, percent, plain, sentence
+from brushgrip.wording.friction import further_recording, prediction_band
+from identification import Diagnosis
 from observers import GroundFriction
-from observers.quality.settling_and_coverage import BAND_95
 
 MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
-MAX_STEPS = 4
-"""What to do next that is told."""
-CHECKS = {
-    False: "at the rig, check three things: the torque, with a known weight on a lever; the gear ratio"
-    " between sensor and wheel; the half-length of the contact, on a print. If one is wrong, correct it"
-    " and run this again, as the result is then void, before anything else; if all are right, declare"
-    " the stiffness found (k under [tyre] in the rig file)",
-    True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
-    " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
-}
-"""What a stiffness far from the declared one asks for, of a rig and of a car."""
 
 
 def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list[str]]:
@@ -72,185 +40,98 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
 
 def lines_to_send(
     diagnosis: Diagnosis, outcome: FrictionOutcome | None, warning: str = ""
-) -> list[tuple[str, str]]:
-    """A mail, each line a label and a text; what is acted on comes first."""
+) -> list[tuple[str, list[str]]]:
+    """A mail, each part a label and its items; what is acted on comes first."""
     told = outcome or FrictionOutcome(before={}, after={}, grounds={})
-    known = any(track.last_usable is not None for track in told.tracks_of(EKF_FOUND).values())
+    known = any(map(told.known_tracks, told.grounds))
     steps = next_steps(diagnosis, told)
-    numbered = [f"({i}) " * (len(steps) > 1) + step for i, step in enumerate(steps, 1)]
-    certainty = (_holds(told), order_with_load(told, diagnosis), reservation(diagnosis))
-    sure = " ".join(filter(None, certainty if known else doubts(diagnosis)))
+    certainty = [*_holds(told), order_with_load(told, diagnosis), *reservation(diagnosis)]
+    off = stiffness_cases(diagnosis)
     missing = missing_effects(diagnosis)
-    finding = {LEFT_OUT: missing} if missing else {"Result": headline(diagnosis)}
-    friction = {"Friction between tyre and ground": _friction(diagnosis, told, known=known)}
-    lines = {
-        "Note": warning,
+    finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
+    provisional = ", provisional" * _is_provisional(diagnosis, known=known)
+    friction = {f"Friction between tyre and ground{provisional}": [_friction(told)]}
+    parts = {
+        "Note": [warning],
         **(friction if outcome else finding),
-        "How sure": sure,
-        "To do": sentence(";\n".join(numbered)),
+        "Provisional because" if provisional else "Stiffness": _with_values(
+            off, diagnosis, told, known=known
+        ),
+        "How sure": certainty if known else [one for one in doubts(diagnosis) if one not in off],
+        "To do": [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)],
         **finding,
-        "Gain": " ".join(filter(None, (benefit(diagnosis, told), error_to_quote(diagnosis)))),
-        "Valid for": validity(diagnosis),
-        "Not known": sentence("; ".join(_open_questions(diagnosis, told))),
+        "Gain": [benefit(diagnosis, told), *error_to_quote(diagnosis)],
+        "Valid for": [validity(diagnosis, told.slide_rate if known else None, told.slide_speed)],
+        "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
-    return [(label, text) for label, text in lines.items() if text]
+    filled = {label: [item for item in items if item] for label, items in parts.items()}
+    return [(label, items) for label, items in filled.items() if items]
 
 
-def _friction(diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool) -> str:
-    """Friction of every ground, and what it is where the torque reads as wrong as k seems to say."""
-    count, ratio = len(outcome.before), diagnosis.stiffness_ratio
-    speed = f"at {1e3 * outcome.slide_speed:.2g} mm/s sliding, " if known and outcome.slide_speed else ""
+def _is_provisional(diagnosis: Diagnosis, *, known: bool) -> bool:
+    """Whether the stiffness found makes a friction that is known doubtful."""
+    ratio = diagnosis.stiffness_ratio
+    # Suspension and column make the k of a car small, and leave its friction as it is.
+    return known and ratio != 1 and not (diagnosis.of_car and ratio < 1)
+
+
+def _friction(outcome: FrictionOutcome) -> str:
+    """Friction of every ground, and which grounds may be one."""
+    count = len(outcome.before)
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     in_all = " in all" * (len(outcome.grounds) > 1)
-    line = f"{speed}{grounds} (from {count} recording{'s' * (count != 1)}{in_all})"
-    # Suspension and column make the k of a car small, and leave its friction as it is.
-    if not known or ratio == 1 or (diagnosis.of_car and ratio < 1):
-        return sentence(line)
-    bands = {g: one for g, one in outcome.further().items() if one.further is not None}
-    other = [f"{one.mu_eff / ratio:.2f} on {ground}" for ground, one in bands.items()]
-    value = listed(other) if len(bands) == len(outcome.grounds) else f"{1 / ratio:.2g} times as much"
-    return (
-        f"Provisional until {'the force is' if diagnosis.of_car else 'torque and half-length are'}"
-        f" checked: {line}; if the torque reads"
-        f" {'too high' if ratio > 1 else 'too low'}, as the stiffness found may mean, about {value}."
-    )
+    bands = [one.further is not None for one in outcome.further().values()]
+    means = len(bands) == len(outcome.grounds) and all(bands)
+    of, more = ("means of", ", ± for one more") if means else ("from", "")
+    line = f"{grounds} ({of} {count} recording{'s' * (count != 1)}{in_all}{more})"
+    return f"{sentence(line)}{grounds_alike(outcome)}"
 
 
-def _holds(outcome: FrictionOutcome) -> str:
+def _with_values(
+    cases: list[str], diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool
+) -> list[str]:
+    """What another stiffness may mean, with the friction of each ground in the cases that change it."""
+    bands = {g: one for g, one in outcome.further().items() if g and one.further is not None}
+    told, ratio = list(cases), diagnosis.stiffness_ratio
+    if not known or ratio == 1 or not bands:
+        return told
+    bound = "not below" if ratio > 1 else "not above"
+    for at, factor, about in ((1, ratio, "about"), (2, ratio ** (1 / 3), bound)):
+        values = listed([f"{one.mu_eff / factor:.2f} on {ground}" for ground, one in bands.items()])
+        told[at] = f"{told[at].removesuffix('.')}: then {about} {values}."
+    return told
+
+
+def _holds(outcome: FrictionOutcome) -> list[str]:
     """How often the ± of the grounds and of the recordings that are named holds, and why it is wide."""
     further = outcome.further()
     bands = [one.further is not None for one in further.values()]
-    within = ["One more recording of this kind on this ground comes out within ±"] * any(bands)
-    if len(further) < len(outcome.grounds) or not all(bands):
-        within.append(f"{'w' if any(bands) else 'W'}here a recording is named, the truth lies within ±")
-    wide = [
-        f" Most of the ± on {ground} comes from {differ}."
-        for ground, one in further.items()
-        if (differ := _differences(outcome, ground, one))
+    lines = [
+        "The ± of a ground is where one more recording like these would come out, in 95 of 100 cases."
     ]
-    shared = (
-        "in 95 of 100 cases; an error beyond the tolerances, which all recordings share, is not in it"
+    lines *= any(bands)
+    if len(further) < len(outcome.grounds) or not all(bands):
+        lines.append(
+            f"{'Where a recording is named, t' if any(bands) else 'T'}he truth lies within ± in 95 of"
+            " 100 cases, if model and tolerances are right."
+        )
+    lines.append(
+        "It is no bound of the true friction, which was not measured otherwise: an error that all"
+        " recordings share is in the ± only as far as the tolerances go."
     )
-    return f"{', and '.join(within)} {shared}.{''.join(wide)}{grounds_alike(outcome)}"
+    wide = [_differences(outcome, ground, one) for ground, one in further.items()]
+    return [*lines, *filter(None, wide)]
 
 
 def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:
     """How recordings on a ground differ, where that is most of its band's variance; else empty."""
     if (friction.scatter_share or 0.0) <= 0.5:
         return ""
-    tracks = [outcome.tracks_of(EKF_FOUND)[name] for name in outcome.grounds[ground]]
-    values = [float(t.mu[t.last_usable]) for t in tracks if t.last_usable is not None]
-    scatter = friction.scatter or 0.0
-    times = sqrt(friction.scatter_share or 0.0) * (friction.further or 0.0) / scatter
+    values = [float(track.mu[at]) for track, at in outcome.known_tracks(ground)]
     return (
-        f"how {len(values)} recordings differ ({min(values):.2f} to {max(values):.2f});"
-        f" a band from so few is {times:.1f} times their standard deviation of {scatter:.2f}"
+        f"The ±{f' on {ground}' * bool(ground)} is wide because {len(values)} recordings differ, from"
+        f" {min(values):.2f} to {max(values):.2f}, and so few do not show how far one more may be off."
     )
-
-
-def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
-    """Measurements or actions that come next, the most urgent first, at most `MAX_STEPS`, each a phrase.
-
-    Where nothing is open, what narrows the ± of friction.
-    """
-    tracks = outcome.tracks_of(EKF_FOUND)
-    steps = []
-    if diagnosis.notes and diagnosis.notes[0].startswith(SUSPECTED):
-        steps.append("mend the input that looks wrong, or leave its recording out, and run this again")
-    elif doubts(diagnosis):
-        steps.append(CHECKS[diagnosis.of_car])
-    never = [name for name, track in tracks.items() if track.last_usable is None]
-    # A model that misses more than it has found is why friction is not known.
-    if never and not rest_is_larger(diagnosis):
-        steps.append(
-            f"record {listed(never)} again, turning to and fro until the wheel slides both ways"
-        )
-    if len(diagnosis.recordings) + len(diagnosis.holdout) == 1:
-        steps.append("make a second recording, without which nothing judges the result")
-    like_load = [plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from]
-    if like_load:
-        steps.append(
-            f"record the load, as one that changes with the angle would look like {listed(like_load)}"
-        )
-    apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
-    proposed = f"stands under “Next recording”: expected to tell {apart}"
-    if diagnosis.unexplained.present:
-        steps.append(
-            "as something unknown remains, record at other speeds, angles and loads"
-            + f", first what {proposed}" * bool(apart)
-        )
-    elif unrefitted is not None:
-        steps.append(
-            "check that the validation recordings are of the same wheel, load and ground, as with"
-            f" nothing adjusted to them the error is {percent(unrefitted)} of range"
-        )
-    elif apart:
-        steps.append(f"record what {proposed}")
-    if unconfirmed := [plain(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
-        steps.append(
-            "fit a recording of each ground (with --holdout, leave that out), which settles whether"
-            f" {listed(unconfirmed)} is there"
-        )
-    weak = [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
-    if weak and not steps:
-        steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
-    assumed = any(note.startswith(ASSUMED) for note in diagnosis.notes)
-    what = "the other values that are" if doubts(diagnosis) else "what is"
-    to_declare = [f"at the rig, measure {what} assumed, and declare the tolerance"] * assumed
-    more = _more_recordings(outcome)
-    if not steps and (band_shares(outcome) or not [*more, *to_declare]):
-        steps = [_to_narrow(diagnosis, outcome)]
-    return [*steps[: MAX_STEPS - len(more)], *more, *to_declare][:MAX_STEPS]
-
-
-def _more_recordings(outcome: FrictionOutcome) -> list[str]:
-    """That more recordings narrow the widest ± of those that are wide by how recordings differ."""
-    wide = {g: one for g, one in outcome.further().items() if (one.scatter_share or 0.0) > 0.5}
-    if not wide:
-        return []
-    ground, one = max(wide.items(), key=lambda own: own[1].further or 0.0)
-    count, half = one.recordings, one.further or 0.0
-    return [
-        f"record {ground} {count} more times, at the load that matters: ± {half:.2f} would come to about"
-        f" ± {one.further_with(2 * count):.2f} if they differ as much"
-    ]
-
-
-def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
-    """What narrows the ± of friction, and what no recording would settle."""
-    cause = next(iter(band_shares(outcome)), "")
-    narrower = f"to narrow the ±, {narrowed_by(cause)}{_at_best(outcome, cause)}" if cause else "nothing"
-    rest = [not_separable(e) for e in diagnosis.effects if e.experiment]
-    if all(e.grade != "ambiguous" for e in diagnosis.effects):
-        rest.append("no further recording is needed to find the model")
-    return "; ".join([narrower, *rest])
-
-
-def not_separable(effect: FoundEffect) -> str:
-    """That recordings do not settle which of several effects it is."""
-    rivals = effect.indistinguishable_from or tuple(e.rival for e in (effect.experiment,) if e)
-    others = listed([plain(name) for name in rivals], "or")
-    return f"more recordings on this rig would not tell {plain(effect.name)} from {others}"
-
-
-def told_apart(diagnosis: Diagnosis) -> str:
-    """Which effects the proposed recordings would tell from which, and from which not."""
-    proposed = proposed_recordings(diagnosis)
-    pairs = [f"{plain(e.name)} from {plain(p.rival)} ({at})" for at, (e, p) in proposed.items()]
-    more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
-    return listed(pairs) + "; other explanations stay possible" * more
-
-
-def _at_best(outcome: FrictionOutcome, cause: str) -> str:
-    """What the band of the only ground is without what a remedy addresses; empty for several grounds."""
-    further = [one.further for one in outcome.further().values()]
-    if len(outcome.grounds) > 1 or not further or further[0] is None:
-        return ""
-    shares, own = band_shares(outcome), outcome.tracks_of(EKF_FOUND).values()
-    squares = [float(t.mu_std[t.last_usable]) ** 2 for t in own if t.last_usable is not None]
-    best = sqrt(max(0.0, further[0] ** 2 - shares[cause] * BAND_95**2 * fmean(squares)))
-    digits = band_decimals(further[0])
-    return f", which brings ± {further[0]:.{digits}f} to ± {best:.{digits}f} at best"
 
 
 def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
@@ -260,10 +141,8 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
         by, count = further.recordings, len(outcome.grounds[ground])
         some = f" (by {by} of {count} recordings)" * (by < count)
         return f"{prediction_band(further)}{where}{some}"
-    tracks = outcome.tracks_of(EKF_FOUND)
-    own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
-    known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])
-    values = [f"{last_usable_friction(track)} ({track.name})" for track in known]
+    known = sorted(outcome.known_tracks(ground), key=lambda own: own[0].mu[own[1]])
+    values = [f"{last_usable_friction(track)} ({track.name})" for track, _ in known]
     if len(values) > MAX_LISTED:
         return f"{values[0]} to {values[-1]}{where} in {len(values)} recordings"
     return (listed(values) or "not known") + where
@@ -272,7 +151,7 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
 def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """What the recordings leave open, each in a phrase."""
     parts = []
-    tracks = outcome.tracks_of(EKF_FOUND).values()
+    tracks = outcome.tracks_of().values()
     if never := [track.name for track in tracks if track.last_usable is None]:
         parts.append(f"friction in {listed(never)}")
     ending = [t for t in tracks if t.last_usable not in (None, t.t.size - 1)]

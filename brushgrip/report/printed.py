@@ -4,14 +4,10 @@ from collections.abc import Mapping
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
-from brushgrip.report.friction_summary import (
-    friction_group_labels,
-    friction_quality_rows,
-    widest_causes,
-)
+from brushgrip.report.findings_and_reservations import notes_beside
+from brushgrip.report.friction_summary import friction_quality, widest_causes
 from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
-from brushgrip.report.scope import notes_beside
-from brushgrip.report.tables import latest_friction
+from brushgrip.report.tables import errors_by_stage, latest_friction
 from brushgrip.wording.diagnosis_in_words import (
     GRADES,
     experiment_in_words,
@@ -19,12 +15,11 @@ from brushgrip.wording.diagnosis_in_words import (
     headline,
     mechanism,
     proposed_recordings,
+    rivals_of,
     use_of,
 )
 from brushgrip.wording.formatting import (
     candidate_reason,
-    error_columns,
-    error_figures,
     judged_error_percentages,
     listed,
     parameters,
@@ -35,7 +30,7 @@ from brushgrip.wording.formatting import (
     sentence,
     signed,
 )
-from identification import Diagnosis, FoundEffect, FoundModel, FreeDecay, ParameterEstimate
+from identification import Diagnosis, FoundModel, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
 from symbolic import CANDIDATES
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
@@ -68,19 +63,20 @@ def print_diagnosis(
         print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
         if causes := widest_causes(outcome):
             print_text(causes)
-    stages = {"assumed": diagnosis.declared, "refitted": diagnosis.before, "found": diagnosis.after}
-    print_table(
+    errors, title = (
+        errors_by_stage(diagnosis),
         "Torque error, root mean square, in N m and in % of range",
-        ("model", *error_columns(diagnosis).values()),
-        [(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
-        right=True,
     )
+    print_table(title, errors.headings, errors.rows, right=True)
     print_text(f"Refitted: {diagnosis.signatures_before.reading}")
     if diagnosis.effects:
         print_table(
             "Effects found",
             ("mechanism: effect", "grade", "parameters ± standard deviation", "indistinguishable from"),
-            [_effect_row(effect) for effect in diagnosis.effects],
+            [
+                (mechanism(e), GRADES[e.grade], parameters(e.parameters), rivals_of(e) or "–")
+                for e in diagnosis.effects
+            ],
         )
     for effect in diagnosis.effects:
         if effect.grade != "strong":
@@ -91,21 +87,20 @@ def print_diagnosis(
         if not proposal.feasible:
             print_text(f"not separable: {experiment_in_words(proposal)}")
     if outcome:
-        figures = [(label, *values) for label, values, _ in friction_quality_rows(outcome)]
-        headings = ("figure", *friction_group_labels(outcome))
+        headings, rows = friction_quality(outcome)
         title = "Friction by the assumed model → by the model found, mean over recordings"
-        print_table(title, headings, figures, right=True)
+        print_table(title, headings[:-1], [row[:-1] for row in rows], right=True)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     to_send = lines_to_send(diagnosis, outcome, warning) if outcome else []
-    for note in notes_beside(diagnosis, " ".join(text for _, text in to_send)):
+    for note in notes_beside(diagnosis, " ".join(item for _, items in to_send for item in items)):
         print_text(f"note: {note}")
     for line in own_rejected(diagnosis):
         print_text(line)
     print_text(use_of(diagnosis, found_model(diagnosis)))
     if to_send:
         print_text("To send", style="bold")
-        for label, text in to_send:
-            print_text(f"{label}: {text}")
+        for label, items in to_send:
+            print_text("\n- ".join([f"{label}:", *items]) if len(items) > 1 else f"{label}: {items[0]}")
 
 
 def own_rejected(diagnosis: Diagnosis) -> list[str]:
@@ -121,23 +116,16 @@ def own_rejected(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _effect_row(effect: FoundEffect) -> tuple[str, ...]:
-    rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
-    return mechanism(effect), GRADES[effect.grade], parameters(effect.parameters), rivals or "–"
-
-
 def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:
     """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
-    k, b_t = (
-        quantity(ParameterEstimate(value=one.value, std=one.std, unit=one.unit))
-        for one in (result.k, result.b_t)
-    )
-    rough_k, with_J_A, as_printed = (
-        quantity(ParameterEstimate(value=value, std=None, unit=unit))
-        for value, unit in (
-            (decrement.k, result.k.unit),
-            (decrement.b_t, result.b_t.unit),
-            (decrement.b_t_printed, "1/s"),
+    k, b_t, rough_k, with_J_A, as_printed = (
+        quantity(ParameterEstimate(value=value, std=std, unit=unit))
+        for value, std, unit in (
+            (result.k.value, result.k.std, result.k.unit),
+            (result.b_t.value, result.b_t.std, result.b_t.unit),
+            (decrement.k, None, result.k.unit),
+            (decrement.b_t, None, result.b_t.unit),
+            (decrement.b_t_printed, None, "1/s"),
         )
     )
     print_table(

@@ -7,20 +7,19 @@ from typing import Any
 from markupsafe import Markup
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.report.friction_summary import (
-    friction_group_labels,
-    friction_quality_rows,
+    friction_quality,
     last_usable_friction,
     median_loads,
     usable_until,
 )
-from brushgrip.wording.diagnosis_in_words import GRADES, plain_parameter
+from brushgrip.wording.diagnosis_in_words import GRADES, plain_parameter, rivals_of
 from brushgrip.wording.formatting import (
-    all_worse,
     candidate_reason,
     error_columns,
     error_figures,
+    error_stages,
     listed,
     parameters,
     percent,
@@ -28,33 +27,25 @@ from brushgrip.wording.formatting import (
     quantity,
     signed,
     torque_value,
+    worse_recordings,
 )
-from brushgrip.wording.friction import CONTRADICTED
 from identification import Diagnosis, Signature
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReportTable:
-    """A table whose first column names its rows.
-
-    Attributes:
-        caption: over the table.
-        headings: of the columns.
-        rows: cells as text, one row each.
-        words: columns that hold words; the others hold numbers, to the right.
-        narrow: no wider than its content.
-    """
+    """A table whose first column names its rows."""
 
     caption: str
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
-    words: Sequence[int] = ()
-    narrow: bool = False
+    words: Sequence[int] = ()  # Columns that hold words; the others hold numbers, to the right.
+    narrow: bool = False  # No wider than its content.
 
 
 def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
-    tracks, named = friction.tracks_of(EKF_FOUND), any(friction.grounds)
+    tracks, named = friction.tracks_of(), any(friction.grounds)
     loads = median_loads(diagnosis)
     rows = [
         (
@@ -72,8 +63,7 @@ def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTa
     ]
     return ReportTable(
         caption="Friction μ_eff of each recording ± 95 % band: the last usable value, and when it is"
-        " usable (EKF on the model found). It counts unless the wheel turned, after it and while the"
-        f" model does not explain the torque, more than {CONTRADICTED:g} times as far as while usable"
+        " usable (EKF on the model found); a dash where none is, or too much contradicts it later"
         + "; --ground NAME says it for a further recording too"
         * (not named),
         headings=("recording", *["ground"][:named], "median load [N]", "μ_eff", "usable"),
@@ -84,15 +74,14 @@ def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTa
 
 def friction_meaning(friction: FrictionOutcome) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
-    groups = friction_group_labels(friction)
-    rows = [(label, *figures, words) for label, figures, words in friction_quality_rows(friction)]
+    headings, rows = friction_quality(friction)
     some = any(" of " in figure for _, *figures, _ in rows for figure in figures)
     return ReportTable(
         caption="Mean over recordings: by the assumed model → by the model found"
         + ". In brackets: how many recordings have the figure" * some,
-        headings=("figure", *groups, "in plain words"),
+        headings=headings,
         rows=rows,
-        words=(len(groups) + 1,),
+        words=(len(headings) - 1,),
     )
 
 
@@ -121,11 +110,7 @@ def friction_by_observer(tracks: Sequence[FrictionTrack], recordings: int) -> Re
 
 def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
     """Mean errors of the three stages of the model."""
-    stages = {
-        "assumed": diagnosis.declared,
-        "refitted": diagnosis.before,
-        "found": diagnosis.after,
-    }
+    stages = error_stages(diagnosis)
     return ReportTable(
         caption="Torque error, root mean square, in N m and in % of range; mean of recordings",
         headings=("model", *error_columns(diagnosis).values()),
@@ -135,9 +120,9 @@ def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
 
 def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
     """Errors of each recording; those that got worse are marked."""
-    stages = {"assumed": diagnosis.declared, "refitted": diagnosis.before, "found": diagnosis.after}
+    stages = error_stages(diagnosis)
     both = {name: stages[name] for name in ("refitted", "found")}
-    worse = all_worse(diagnosis)
+    worse = worse_recordings(diagnosis)
     headings = ["recording", "used for"]
     headings += [f"{stage} [{unit}]" for unit in ("N m", "%") for stage in stages]
     headings += [f"left out, {stage} [%]" for stage in both if diagnosis.after.left_out]
@@ -151,12 +136,9 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
             row += [percent(errors.left_out[name]) for errors in both.values()]
         if diagnosis.after.unrefitted:
             row += [percent(errors.unrefitted.get(name)) for errors in both.values()]
-        rows.append(
-            [
-                *row,
-                *[Markup('<span class="worse">▲ worse</span>') if name in worse else ""][: len(worse)],
-            ]
-        )
+        if worse:
+            row.append(Markup('<span class="worse">▲ worse</span>') if name in worse else "")
+        rows.append(row)
     return ReportTable(
         caption="Root mean square torque error of each recording, in N m and in % of its range; refitted"
         " to training alone, k may suit a validation recording worse",
@@ -199,7 +181,7 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
     """Every candidate's first step."""
     return ReportTable(
         caption="Candidates, each alone in the refitted model, as ranked: fitted coarsely, to thinned"
-        " recordings, so that figures under “Effects found” differ a little; error in % of range",
+        " recordings, so that figures under “Effects found” differ; error in % of range",
         headings=(
             "effect",
             "description",
@@ -231,10 +213,10 @@ def effects(diagnosis: Diagnosis) -> ReportTable:
         ),
         rows=[
             (
-                *(plain(e.name), GRADES[e.grade], e.scope),
+                *(plain(e.name), GRADES[e.grade], "not known" if e.grade == "stands_in" else e.scope),
                 parameters(e.parameters),
                 *(percent(e.holdout_nrmse_after), signed(e.delta_bic)),
-                listed([plain(name) for name in e.indistinguishable_from], "or") or "–",
+                rivals_of(e) or "–",
             )
             for e in diagnosis.effects
         ],

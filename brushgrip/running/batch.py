@@ -15,19 +15,18 @@ from brushgrip.estimation.anomalies import (
     differing_rates,
     far_load,
     hardly_turned,
+    implausibility_lines,
     inconsistency_remedy,
-    require_plausible,
     suspected_cause,
     weaker_direction,
 )
-from brushgrip.estimation.budget import friction_budget
+from brushgrip.estimation.budget import STANDS, friction_budget, rests_on
 from brushgrip.estimation.estimates import (
     Aligning,
     friction_track,
-    has_aligning_torque,
-    has_steering_torque,
     observe,
     observer_factory,
+    torque_channel,
 )
 from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
 from brushgrip.inputs.choices import ObserverName
@@ -38,7 +37,6 @@ from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
-from brushgrip.wording.declared_values import STANDS, rests_on
 from brushgrip.wording.formatting import csv_text
 from brushgrip.wording.friction import (
     band_parts,
@@ -55,12 +53,8 @@ from observers import ESTIMATE, DirectionalFriction, Estimates, Status
 from symbolic import BrushgripError, InvalidInputError
 
 FLAGS = {
-    "rejected": Status.REJECTED,
-    "inconsistent": Status.INCONSISTENT,
-    "acquiring": Status.ACQUIRING,
-    "suspect": Status.SUSPECT,
-    "bound": Status.BOUND,
-    "implausible": Status.IMPLAUSIBLE,
+    name: Status[name.upper()]
+    for name in ("rejected", "inconsistent", "acquiring", "suspect", "bound", "implausible")
 }
 """Columns of the summary with the share of samples that have a flag [1]: rejected, not explained by
 model and stated error, friction being acquired, an input suspect, mu on its bound, a value
@@ -89,17 +83,10 @@ Row = Mapping[str, str | int | float]
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateTask:
-    """Inputs of a process that estimates friction over one recording.
+    """What a process needs to estimate friction over one recording.
 
-    Attributes:
-        inputs: of this recording alone.
-        observer: which observer.
-        tuning: of the observer, None for the usual.
-        smooth: every sample from the whole recording.
-        aligning: how M_z is measured, None for the usual.
-        out: table to write, None for none.
-        picture: picture to draw, None for none.
-        budget: whether to say what the band is made of.
+    Tuning and how M_z is measured are None for the usual, table and picture None for none; budget says
+    whether to tell what the band is made of.
     """
 
     inputs: Inputs
@@ -114,13 +101,7 @@ class EstimateTask:
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateOutcome:
-    """Outcome of a task.
-
-    Attributes:
-        row: of the summary.
-        lines: in words, empty where there is a fault.
-        fault: why the recording could not be estimated.
-    """
+    """The row of the summary, and what is told in words; or why it could not be estimated."""
 
     row: Row
     lines: tuple[str, ...] = ()
@@ -131,19 +112,16 @@ def other_outputs(
     out: Path | None, summary: Path | None, picture: Path | None, *, alone: bool
 ) -> list[Path]:
     """Files that are written beside the tables of a batch: the summary, or all of a single recording."""
-    if alone:
-        if out is None:
-            if picture is not None:
-                check_png_name(picture)
-            return [picture] if picture else []
-        if out.suffix.lower() == ".png":
-            raise InvalidInputError(f"{out}: the table needs a name such as .csv; .png is its picture")
-        image = picture or out.with_suffix(".png")
+    if not alone:
+        if picture is not None:
+            raise InvalidInputError("--picture is that of one recording without --summary; leave it out")
+        return [summary] if summary else []
+    if out and out.suffix.lower() == ".png":
+        raise InvalidInputError(f"{out}: the table needs a name such as .csv; .png is its picture")
+    image = picture or (out and out.with_suffix(".png"))
+    if image:
         check_png_name(image)
-        return [out, image]
-    if picture is not None:
-        raise InvalidInputError("--picture is that of one recording without --summary; leave it out")
-    return [summary] if summary else []
+    return [path for path in (out, image) if path]
 
 
 @contextmanager
@@ -191,7 +169,8 @@ def estimate_one(task: EstimateTask) -> EstimateOutcome:
 
 def _estimated(task: EstimateTask) -> EstimateOutcome:
     recording = _read(task.inputs)
-    require_plausible(recording)
+    for line in implausibility_lines([recording]):
+        raise InvalidInputError(line)
     found = task.inputs.found()
     with staged_files([path for path in (task.out, task.picture) if path]) as stages:
         factory = observer_factory(task.observer, task.tuning, task.aligning)
@@ -239,7 +218,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
 def _read(inputs: Inputs) -> Recording:
     """The recording with its aligning or steering torque; without both, the message asks for M_z."""
     (recording,) = inputs.recordings(torque_required=False, causal=True)
-    if not (has_aligning_torque(recording) or has_steering_torque(recording)):
+    torque = getattr(recording, torque_channel(recording))
+    if torque is None or not np.isfinite(torque).any():
         (recording,) = inputs.recordings(causal=True)
     return recording
 

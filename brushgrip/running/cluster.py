@@ -18,10 +18,6 @@ def cluster_or_local_executor(address: str | None, jobs: int | None = None) -> I
 
     A worker that is lost costs time alone: Dask gives its work to another. The workers need the same
     version of brushgrip, and to see files under the same paths.
-
-    Raises:
-        InvalidInputError: dask.distributed is not installed, or nothing answers at the address.
-        BrushgripError: the scheduler went away.
     """
     if address is None:
         with processes(jobs) as pool:
@@ -30,13 +26,13 @@ def cluster_or_local_executor(address: str | None, jobs: int | None = None) -> I
     client = _client(address)
     try:
         yield client.get_executor()
-    except client_errors() as error:
+    except _client_errors() as error:
         raise BrushgripError(f"--scheduler {address}: {error}") from error
     finally:
         client.close()
 
 
-def client_errors() -> tuple[type[Exception], ...]:
+def _client_errors() -> tuple[type[Exception], ...]:
     """What Dask raises where work cannot be done: workers keep dying, or the connection is lost."""
     from distributed import KilledWorker
     from distributed.comm.core import CommClosedError

@@ -98,11 +98,7 @@ def _is_in_import_or_casadi(frame: FrameType | None) -> bool:
 
 
 def run_process(load: Callable[[], Callable[[], None]]) -> None:
-    """Runs the command that `load` imports as a process of its own.
-
-    Raises:
-        SystemExit: always; that of the command, status 130 where the process was told to end.
-    """
+    """Runs the command that `load` imports and exits, with status 130 where it was told to end."""
     interruptions = Interruptions()
     try:
         try:

@@ -20,7 +20,7 @@ from identification.diagnosis.found_effects import CLEAR_BIC, CLEAR_ERRORS, UNRE
 from identification.experiments.proposals import Proposal
 
 GRADES: Mapping[str, str] = {
-    "strong": "identified",
+    "strong": "likely",
     "weak": "weak",
     "ambiguous": "ambiguous",
     "stands_in": "stand-in",
@@ -71,7 +71,7 @@ def rest_is_larger(diagnosis: Diagnosis) -> bool:
     """Whether more is unexplained than the effects found explain, or none of them is clear."""
     if not diagnosis.unexplained.present:
         return False
-    before, after = judged_errors(diagnosis)
+    _, before, after = judged_errors(diagnosis)
     clear = any(effect.grade in CLEAR for effect in diagnosis.effects)
     return not clear or diagnosis.unexplained.structured > before - after
 
@@ -107,9 +107,14 @@ def _family(name: str, effects: list[FoundEffect]) -> str:
     return f"{plain(name)} ({'; '.join(laws)})"
 
 
+def rivals_of(effect: FoundEffect) -> str:
+    """The effects that this one may be as well; empty for none."""
+    return listed([plain(name) for name in effect.indistinguishable_from], "or")
+
+
 def _rivals(effect: FoundEffect, form: str) -> str:
     """The effects that an ambiguous one may be."""
-    rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
+    rivals = rivals_of(effect)
     remedy = ": record it" * (UNRECORDED_LOAD in effect.indistinguishable_from)
     return form.format(rivals + remedy) if effect.grade == "ambiguous" and rivals else ""
 
@@ -121,19 +126,22 @@ def mechanism(effect: FoundEffect) -> str:
 
 def explained_grade(effect: FoundEffect) -> str:
     """Why an effect has its grade, in one sentence."""
-    errors, rivals = effect.standard_errors, [plain(name) for name in effect.indistinguishable_from]
+    errors, rivals = effect.standard_errors, rivals_of(effect)
     fall = "The gain is practically not chance" + f" ({errors or 0:.1f} standard errors)" * bool(errors)
     match effect.grade:
         case "stands_in":
             if effect.at_bound:
                 return f"Its best value is at the allowed limit: {UNPROVEN}."
-            return f"It removes less error than remains unexplained: {UNPROVEN}."
+            return (
+                "What it explains is too little beside what nothing explains: it may make up for a flaw"
+                f" of another effect, {UNPROVEN}."
+            )
         case "weak":
             return _why_weak(effect)
         case "ambiguous":
             if not rivals:
                 return f"{fall}, but another effect that the model has too would explain as much alone."
-            return f"{fall}, but {listed(rivals, 'or')} would explain as much."
+            return f"{fall}, but {rivals} would explain as much."
         case "strong":
             return f"{fall}, and no other effect with as few parameters does as well."
 
@@ -175,10 +183,7 @@ def _why_weak(effect: FoundEffect) -> str:
 
 
 def plain_parameter(name: str) -> tuple[str, str]:
-    """A parameter in words, and its owner: `carcass_torsion.k_t [a]` as `carcass torsion: k_t` and `a`.
-
-    The owner is empty for what the whole model has.
-    """
+    """A parameter in words, and its owner: `effect_a.k_t [b]` as `effect a: k_t` and `b`."""
     path, _, owner = name.partition(" [")
     effect, dot, own = path.rpartition(".")
     text = f"{plain(effect)}: {own}" if dot else COMMON_NAMES.get(path, path)
@@ -217,7 +222,7 @@ def taken_from_model(found: FoundModel) -> str:
         full_slide = found.error.relative is None
         whole = "the torque of full slide" if full_slide else "the torque's range"
         share = found.error.share * (1 if full_slide else 0.5)
-        parts.append(f"the model's error, {percent(share)} of {whole}")
+        parts.append(f"the error that observers allow the model, {percent(share)} of {whole}")
     line = listed(parts)
     if own:
         line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"

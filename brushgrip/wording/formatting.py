@@ -88,14 +88,18 @@ def quantity(estimate: ParameterEstimate) -> str:
     if not math.isfinite(value):
         return f"{'∞' if value > 0 else '−∞' if value < 0 else '–'}{unit}"
     if std is None or not math.isfinite(std) or std <= 0:
-        return f"{_four_digits(*_power(value, value * 1e-3 or 1e-3))}{unit}"
-    number, factor = _power(value, std)
-    if factor > 0 and abs(value) < NOTHING * std:
-        return "not determined"
-    scaled = std / 10**factor
-    digits = max(0, 1 - math.floor(math.log10(scaled)))
-    text = f"{number:.{digits}f} ± {scaled:.{digits}f}".replace("-", "−")
-    return f"({text})·10{str(factor).translate(_SUPERSCRIPTS)}{unit}" if factor else f"{text}{unit}"
+        power = _power_of_ten(abs(value) or 1.0)
+        text = f"{value / 10**power:.4g}"
+    else:
+        power = _power_of_ten(max(abs(value), std))
+        if power > 0 and abs(value) < NOTHING * std:
+            return "not determined"
+        scaled = std / 10**power
+        digits = max(0, 1 - math.floor(math.log10(scaled)))
+        text = f"{value / 10**power:.{digits}f} ± {scaled:.{digits}f}"
+        text = f"({text})" if power else text
+    factor = f"·10{str(power).translate(_SUPERSCRIPTS)}" if power else ""
+    return f"{text.replace('-', '−')}{factor}{unit}"
 
 
 def parameters(estimates: Mapping[str, ParameterEstimate], *, fitted: bool = False) -> str:
@@ -108,15 +112,15 @@ def parameters(estimates: Mapping[str, ParameterEstimate], *, fitted: bool = Fal
 
 def judged_error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
     """The error that judges the model: its name, and its size before and after."""
-    before, after = judged_errors(diagnosis)
-    return _judged_by(diagnosis)[0], percent(before), percent(after)
+    kind, before, after = judged_errors(diagnosis)
+    return kind, percent(before), percent(after)
 
 
-def judged_errors(diagnosis: Diagnosis) -> tuple[float, float]:
-    """The size of that error before and after [1]."""
-    _, key = _judged_by(diagnosis)
-    before, after = diagnosis.before.summary()[key], diagnosis.after.summary()[key]
-    return (math.nan if before is None else before), (math.nan if after is None else after)
+def judged_errors(diagnosis: Diagnosis) -> tuple[str, float, float]:
+    """The error that judges the model: its name, and its size before and after [1], NaN for unknown."""
+    kind, key = judged_by(diagnosis)
+    before, after = (stage.summary()[key] for stage in (diagnosis.before, diagnosis.after))
+    return kind, (math.nan if before is None else before), (math.nan if after is None else after)
 
 
 def unrefitted_error(diagnosis: Diagnosis) -> float | None:
@@ -128,6 +132,11 @@ def unrefitted_error(diagnosis: Diagnosis) -> float | None:
     error, refitted = (fmean(of[name] for name in names) for of in (nothing, judged))
     hidden = error > MAX_UNREFITTED_RATIO * refitted and error - refitted > MIN_STRUCTURE_SHARE
     return error if hidden else None
+
+
+def error_stages(diagnosis: Diagnosis) -> dict[str, Errors]:
+    """Errors of each stage of the model, by its name in reports."""
+    return {"assumed": diagnosis.declared, "refitted": diagnosis.before, "found": diagnosis.after}
 
 
 def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
@@ -151,7 +160,7 @@ def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
     ]
 
 
-def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
+def judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
     """The error that judges the model: its name, and its key in a summary."""
     if diagnosis.holdout:
         return "validation", "holdout_torque_nrmse"
@@ -164,7 +173,7 @@ def residual_structure(diagnosis: Diagnosis) -> str:
     """Whether the residual still has structure, in one sentence."""
     if diagnosis.unexplained.present:
         return "The residual has structure that no known effect explains."
-    return "The residual has no structure left."
+    return "The residual has no structure left that is worth an effect."
 
 
 def candidate_outcome(diagnosis: Diagnosis, candidate: str) -> str:
@@ -195,39 +204,20 @@ def candidate_reason(diagnosis: Diagnosis, candidate: Candidate) -> str:
     return "no clear gain beside what was added" if diagnosis.effects else "no clear gain"
 
 
-def all_worse(diagnosis: Diagnosis) -> list[str]:
-    """The recordings that the effects found made worse."""
-    return [n for n in (*diagnosis.recordings, *diagnosis.holdout) if is_worse(diagnosis, n)]
+def worse_recordings(diagnosis: Diagnosis) -> list[str]:
+    """Those whose error, or that of being left out, the effects found made larger."""
+    pairs = [(getattr(diagnosis.before, e), getattr(diagnosis.after, e)) for e in ("nrmse", "left_out")]
+    names = (*diagnosis.recordings, *diagnosis.holdout)
+    return [n for n in names if any(n in old and new[n] > old[n] for old, new in pairs)]
 
 
-def is_worse(diagnosis: Diagnosis, recording: str) -> bool:
-    """Whether a recording's error grows from the refitted declared model to the final one."""
-    before, after = diagnosis.before, diagnosis.after
-    if recording in before.left_out and after.left_out[recording] > before.left_out[recording]:
-        return True
-    return after.nrmse[recording] > before.nrmse[recording]
-
-
-def _power(value: float, std: float) -> tuple[float, int]:
-    """The value divided by a power of ten, and that power; the power is 0 from 1e-3 to 1e5."""
-    size = max(abs(value), std)
-    if 1e-3 <= size < 1e5:
-        return value, 0
-    exponent = math.floor(math.log10(size))
-    return value / 10**exponent, exponent
-
-
-def _four_digits(mantissa: float, exponent: int) -> str:
-    text = f"{mantissa:.4g}".replace("-", "−")
-    return f"{text}·10{str(exponent).translate(_SUPERSCRIPTS)}" if exponent else text
+def _power_of_ten(size: float) -> int:
+    """The power of ten that stands behind a figure of this size; 0 from 1e-3 to 1e5."""
+    return 0 if 1e-3 <= size < 1e5 else math.floor(math.log10(size))
 
 
 def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:
-    """Columns of equal length under their names.
-
-    Floats round-trip, whole numbers stay so, truth values are 0 and 1, NaN is an empty field, as in a
-    recording.
-    """
+    """Columns of equal length under their names; floats round-trip, truth is 0 or 1, NaN empty."""
     lists = [[_field(value) for value in values.tolist()] for values in columns.values()]
     rows = [",".join(columns), *(",".join(row) for row in zip(*lists, strict=True))]
     return "\n".join(rows) + "\n"

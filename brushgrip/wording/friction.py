@@ -120,23 +120,16 @@ def last_uncontradicted(
     return last if after <= CONTRADICTED * turn[known].sum() else None
 
 
-def told_parts(budget: Mapping[str, float]) -> dict[str, float]:
-    """The parts of a band that matter, the largest first."""
-    least = LEAST_PART * math.hypot(*budget.values())
-    largest = sorted(budget.items(), key=lambda part: -part[1])
-    return {name: half for name, half in largest if half >= least}
-
-
 def band_parts(budget: Mapping[str, float]) -> str:
     """What a band is made of and what narrows it, in one line; empty where that is not known."""
     if not budget:
         return ""
-    parts, half = told_parts(budget), math.hypot(*budget.values())
-    digits = band_decimals(half)
+    half = math.hypot(*budget.values())
+    digits, largest = band_decimals(half), sorted(budget.items(), key=lambda part: -part[1])
+    parts = (f"{name} {part:.{digits}f}" for name, part in largest if part >= LEAST_PART * half)
     return (
-        f"the band ± {half:.{digits}f} is made of (the squares add up):"
-        f" {', '.join(f'{name} {part:.{digits}f}' for name, part in parts.items())};"
-        f" to narrow it, {narrowed_by(next(iter(parts)))}"
+        f"the band ± {half:.{digits}f} is made of (the squares add up): {', '.join(parts)};"
+        f" to narrow it, {narrowed_by(largest[0][0])}"
     )
 
 
@@ -160,9 +153,8 @@ LACKING = "find what the model lacks (brushgrip diagnose), then --model"
 
 def meaning(status: Status) -> str:
     """Why a sample is not usable, without the remedy; without a flag the deviation is why."""
-    if reason := next((text for flag, text in REASONS.items() if flag in status), ""):
-        return reason
-    return status.remedy.partition(":")[0] or "the deviation of mu is too large to act on"
+    other = status.remedy.partition(":")[0] or "the deviation of mu is too large to act on"
+    return next((text for flag, text in REASONS.items() if flag in status), other)
 
 
 def estimates_summary(
@@ -194,10 +186,7 @@ def estimates_summary(
 def not_usable(
     estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
 ) -> tuple[int, str]:
-    """How many samples the gravest or most frequent fault kept from being usable, and its remedy.
-
-    The arguments are those of `estimates_summary`.
-    """
+    """How many samples the gravest or most frequent fault kept from use, and its remedy; as above."""
     if np.isnan(estimates.mu_std).all():
         return estimates.t.size, UNCHECKED
     counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
@@ -236,10 +225,8 @@ def _on_command_line(remedy: str, *, of_car: bool) -> str:
 def _last_friction(estimates: Estimates) -> str:
     at = last_usable(estimates)
     measured = int(estimates.measured.sum())
-    share = (
-        f"usable in {100 * estimates.usable_share:.0f} % of {measured} samples"
-        + " with a torque" * (measured < estimates.t.size)
-    )
+    share = f"usable in {100 * estimates.usable_share:.0f} % of {measured} samples"
+    share += " with a torque" * (measured < estimates.t.size)
     if estimates.usable.any():
         share += f", from {estimates.usable_from:.3g} s"
     if at is None:

@@ -267,7 +267,7 @@ def assumed_tolerances(recordings: Sequence[Recording]) -> str:
     missing = [
         names.get(name, name)
         + (f" ± {100 * usual:g} %" if name in ("load", "k") else f" ± {1000 * usual:g} mm")
-        + " of the value used" * (name == "k")
+        + " around the value found" * (name == "k")
         for name, usual in USUAL.items()
         if any(getattr(r.rig.tolerances, name) is None for r in recordings)
     ]

@@ -13,7 +13,7 @@ from symbolic.tables.found_model import is_of_other_scale
 from symbolic.vehicle.kingpin import growth_to_full_lock
 from symbolic.vehicle.steering import OF_LOCK, inclination_of_return, jacking_torque, lock_angle
 
-OFF_STIFFNESS = "the stiffness k is"
+OFF_STIFFNESS = "the fitted stiffness k is"
 """How the note on k beyond its tolerance begins."""
 
 
@@ -48,17 +48,20 @@ def stiffness_note(k: float, recording: Recording) -> str:
         return ""
     factor = max(ratio, 1 / ratio)
     off = f"{100 * abs(ratio - 1):.0f} % {'above' if ratio > 1 else 'below'}"
-    high, low, long = ("high", "low", "short") if ratio > 1 else ("low", "high", "long")
+    high, low, long, soft = "low", "high", "long", "soft"
+    if ratio > 1:
+        high, low, long, soft = "high", "low", "short", "stiff"
     torque, where, like = "torque", "unit, gear ratio between sensor and wheel", "the tyre is"
     if recording.standstills is not None:
         torque, where = "force", "unit, motor_ratio"
         like = "the tyres are" if ratio > 1 else "suspension, column or tyres are"
     note = (
         f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {off if 0.1 < ratio < 2 else f'{ratio:.2g} times'} the"
-        f" declared one: if the {torque} reads too {high} ({where}),"
+        f" declared {declared / 1e6:.3g}·10⁶: if the {torque} reads too {high} ({where}),"
         f" friction is told too {high} by a factor of about {factor:.2f}; if the declared half-length of"
-        f" the contact is too {long}, by a factor of {factor ** (1 / 3):.2g} at most; if {like}"
-        f" like that, or the angle reads too {low}, friction is right"
+        f" the contact is too {long}, friction is told too {high} by a factor of"
+        f" {factor ** (1 / 3):.2f} at most; if {like} really so {soft}, or the angle reads too {low},"
+        " friction is right"
     )
     refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
     return f"{note}; estimate refuses this model" if refused else note

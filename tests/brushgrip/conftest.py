@@ -12,9 +12,11 @@ import identification
 from brushgrip.cli.app import main
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures.style import picture
+from brushgrip.report import page
 from identification.diagnosis.result import Diagnosis
 from tests.brushgrip.factories import make_diagnosis
-from tests.brushgrip.helpers import Outcome, Run, Write
+from tests.brushgrip.helpers import PNG, Outcome, Run, Write
+from tests.simulated_car import vehicle_text
 
 RIG = "[rig]\na = 0.045\ne = 0.009\n\n[tyre]\nk = 2.4e6\nmu = 1.2\n"
 
@@ -46,9 +48,22 @@ def drawn() -> None:
     """Has pictures drawn in a module of blank ones."""
 
 
+@pytest.fixture
+def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Empty pictures of a report, for tests of what it says; up to three recordings have residuals."""
+
+    def blank(path: Path, *_: object) -> None:
+        path.write_bytes(PNG)
+
+    for name in [name for name in vars(page) if name.startswith("draw_")]:
+        monkeypatch.setattr(page, name, blank)
+    monkeypatch.setattr(page, "MAX_RECORDINGS", 3)
+
+
 @pytest.fixture(autouse=True)
 def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hide the data of this user and machine."""
+    """Work in a folder of its own, and hide the data of this user and machine."""
+    monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("BRUSHGRIP_DATA", raising=False)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "user_data"))
     monkeypatch.setenv("COLUMNS", "120")
@@ -82,6 +97,14 @@ def no_work(monkeypatch: pytest.MonkeyPatch) -> None:
 def rig(tmp_path: Path) -> Path:
     path = tmp_path / "rig.toml"
     path.write_text(RIG)
+    return path
+
+
+@pytest.fixture
+def car(tmp_path: Path) -> Path:
+    """The vehicle file of a car without anything optional."""
+    path = tmp_path / "car.toml"
+    path.write_text(vehicle_text())
     return path
 
 

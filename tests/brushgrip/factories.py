@@ -1,5 +1,8 @@
 """A hand-made diagnosis and its parts."""
 
+from collections.abc import Sequence
+from dataclasses import fields
+
 import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
@@ -19,8 +22,18 @@ from identification.fits.values import ParameterEstimate, Values
 from identification.residuals.residual_tests import Unexplained
 from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
-from observers import FrictionQuality, Status
+from observers import Estimates, FrictionQuality, Status
 from symbolic import EFFECTS, Model, effects_named
+
+
+def make_estimates(status: Sequence[int] | np.ndarray, **columns: np.ndarray) -> Estimates:
+    """Estimates every 10 ms with these flags; what is not given is 1, and informed and usable."""
+    size = len(status)
+    usual = {field.name: np.ones(size) for field in fields(Estimates)} | {
+        "t": 0.01 * np.arange(size), "status": np.array(status, dtype=np.int64),
+        "informed": np.ones(size, dtype=bool), "usable": np.ones(size, dtype=bool),
+    }  # fmt: skip
+    return Estimates(**(usual | columns))
 
 
 def _series(name: str, number: int, held_out: bool) -> Series:

@@ -11,13 +11,8 @@ from brushgrip.outputs.atomic import staged_directory, staged_file
 from symbolic import InvalidInputError
 
 
-def names(folder: Path) -> list[str]:
+def names(folder: Path = Path()) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
-
-
-def fail_after(path: Path, text: str = "half") -> None:
-    path.write_text(text, encoding="utf-8")
-    raise KeyboardInterrupt
 
 
 def write(path: str | Path, text: str) -> None:
@@ -25,9 +20,16 @@ def write(path: str | Path, text: str) -> None:
         stage.write_text(text, encoding="utf-8")
 
 
-def test_what_is_not_finished_is_hidden(tmp_path: Path) -> None:
-    with staged_file(tmp_path / "figure.png") as stage, staged_directory(tmp_path / "out") as folder:
-        hidden = {path.name for path in tmp_path.iterdir()}
+def write_files(folder: str | Path, *paths: str) -> None:
+    with staged_directory(folder) as stage:
+        for path in paths:
+            (stage / path).parent.mkdir(exist_ok=True)
+            (stage / path).write_text("new")
+
+
+def test_what_is_not_finished_is_hidden() -> None:
+    with staged_file("figure.png") as stage, staged_directory("out") as folder:
+        hidden = {path.name for path in Path().iterdir()}
         assert {stage.parent.name, folder.parent.name} == hidden
         assert all(name.startswith(".brushgrip-") for name in hidden)
         assert stage.suffix == ".png", "for those who look at it"
@@ -43,121 +45,105 @@ def test_what_a_killed_process_left_goes_with_the_next(tmp_path: Path, repositor
         "    (stage / 'report.html').write_text('half'); os.kill(os.getpid(), 9)"
     )
     subprocess.run([sys.executable, "-c", code, str(tmp_path)], cwd=repository_root)
-    (left,) = tmp_path.iterdir()
-    (tmp_path / ".brushgrip-of-the-user").mkdir()
-    with staged_file(tmp_path / "one") as one, staged_directory(tmp_path / "two") as two:
+    (left,) = Path().iterdir()
+    Path(".brushgrip-of-the-user").mkdir()
+    with staged_file("one") as one, staged_directory("two") as two:
         assert not left.exists()
         one.write_text("1")
         (two / "file").write_text("2")
 
-    assert names(tmp_path) == [".brushgrip-of-the-user", "one", "two", "two/file"]
+    assert names() == [".brushgrip-of-the-user", "one", "two", "two/file"]
 
 
-@pytest.mark.parametrize("staged", [staged_file, staged_directory])
-@pytest.mark.parametrize("place", ["file/below", "file/far/below", "/proc/none/x"])
-def test_unwritable_shows_before_the_work(tmp_path: Path, staged: Any, place: str) -> None:
-    (tmp_path / "file").write_text("x")
-    path = tmp_path / place
-    with pytest.raises(InvalidInputError) as caught, staged(path):
+@pytest.mark.parametrize(
+    ("staged", "place", "fault"),
+    [
+        *(
+            (staged_file, place, "cannot be written: ")
+            for place in ("file/x", "file/far/x", "/proc/none/x")
+        ),
+        *((staged_directory, place, "cannot be written: ") for place in ("file/far/x", "/proc/none/x")),
+        (staged_file, "folder", "is a folder, expected the name of a file"),
+        (staged_directory, "file", "is not a folder"),
+    ],
+)
+def test_what_cannot_be_written_shows_before_the_work(staged: Any, place: str, fault: str) -> None:
+    Path("file").write_text("x")
+    Path("folder").mkdir()
+    with pytest.raises(InvalidInputError, match=f"^{place}: {fault}"), staged(place):
         pytest.fail("the work began")
 
-    assert str(caught.value).startswith(f"{path}: cannot be written: ")
-    assert names(tmp_path) == ["file"]
+    assert names() == ["file", "folder"]
 
 
-class TestStagedFile:
-    def test_writes_and_replaces_and_makes_folders(self, tmp_path: Path) -> None:
-        path = tmp_path / "new" / "folder" / "out.csv"
-        write(path, "t,μ\n")
-        write(str(path), "t,mu\n1,2\n")
-
-        assert path.read_bytes() == b"t,mu\n1,2\n"
-        assert names(tmp_path) == ["new", "new/folder", "new/folder/out.csv"]
-
-    def test_follows_a_link(self, tmp_path: Path) -> None:
-        (tmp_path / "link").symlink_to(tmp_path / "target")
-        write(tmp_path / "link", "x")
-
-        assert (tmp_path / "link").is_symlink()
-        assert (tmp_path / "target").read_text() == "x"
-
-    def test_permissions_are_those_of_any_new_file(self, tmp_path: Path) -> None:
-        write(tmp_path / "atomic", "x")
-        (tmp_path / "plain").write_text("x")
-
-        modes = {stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("atomic", "plain")}
-        assert len(modes) == 1
-
-    def test_a_device_stays_a_device(self) -> None:
-        write("/dev/null", "x")
-
-        assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
-
-    def test_folder_in_its_place(self, tmp_path: Path) -> None:
-        with pytest.raises(InvalidInputError, match=r"is a folder, expected the name of a file$"):
-            write(tmp_path, "x")
-
-    @pytest.mark.parametrize("text", ["new", "new \ud800"])
-    def test_failure_leaves_the_old(self, tmp_path: Path, text: str) -> None:
-        path = tmp_path / "out"
-        path.write_text("old")
-        with pytest.raises((KeyboardInterrupt, UnicodeEncodeError)), staged_file(path) as stage:
-            fail_after(stage, text)
-
-        assert path.read_text() == "old"
-        assert names(tmp_path) == ["out"]
+def spoil(stage: Path, text: str) -> None:
+    (stage / "report.html" if stage.is_dir() else stage).write_text(text, encoding="utf-8")
+    raise KeyboardInterrupt
 
 
-class TestStagedDirectory:
-    def test_new_folder_with_missing_parents(self, tmp_path: Path) -> None:
-        final = tmp_path / "some" / "where"
-        with staged_directory(final) as stage:
-            (stage / "figures").mkdir()
-            (stage / "figures" / "one.png").write_text("1")
-            (stage / "report.html").write_text("2")
-            assert not final.exists()
+@pytest.mark.parametrize("text", ["half", "half \ud800"])
+@pytest.mark.parametrize(
+    ("staged", "final", "there"),
+    [
+        (staged_file, "out", ["out"]),
+        (staged_directory, "new/out", []),
+        (staged_directory, "new/out", ["new", "new/out"]),
+    ],
+)
+def test_a_failure_leaves_what_was_there(staged: Any, final: str, there: list[str], text: str) -> None:
+    for name in there:
+        Path(name).write_text("old") if staged is staged_file else Path(name).mkdir()
+    with pytest.raises((KeyboardInterrupt, UnicodeEncodeError)), staged(final) as stage:
+        spoil(stage, text)
 
-        assert names(final) == ["figures", "figures/one.png", "report.html"]
-        assert names(tmp_path)[0] == "some"
-        assert os.access(final, os.R_OK | os.W_OK | os.X_OK)
+    assert names() == there
+    assert staged is staged_directory or Path(final).read_text() == "old"
 
-    def test_existing_folder_keeps_what_is_not_written(self, tmp_path: Path) -> None:
-        (tmp_path / "figures").mkdir()
-        (tmp_path / "figures" / "old.png").write_text("old")
-        (tmp_path / "report.html").write_text("old")
-        with staged_directory(tmp_path) as stage:
-            (stage / "figures").mkdir()
-            (stage / "figures" / "one.png").write_text("1")
-            (stage / "report.html").write_text("new")
 
-        assert names(tmp_path) == ["figures", "figures/old.png", "figures/one.png", "report.html"]
-        assert (tmp_path / "report.html").read_text() == "new"
+def test_a_file_is_written_and_replaced_in_folders_that_are_made() -> None:
+    path = Path("new/folder/out.csv")
+    write(path, "t,μ\n")
+    write(str(path), "t,mu\n1,2\n")
 
-    @pytest.mark.parametrize("exists", [False, True])
-    def test_failure_writes_nothing(self, tmp_path: Path, exists: bool) -> None:
-        final = tmp_path / "new" / "out"
-        if exists:
-            final.mkdir(parents=True)
-        before = names(tmp_path)
-        with pytest.raises(KeyboardInterrupt), staged_directory(final) as stage:
-            fail_after(stage / "report.html")
+    assert path.read_bytes() == b"t,mu\n1,2\n"
+    assert names() == ["new", "new/folder", "new/folder/out.csv"]
 
-        assert names(tmp_path) == before
 
-    def test_file_in_its_place(self, tmp_path: Path) -> None:
-        (tmp_path / "out").write_text("x")
-        with (
-            pytest.raises(InvalidInputError, match=r"out: is not a folder$"),
-            staged_directory(tmp_path / "out"),
-        ):
-            pytest.fail("the work began")
+def test_links_devices_and_permissions_are_as_for_any_new_file() -> None:
+    Path("link").symlink_to("target")
+    write("link", "x")
+    Path("plain").write_text("x")
+    write("/dev/null", "x")
 
-    def test_something_in_the_way_is_found_before_anything_moves(self, tmp_path: Path) -> None:
-        (tmp_path / "report.html").mkdir()
-        with (
-            pytest.raises(InvalidInputError, match=r"report\.html: is in the way; remove it"),
-            staged_directory(tmp_path) as stage,
-        ):
-            (stage / "report.html").write_text("x")
+    assert Path("link").is_symlink()
+    assert Path("target").read_text() == "x"
+    assert Path("target").stat().st_mode == Path("plain").stat().st_mode
+    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
-        assert names(tmp_path) == ["report.html"]
+
+def test_a_new_folder_appears_whole() -> None:
+    final = Path("some/where")
+    with staged_directory(final) as stage:
+        (stage / "report.html").write_text("2")
+        assert not final.exists()
+
+    assert names() == ["some", "some/where", "some/where/report.html"]
+    assert os.access(final, os.R_OK | os.W_OK | os.X_OK)
+
+
+def test_an_existing_folder_keeps_what_is_not_written() -> None:
+    Path("figures").mkdir()
+    for old in ("figures/old.png", "report.html"):
+        Path(old).write_text("old")
+    write_files(Path(), "figures/one.png", "report.html")
+
+    assert names() == ["figures", "figures/old.png", "figures/one.png", "report.html"]
+    assert Path("report.html").read_text() == "new"
+
+
+def test_something_in_the_way_is_found_before_anything_moves() -> None:
+    Path("report.html").mkdir()
+    with pytest.raises(InvalidInputError, match=r"report\.html: is in the way; remove it"):
+        write_files(Path(), "figure.png", "report.html")
+
+    assert names() == ["report.html"]

@@ -2,6 +2,8 @@
 
 import csv
 import json
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,6 @@ from brushgrip.wording.formatting import friction_range
 from brushgrip.wording.remarks import friction_of_grounds
 from observers import PROFILES, Tuning
 from tests.brushgrip.helpers import Run, Write, table_of
-from tests.refusal import refused
 
 pytestmark = pytest.mark.usefixtures("interpreted", "blank_pictures")
 
@@ -22,6 +23,9 @@ def estimate(run: Run, rig: Path) -> Run:
     return lambda *arguments: run(
         "estimate", "--rig", rig, "--observer", "root", *arguments, "--jobs", 1
     )
+
+
+Columns = dict[str, np.ndarray]
 
 
 def rows_of(path: Path) -> dict[str, dict[str, str]]:
@@ -63,10 +67,8 @@ def test_of_how_many_friction_is_known() -> None:
     assert friction_range(rows) == "friction is known of 2, mu_eff 0.32 to 0.50"
 
 
-def test_a_bad_recording_does_not_keep_the_others(
-    estimate: Run, write_csv: Write, tmp_path: Path
-) -> None:
-    good, bad, table = write_csv("good.csv"), tmp_path / "bad.csv", tmp_path / "table.csv"
+def test_a_bad_recording_does_not_keep_the_others(estimate: Run, write_csv: Write) -> None:
+    good, bad, table = write_csv("good.csv"), Path("bad.csv"), Path("table.csv")
     bad.write_text("t,psi\n")
     outcome = estimate(bad, good, "--summary", table)
     rows = rows_of(table)
@@ -91,27 +93,24 @@ def test_a_remark_on_files_is_made_of_the_first(
         assert "a.csv: F_N_kN in kN: units by the names" in message
 
 
-def test_a_name_is_no_formula_to_a_spreadsheet(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
+def test_a_name_is_no_formula_to_a_spreadsheet(estimate: Run, write_csv: Write) -> None:
     path = write_csv("=cmd|calc!A1.csv")
-    estimate(path, "--summary", tmp_path / "table.csv", "--ground", "@ice")
-    (row,) = rows_of(tmp_path / "table.csv").values()
+    estimate(path, "--summary", "table.csv", "--ground", "@ice")
+    (row,) = rows_of(Path("table.csv")).values()
 
     assert (row["recording"], row["ground"]) == ("'=cmd|calc!A1", "'@ice")
 
 
 def test_the_table_says_what_a_single_recording_says(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    run: Run, on_ice: Callable[..., Columns], write_csv: Write, rig: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
     t = np.arange(300) * 0.02
-    angle = {"t": t, "psi": 0.3 * np.sin(t), "F_N": np.full(t.size, 400.0)}
-    turned = write_csv("turned.csv", angle | {"M_z": None})
-    run("simulate", "--rig", rig, turned, "--mu", 0.1, "--out", tmp_path / "torque.csv")
-    torque = table_of(tmp_path / "torque.csv")["M_z"] + np.random.default_rng(1).normal(0, 0.02, t.size)
+    ice = on_ice(t, 0.3 * np.sin(t))
     monkeypatch.setenv("COLUMNS", "400")
-    paths = [
-        write_csv(f"{n}.csv", angle | {"M_z": s * torque}) for n, s in (("ice", 1), ("doubted", 0.3))
-    ]
-    table = tmp_path / "table.csv"
+    doubted = ice | {"M_z": 0.3 * ice["M_z"]}
+    paths = [write_csv("ice.csv", ice), write_csv("doubted.csv", doubted)]
+    table = Path("table.csv")
     printed = run("estimate", "--rig", rig, *paths, "--jobs", 1, "--summary", table).out
     for path in paths:
         texts = rows_of(table)[path.stem]["remark"].removeprefix("not known: ").split(" | ")
@@ -130,15 +129,25 @@ def test_the_table_says_what_a_single_recording_says(
     assert "sign" not in alone
 
 
+@pytest.fixture
+def on_ice(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> Callable[..., Columns]:
+    """Columns of a wheel turned on ice, whose torque has noise."""
+
+    def columns(t: np.ndarray, psi: np.ndarray) -> Columns:
+        turned = {"t": t, "psi": psi, "F_N": np.full(t.size, 400.0)}
+        path, out = write_csv("turned.csv", turned | {"M_z": None}), tmp_path / "torque.csv"
+        run("simulate", "--rig", rig, path, "--mu", 0.1, "--out", out)
+        noise = np.random.default_rng(1).normal(0, 0.02, t.size)
+        return turned | {"M_z": table_of(out)["M_z"] + noise}
+
+    return columns
+
+
 def test_small_angles_in_degrees_on_ice_ask_for_the_unit_and_not_for_the_sign(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path
+    run: Run, on_ice: Callable[..., Columns], write_csv: Write, rig: Path
 ) -> None:
     t = np.arange(600) * 0.01
-    small = {"t": t, "psi": np.radians(np.sin(t)), "F_N": np.full(t.size, 400.0), "M_z": None}
-    path = write_csv("turned.csv", small)
-    run("simulate", "--rig", rig, path, "--mu", 0.1, "--out", tmp_path / "torque.csv")
-    torque = table_of(tmp_path / "torque.csv")["M_z"] + np.random.default_rng(1).normal(0, 0.02, t.size)
-    ice = write_csv("ice.csv", small | {"psi": np.sin(t), "M_z": torque})
+    ice = write_csv("ice.csv", on_ice(t, np.radians(np.sin(t))) | {"psi": np.sin(t)})
     told = run("estimate", "--rig", rig, ice).out
 
     assert "; if psi is in degrees: --map psi=psi:deg" in told
@@ -147,70 +156,48 @@ def test_small_angles_in_degrees_on_ice_ask_for_the_unit_and_not_for_the_sign(
 
 
 def test_a_wheel_that_hardly_turned_is_told_so_and_no_unit_of_the_torque(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path
+    run: Run, write_csv: Write, rig: Path
 ) -> None:
     t = np.arange(60) * 0.01
     noise = np.random.default_rng(1).normal(0, 0.05, t.size)
     columns = {"t": t, "psi": 0.001 * np.sin(3 * t), "F_N": np.full(t.size, 600.0), "M_z": noise}
     still = write_csv("still.csv", columns)
     told = run("estimate", "--rig", rig, still).out
-    run("estimate", "--rig", rig, still, "--summary", tmp_path / "table.csv")
+    run("estimate", "--rig", rig, still, "--summary", "table.csv")
 
     assert "not usable: the wheel hardly turned: by 0.001 rad in 0.59 s; on" in told
     assert "gear" not in told
-    remark = rows_of(tmp_path / "table.csv")["still"]["remark"]
+    remark = rows_of(Path("table.csv"))["still"]["remark"]
     assert remark.startswith("not known: the wheel hardly turned: by 0.001 rad in 0.59 s")
 
 
-def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
-    outcome = estimate(write_csv("a.csv"), "--summary", tmp_path / "table.csv", "--json")
+def test_a_summary_of_one(estimate: Run, write_csv: Write) -> None:
+    outcome = estimate(write_csv("a.csv"), "--summary", "table.csv", "--json")
     (row,) = json.loads(outcome.out)
 
-    assert list(rows_of(tmp_path / "table.csv")) == ["a"]
+    assert list(rows_of(Path("table.csv"))) == ["a"]
     assert (row["recording"], row["mu_std"]) == ("a", None)
     assert row["inconsistent"] == 0
 
 
 def test_a_scheduler_that_is_not_there(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: Run, write_csv: Write, rig: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
-    command = [
-        "estimate",
-        write_csv(),
-        "--rig",
-        rig,
-        "--observer",
-        "ekf",
-        "--summary",
-        tmp_path / "t.csv",
-    ]
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    command = ["estimate", write_csv(), "--rig", rig, "--summary", "t.csv"]
 
-    assert "pip install 'brushgrip[cluster]'" in run(*command, "--scheduler", "tcp://127.0.0.1:9").err
+    run(*command, "--scheduler", "tcp://127.0.0.1:9").refused("pip install 'brushgrip[cluster]'")
 
 
 def test_tunings_value_by_value() -> None:
+    clean, by_hand = (
+        chosen_tuning(*given).tuning  # type: ignore[union-attr]
+        for given in (("clean", []), (None, ["mu_walk=0.02, reset_after=7", "gate=9"]))
+    )
+
     assert chosen_tuning(None, None) is None
-    clean = chosen_tuning("clean", [])
-    assert clean is not None
-    assert clean.tuning == PROFILES["clean"]
-    by_hand = chosen_tuning(None, ["mu_walk=0.02, reset_after=7", "gate=9"])
-    assert by_hand is not None
-    assert by_hand.tuning == Tuning(mu_walk=0.02, reset_after=7, gate=9)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("walk=1", "expected NAME=NUMBER with a name out of mu, mu_std"),
-        ("noise", "expected a number, got ''"),
-        ("reset_after=1.5", "expected a whole number, got '1.5'"),
-        ("noise=0.1,noise=0.2", "noise is given twice"),
-        ("noise=-1", "--tune: noise must be greater than 0, got -1.0"),
-    ],
-)
-def test_tunings_that_are_none(text: str, said: str) -> None:
-    assert said in refused(chosen_tuning, None, [text])
+    assert clean == PROFILES["clean"]
+    assert by_hand == Tuning(mu_walk=0.02, reset_after=7, gate=9)
 
 
 def test_a_ground_is_told_after_its_recordings(

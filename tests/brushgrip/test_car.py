@@ -9,13 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.wording.declared_values import rests_on
-from identification.reading.car import read_vehicle
+from brushgrip.estimation.budget import rests_on
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.helpers import Run, table_of
 from tests.columns import write_columns
 from tests.identification.reading.logs import write_frames
-from tests.simulated_car import SimulatedCar, steering, vehicle_text
+from tests.simulated_car import SimulatedCar, declared_vehicle, steering, vehicle_text
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 MAP = "\n[signals]\n" + "".join(
@@ -26,26 +25,29 @@ MAP = "\n[signals]\n" + "".join(
 )  # fmt: skip
 
 
-def write_mdf(path: Path, t: np.ndarray, channels: dict[str, np.ndarray]) -> None:
+def write_log(path: Path, t: np.ndarray, rack: np.ndarray, force: np.ndarray) -> None:
+    """A log of a bus, or of MDF, of a car that stands."""
+    channels = {"RackTravel": 1e3 * rack, "RackForce": force, "Speed": 0 * t}
+    if path.suffix == ".blf":
+        write_frames(path, t, {"RackTravel": "mm", "RackForce": "N", "Speed": "km/h"}, channels)
+        return
     asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
     with asammdf.MDF(version="4.10") as file:
         file.append([asammdf.Signal(v, t, name=n) for n, v in channels.items()])
         file.save(path, overwrite=True)
 
 
-def write_blf(path: Path, t: np.ndarray, channels: dict[str, np.ndarray]) -> None:
-    write_frames(path, t, {"RackTravel": "mm", "RackForce": "N", "Speed": "km/h"}, channels)
+@pytest.fixture
+def mapped(car: Path) -> None:
+    """The vehicle file maps the channels of a log."""
+    car.write_text(car.read_text() + MAP)
 
 
-@pytest.mark.parametrize(("name", "write"), [("car.mf4", write_mdf), ("car.blf", write_blf)])
-def test_from_a_log_to_friction_in_one_command(
-    run: Run, tmp_path: Path, name: str, write: object, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.usefixtures("mapped")
+@pytest.mark.parametrize("name", ["car.mf4", "car.blf"])
+def test_from_a_log_to_friction_in_one_command(run: Run, tmp_path: Path, name: str) -> None:
     t, rack = steering(seconds=8.0)
-    channels = {"RackTravel": 1e3 * rack, "RackForce": SimulatedCar().force(rack), "Speed": 0 * t}
-    write(tmp_path / name, t, channels)  # type: ignore[operator]
-    (tmp_path / "car.toml").write_text(vehicle_text() + MAP)
-    monkeypatch.chdir(tmp_path)
+    write_log(tmp_path / name, t, rack, SimulatedCar().force(rack))
     outcome = run("estimate", "--vehicle", "car.toml", "--observer", "ekf", name, "--out", "mu.csv")
     found = table_of(tmp_path / "mu.csv")
 
@@ -64,20 +66,16 @@ def test_from_a_log_to_friction_in_one_command(
     assert told == pytest.approx(whole, abs=0.011)
 
 
-@pytest.mark.parametrize(
-    ("name", "write"),
-    [pytest.param("car.mf4", write_mdf, marks=pytest.mark.long), ("car.blf", write_blf)],
-)
+@pytest.mark.usefixtures("mapped")
+@pytest.mark.parametrize("name", [pytest.param("car.mf4", marks=pytest.mark.long), "car.blf"])
 def test_from_logs_to_a_report_in_one_command(
-    run: Run, tmp_path: Path, name: str, write: object, monkeypatch: pytest.MonkeyPatch
+    run: Run, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few = {name: CAR_EFFECTS[name] for name in ("jacking", "zero_of_force")}
     monkeypatch.setattr("symbolic.vehicle.candidate_effects.CAR_EFFECTS", few)
     t, rack = steering(seconds=5.0)
     force = SimulatedCar().force(rack) + 2 * 80 * np.sin(rack / 0.125) / 0.125
-    write(tmp_path / name, t, {"RackTravel": 1e3 * rack, "RackForce": force, "Speed": 0 * t})  # type: ignore[operator]
-    (tmp_path / "car.toml").write_text(vehicle_text() + MAP)
-    monkeypatch.chdir(tmp_path)
+    write_log(tmp_path / name, t, rack, force)
     outcome = run("diagnose", "--vehicle", "car.toml", name, "--out", "found", "--jobs", "1")
     found = json.loads((tmp_path / "found" / "diagnosis.json").read_text(encoding="utf-8"))
 
@@ -88,16 +86,18 @@ def test_from_logs_to_a_report_in_one_command(
     assert (tmp_path / "found" / "report.html").is_file()
 
 
-def test_a_car_without_a_speed_is_said_to_be_taken_to_stand(run: Run, tmp_path: Path) -> None:
+def test_a_car_without_a_speed_is_said_to_be_taken_to_stand(run: Run, car: Path, tmp_path: Path) -> None:
     t, rack = steering(seconds=8.0)
     columns = {"t": t, "rack": rack, "F_rack": SimulatedCar().force(rack)}
     known, unknown = (
         write_columns(tmp_path / name, given)
         for name, given in (("known.csv", columns | {"speed": 0 * t}), ("unknown.csv", columns))
     )
-    (tmp_path / "car.toml").write_text(vehicle_text())
-    of_car = ["--vehicle", tmp_path / "car.toml"]
-    alone, both = run("estimate", *of_car, unknown), run("estimate", *of_car, known, unknown)
+    of_car = ["--vehicle", car]
+    alone, both = (
+        run("estimate", *of_car, unknown),
+        run("estimate", *of_car, known, unknown, "--jobs", 1),
+    )
 
     assert "unknown: no speed is recorded, so that the car is taken to stand" in alone.out
     assert "no speed is recorded" not in run("estimate", *of_car, known).out
@@ -106,86 +106,58 @@ def test_a_car_without_a_speed_is_said_to_be_taken_to_stand(run: Run, tmp_path: 
     )
 
 
-def test_a_log_that_is_not_there_is_a_cars(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "car.toml").write_text(vehicle_text() + MAP)
-    outcome = run("estimate", "--vehicle", str(tmp_path / "car.toml"), "nowhere.csv")
+def test_a_log_that_is_not_there_is_a_cars(run: Run, car: Path) -> None:
+    outcome = run("estimate", "--vehicle", car, "nowhere.csv")
 
-    assert "nowhere.csv: no such recording" in outcome.err
-    assert "examples/car_log.py" in outcome.err
+    outcome.refused("nowhere.csv: no such recording", "examples/car_log.py")
     assert "fetch" not in outcome.err
 
 
-def test_rig_and_vehicle_are_refused_together(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "car.toml").write_text(vehicle_text())
-    both = ["--rig", tmp_path / "car.toml", "--vehicle", tmp_path / "car.toml"]
-    outcome = run("estimate", *both, "--observer", "ekf", "x.csv", "--out", tmp_path / "mu.csv")
-
-    outcome.refused("--rig and --vehicle are both given")
-
-
-def test_a_car_takes_no_model(run: Run, tmp_path: Path) -> None:
-    vehicle = tmp_path / "car.toml"
-    vehicle.write_text(vehicle_text())
-    (model := tmp_path / "model.json").write_text('{"effects": ["jacking"]}')
-    outcome = run("estimate", "--vehicle", vehicle, "--model", model, __file__)
-
-    outcome.refused("a car takes no model.json: its model is the vehicle file; leave --model out")
-
-
-def test_code_of_a_car(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "car.toml").write_text(vehicle_text())
-    vehicle = ["--vehicle", tmp_path / "car.toml"]
-    outcome = run("codegen", *vehicle, "--observer", "ekf", "--out", tmp_path / "c", "--name", "grip")
+def test_code_of_a_car(run: Run, car: Path) -> None:
+    to = ["--out", "c", "--name", "grip"]
+    outcome = run("codegen", "--vehicle", car, "--observer", "ekf", *to)
 
     assert outcome.status == 0
-    assert "grip_from_rack" in (tmp_path / "c" / "grip_vehicle.h").read_text()
+    assert "grip_from_rack" in Path("c/grip_vehicle.h").read_text()
+    for options in (["--torque", "M"], ["--ground", "ice"]):
+        run("codegen", "--vehicle", car, *to, *options).refused("of a wheel on a rig; leave")
 
 
-def test_code_is_of_a_rig_or_of_a_car(run: Run, tmp_path: Path) -> None:
-    outcome = run("codegen", "--observer", "ekf", "--out", tmp_path / "c")
-
-    outcome.refused("--rig and --vehicle are both missing")
-
-
+@pytest.mark.usefixtures("car")
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("line", "said"),
     [
-        (["--observer", "root"], "knows no steering gear"),
-        (["--observer", "ekf", "--smooth"], "--smooth is for a wheel on a rig"),
+        ("--rig car.toml log.csv", "--rig and --vehicle are both given"),
+        (
+            "--model model.json log.csv",
+            "a car takes no model.json: its model is the vehicle file; leave",
+        ),
+        ("--observer root log.csv", "knows no steering gear"),
+        ("--observer ekf --smooth log.csv", "--smooth is for a wheel on a rig"),
+        ("other.csv", "--map rack=RackTravel,F_rack=RackForce"),
     ],
 )
-def test_what_is_not_for_a_car(run: Run, tmp_path: Path, options: list[str], said: str) -> None:
+def test_what_is_not_for_a_car(run: Run, line: str, said: str) -> None:
     t, rack = steering(seconds=1.0)
-    columns = {"t": t, "rack": rack, "F_rack": SimulatedCar().force(rack)}
-    write_columns(tmp_path / "car.csv", columns)
-    (tmp_path / "car.toml").write_text(vehicle_text())
-    vehicle = ["--vehicle", tmp_path / "car.toml"]
+    write_columns(Path("log.csv"), {"t": t, "rack": rack, "F_rack": SimulatedCar().force(rack)})
+    Path("model.json").write_text('{"effects": ["jacking"]}')
+    Path("other.csv").write_text("t,RackTravel,RackForce\n0,0,0\n0.01,0.001,5\n")
 
-    run("estimate", *vehicle, *options, tmp_path / "car.csv", "--out", tmp_path / "mu.csv").refused(said)
-
-
-def test_channels_of_a_car_that_are_missing_are_named(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "car.toml").write_text(vehicle_text())
-    (tmp_path / "car.csv").write_text("t,RackTravel,RackForce\n0,0,0\n0.01,0.001,5\n")
-    outcome = run("estimate", "--vehicle", tmp_path / "car.toml", tmp_path / "car.csv")
-
-    outcome.refused(
-        "channels rack or handwheel, F_rack or T_bar missing", "--map rack=RackTravel,F_rack=RackForce"
-    )
+    run("estimate", "--vehicle", "car.toml", *line.split(), "--out", "mu.csv").refused(said)
 
 
-def test_messages_mend_the_log_of_an_assisted_car(run: Run, tmp_path: Path) -> None:
+def test_messages_mend_the_log_of_an_assisted_car(run: Run) -> None:
     t, rack = steering()
     force = SimulatedCar().force(rack)
     text = vehicle_text(steering_ratio=12.5, motor_ratio=20.0, motor_efficiency=1.0, torsion_bar=115.0)
-    (tmp_path / "car.toml").write_text(text)
+    Path("car.toml").write_text(text)
     bar = force / 100 / 13
     shown = {
         "Time": t, "LWI_Winkel Lenkrad": np.degrees(-100 * rack - bar / 115),
         "EPS_TorsBarTrq": 1e3 * bar, "EPS_MotTrq": bar * 12 / 20,
     }  # fmt: skip
-    write_columns(tmp_path / "car.csv", shown)
-    command = ["estimate", "--vehicle", tmp_path / "car.toml", tmp_path / "car.csv"]
+    write_columns(Path("car.csv"), shown)
+    command = ["estimate", "--vehicle", "car.toml", Path("car.csv")]
     pasted, said = list[str](), list[str]()
     while (outcome := run(*command, *pasted)).status:
         said.append(outcome.err)
@@ -203,11 +175,8 @@ def test_messages_mend_the_log_of_an_assisted_car(run: Run, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("tolerance", [0.15, 0.0])
-def test_a_half_length_that_follows_from_the_load_has_its_error(
-    tmp_path: Path, tolerance: float
-) -> None:
-    (tmp_path / "car.toml").write_text(vehicle_text())
-    declared = read_vehicle(tmp_path / "car.toml")
+def test_a_half_length_that_follows_from_the_load_has_its_error(tolerance: float) -> None:
+    declared = declared_vehicle()
     tolerances = replace(declared.tolerances, half_length=tolerance)
     follows = replace(declared, half_length=None, tolerances=tolerances)
 

@@ -13,7 +13,7 @@ from observers import Ekf, from_files
 from observers.embedded import generate
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, compiler
-from tests.brushgrip.helpers import Run, with_defaults
+from tests.brushgrip.helpers import Outcome, Run, table_of, with_defaults
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
@@ -99,33 +99,29 @@ def test_builds_and_agrees_with_python(
     strict = "-DCMAKE_C_FLAGS=-Wall -Wextra -Wconversion -Wdouble-promotion -Werror"
     for command in (["-S", "c", "-B", "b", strict], ["--build", "b"]):
         subprocess.run([cmake, *command], cwd=tmp_path, check=True, capture_output=True)
-    checked = subprocess.run(
-        [tmp_path / "b" / "check", out / "grip_vector.csv"], capture_output=True, text=True
-    )
 
-    assert checked.returncode == 0, checked.stdout
-    assert "400 samples" in checked.stdout
-    wrong = (out / "grip_vector.csv").read_text().replace(",1.0", ",1.1")
-    (tmp_path / "wrong.csv").write_text(wrong)
-    assert subprocess.run([tmp_path / "b" / "check", tmp_path / "wrong.csv"]).returncode == 1
-    assert "the same as in Python" in checked.stdout
+    def told(program: str, content: str) -> Outcome:
+        (tmp_path / "given.csv").write_text(content)
+        command = [tmp_path / "b" / program, tmp_path / "given.csv"]
+        done = subprocess.run(command, capture_output=True, text=True)
+        return Outcome(done.returncode, done.stdout, done.stderr)
+
+    vector = (out / "grip_vector.csv").read_text()
+    checked, wrong = told("check", vector), vector.replace(",1.0", ",1.1")
+    assert checked.status == 0, checked
+    assert "400 samples" in checked.out
+    assert "the same as in Python" in checked.out
+    assert told("check", wrong).status == 1
     cut = wrong[: wrong.rindex(",")]
     for line, foreign in ((1, "t,psi,M_z,F_N\n0,0,0,400\n"), (wrong.count("\n"), cut), (0, "")):
-        (tmp_path / "foreign.csv").write_text(foreign)
-        refused = subprocess.run(
-            [tmp_path / "b" / "check", tmp_path / "foreign.csv"], capture_output=True, text=True
-        )
-        assert (refused.returncode, refused.stdout) == (2, "")
-        assert f"foreign.csv: line {line} is none of a grip_vector.csv; give the one" in refused.stderr
-    (tmp_path / "german.csv").write_text("Zeit;Winkel\n0,0;0,1\n")
-    example = [tmp_path / "b" / "example", tmp_path / "german.csv"]
-    refused = subprocess.run(example, capture_output=True, text=True)
-    assert (refused.returncode, refused.stdout.count("\n")) == (2, 1)
-    assert "names no column t;" in refused.stderr
-    (tmp_path / "loadless.csv").write_text("t,psi,M_z,M\n0,0,0,0\n")
-    refused = subprocess.run([example[0], tmp_path / "loadless.csv"], capture_output=True, text=True)
-    assert "names no column F_N;" in refused.stderr
-    assert "needs a column too, with its value [N] in every row" in refused.stderr
+        said = f"given.csv: line {line} is none of a grip_vector.csv; give the one"
+        told("check", foreign).refused(said)
+    german = told("example", "Zeit;Winkel\n0,0;0,1\n")
+    assert (german.status, german.out.count("\n")) == (2, 1)
+    assert "names no column t;" in german.err
+    loadless = told("example", "t,psi,M_z,M\n0,0,0,0\n").err
+    assert "names no column F_N;" in loadless
+    assert "needs a column too, with its value [N] in every row" in loadless
 
 
 @NEEDS_COMPILER
@@ -141,12 +137,10 @@ def test_example_says_what_estimate_says(
     subprocess.run(command, check=True)
     shown = subprocess.run([tmp_path / "example", recording], capture_output=True, text=True, check=True)
     (tmp_path / "shown.csv").write_text(shown.stdout)
-    ours, theirs = (
-        np.genfromtxt(tmp_path / f"{n}.csv", delimiter=",", names=True) for n in ("shown", "mu")
-    )
+    ours, theirs = (table_of(tmp_path / f"{name}.csv") for name in ("shown", "mu"))
 
-    assert ours.dtype.names == theirs.dtype.names
-    for name in theirs.dtype.names:
+    assert [*ours] == [*theirs]
+    for name in theirs:
         np.testing.assert_allclose(ours[name], theirs[name], rtol=0, atol=1e-9, err_msg=name)
 
 

@@ -145,10 +145,8 @@ def test_json_is_all_that_is_printed(
     assert run(*command).out.splitlines()[-1] == f"wrote {tmp_path / 'torque.csv'}"
 
 
-def test_quiet_says_what_goes_wrong_alone(
-    run: Run, write_csv: Callable[..., Path], rig: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "torque.csv"
+def test_quiet_says_what_goes_wrong_alone(run: Run, write_csv: Callable[..., Path], rig: Path) -> None:
+    out = Path("torque.csv")
 
     assert run("simulate", write_csv(), "--rig", rig, "--out", out, "--quiet")[:] == (0, "", "")
     assert out.is_file()

@@ -21,34 +21,18 @@ def share(picture: np.ndarray, colour: str) -> float:
     return float(np.mean(np.abs(picture[..., :3] - wanted).max(axis=-1) < 0.02))
 
 
-@pytest.mark.parametrize("with_after", [True, False])
-def test_both_stages_and_the_band_are_drawn(tmp_path: Path, with_after: bool) -> None:
-    path = tmp_path / "signatures.png"
-    draw_signatures(path, signatures(0.8, 0.3), signatures(0.05, 0.1) if with_after else None)
-    picture = matplotlib.image.imread(path)
+def test_signatures_of_both_stages() -> None:
+    pictures = []
+    for before, after in ((signatures(1.0, 1.0), signatures(-1.0, 0.1)), (signatures(0.2, 0.3),) * 2):
+        draw_signatures(Path("signatures.png"), before, after)
+        pictures.append(matplotlib.image.imread("signatures.png"))
+    long, short = pictures
 
-    assert share(picture, BEFORE) > 0.02
-    assert (share(picture, AFTER) > 0.001) == with_after
-    assert share(picture, QUIET) > 1e-4
-
-
-def test_nothing_is_cut_off(tmp_path: Path) -> None:
-    path = tmp_path / "signatures.png"
-    draw_signatures(path, signatures(1.0, 1.0), signatures(-1.0, 0.1))
-    picture = matplotlib.image.imread(path)[..., :3]
-
-    for edge in (picture[:2], picture[-2:], picture[:, :2], picture[:, -2:]):
-        assert edge.min() > 0.99
-
-
-def test_longer_bars_cover_more(tmp_path: Path) -> None:
-    shares = []
-    for strength in (0.2, 0.9):
-        path = tmp_path / f"{strength}.png"
-        draw_signatures(path, signatures(strength, 0.3))
-        shares.append(share(matplotlib.image.imread(path), BEFORE))
-
-    assert shares[1] > 2 * shares[0]
+    assert share(long, AFTER) > 0.001
+    assert share(long, BEFORE) > 2 * share(short, BEFORE) > 0.005, "longer bars cover more"
+    assert share(short, QUIET) > 1e-4, "the band"
+    for edge in (long[:2], long[-2:], long[:, :2], long[:, -2:]):
+        assert edge[..., :3].min() > 0.99, "nothing is cut off"
 
 
 def test_a_candidate_whose_figures_alone_mislead_says_why() -> None:
@@ -66,9 +50,9 @@ def test_a_candidate_whose_figures_alone_mislead_says_why() -> None:
     ]  # fmt: skip
 
 
-def test_two_observers_that_agree_are_both_visible(tmp_path: Path, tracks: list[FrictionTrack]) -> None:
+def test_two_observers_that_agree_are_both_visible(tracks: list[FrictionTrack]) -> None:
     ekf = replace(tracks[1], mu=np.full(500, 1.3))
-    path = tmp_path / "friction.png"
+    path = Path("friction.png")
     draw_friction(path, [tracks[0], ekf, replace(ekf, label="MHE, model found")])
     # Below the legend, which has both.
     picture = matplotlib.image.imread(path)[200:]
@@ -76,8 +60,8 @@ def test_two_observers_that_agree_are_both_visible(tmp_path: Path, tracks: list[
     assert min(share(picture, STYLES[i].colour) for i in (1, 2)) > 2e-4
 
 
-def test_the_overview_has_a_line_for_each_recording(tmp_path: Path) -> None:
-    path = tmp_path / "overview.png"
+def test_the_overview_has_a_line_for_each_recording() -> None:
+    path = Path("overview.png")
     draw_overview(path, {"ice": TRACKS[:1], "steel": TRACKS[1:2]})
     alone = matplotlib.image.imread(path)
     draw_overview(path, {"": TRACKS[:2]})
@@ -91,12 +75,12 @@ def test_the_overview_has_a_line_for_each_recording(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("load", [0.0, 30.0], ids=["held", "changed"])
-def test_draws_an_experiment(tmp_path: Path, load: float) -> None:
+def test_draws_an_experiment(load: float) -> None:
     instruction = (
         "sweep between -0.52 and 0.89 rad at 0.24 rad/s and, while the patch slides, slow down to 0.02"
         " rad/s for 0.11 rad twice in each sweep, load 308 N, 36 s"
     )
-    path = tmp_path / "experiment.png"
+    path = Path("experiment.png")
     draw_experiment(path, experiment(load, instruction))
 
     assert path.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")

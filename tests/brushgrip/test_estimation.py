@@ -1,8 +1,8 @@
 """Observers on recordings: which signals they are given, on which model, and the track of friction."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from types import SimpleNamespace
-from typing import ClassVar, cast
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,38 +12,19 @@ from brushgrip.estimation.estimates import (
     angle_without_imputed,
     friction_track,
     has_aligning_torque,
-    has_steering_torque,
     model_observer,
     observe,
     run_observer,
 )
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
-from observers import Ekf, Estimate, Estimates, Sample, Status
+from observers import Ekf, Estimates, Sample, Status
 from symbolic import InvalidInputError, Model, Rig, Tyre
 from symbolic.array_alias import Array
-from tests.brushgrip.helpers import Write
+from tests.brushgrip.factories import make_estimates
+from tests.brushgrip.helpers import SampleRecorder, Write
 
 NOMINAL = Rig(a=0.045, e=0.009), Tyre(k=2.4e6, mu=1.2)
-
-
-@dataclass(frozen=True)
-class SampleRecorder:
-    """An observer of a user's own: it keeps every sample, and estimates their number."""
-
-    samples: list[Sample] = field(default_factory=list)
-    channel: ClassVar[str] = "M_z"
-
-    def init(self, first: Sample) -> int:
-        del first
-        return 0
-
-    def step(self, state: int, sample: Sample) -> int:
-        self.samples.append(sample)
-        return state + 1
-
-    def estimate(self, state: int) -> Estimate:
-        return Estimate(mu=float(state), mu_std=0.1, M_z_predicted=0.0, informed=True)
 
 
 @pytest.fixture
@@ -137,9 +118,7 @@ def test_an_aligning_torque_with_gaps_is_still_preferred(recording: Recording) -
     missing = replace(gaps, M_z=np.full(M_z.size, np.nan))
 
     assert has_aligning_torque(gaps)
-    assert has_steering_torque(gaps)
     assert not has_aligning_torque(missing)
-    assert not has_steering_torque(recording)
     assert all(np.isnan(sample.M) for sample in samples_of(gaps))
     np.testing.assert_array_equal([sample.M_z for sample in samples_of(gaps)], M_z)
 
@@ -160,19 +139,9 @@ def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recordi
     status = np.zeros(n, dtype=np.int64)
     status[[12, 40]] = Status.RESET | Status.REJECTED
     status[13] = Status.REJECTED
-    estimates = Estimates(
-        t=recording.t,
-        mu=np.ones(n),
-        mu_std=np.ones(n),
-        M_z_predicted=np.zeros(n),
-        informed=np.ones(n, dtype=bool),
-        usable=status == 0,
-        mu_eff=np.where(np.arange(n) > 0, 0.9, np.nan),
-        mu_eff_std=np.full(n, 0.3),
-        M_slide=np.ones(n),
-        nis=np.ones(n),
-        status=status,
-        turn=np.zeros(n),
+    mu_eff = np.where(np.arange(n) > 0, 0.9, np.nan)
+    estimates = make_estimates(
+        status, t=recording.t, usable=status == 0, mu_eff=mu_eff, mu_eff_std=np.full(n, 0.3)
     )
     track = friction_track(ObserverName.EKF, recording, estimates, "assumed model")
 

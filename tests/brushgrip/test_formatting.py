@@ -11,10 +11,8 @@ from brushgrip.estimation.friction_by_direction import friction_of_directions
 from brushgrip.running.batch import row_of
 from brushgrip.wording.diagnosis_in_words import experiment_in_words, headline, taken_from_model
 from brushgrip.wording.formatting import (
-    candidate_outcome,
     candidate_reason,
     csv_text,
-    is_worse,
     json_text,
     listed,
     percent,
@@ -23,6 +21,7 @@ from brushgrip.wording.formatting import (
     sentence,
     torque_value,
     with_degrees,
+    worse_recordings,
 )
 from brushgrip.wording.friction import (
     LACKING,
@@ -38,7 +37,7 @@ from identification import Candidate, FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
 from symbolic import Model, ModelBasis, ModelError, Rig, effects_named
-from tests.brushgrip.factories import experiment, make_diagnosis
+from tests.brushgrip.factories import experiment, make_diagnosis, make_estimates
 
 
 @pytest.mark.parametrize(
@@ -65,25 +64,17 @@ def test_quantity(value: float, std: float | None, unit: str, text: str) -> None
     assert quantity(ParameterEstimate(value=value, std=std, unit=unit)) == text
 
 
-def test_figures() -> None:
-    assert percent(0.04371) == "4.37 %"
-    assert percent(None) == "–"
-    assert percent(math.nan) == "–"
-    assert torque_value(0.35345) == "0.353"
-    assert torque_value(1.0) == "1.00"
-    assert torque_value(None) == "–"
-
-
-def test_a_sentence_names_an_effect_in_words() -> None:
+def test_figures_sentences_and_lists() -> None:
+    assert [percent(share) for share in (0.04371, None, math.nan)] == ["4.37 %", "–", "–"]
+    assert [torque_value(value) for value in (0.35345, 1.0, None)] == ["0.353", "1.00", "–"]
     assert sentence("sensor_delay: delay is at the end") == "Sensor delay: delay is at the end."
     assert sentence("fem4_ident: k is at the end.") == "Fem4_ident: k is at the end."
-
-
-def test_listed() -> None:
-    assert listed([]) == ""
-    assert listed(["a"]) == "a"
-    assert listed(["a", "b"]) == "a and b"
-    assert listed(["a", "b", "c"], "or") == "a, b or c"
+    assert [listed([*words], "or") for words in ("", "a", "ab", "abc")] == [
+        "",
+        "a",
+        "a or b",
+        "a, b or c",
+    ]
 
 
 FOUND = (
@@ -114,20 +105,12 @@ def test_residual_structure() -> None:
     assert "no structure left" in residual_structure(make_diagnosis(unexplained=False))
 
 
-def test_outcomes_of_candidates() -> None:
-    diagnosis = make_diagnosis()
-
-    assert candidate_outcome(diagnosis, "carcass_torsion") == "added, no. 1"
-    assert candidate_outcome(diagnosis, "torque_offset") == "added, no. 2"
-    assert candidate_outcome(diagnosis, "patch_width") == "indistinguishable from carcass torsion"
-    assert candidate_outcome(diagnosis, "stribeck") == ""
-
-
 @pytest.mark.parametrize(
     ("name", "bic", "reason"),
     [
         ("carcass_torsion", -400.0, "added, no. 1"),
         ("torque_offset", 0.3, "added, no. 2; useless alone, ΔBIC −55.1 beside those before it"),
+        ("patch_width", -300.0, "indistinguishable from carcass torsion"),
         ("iwan", -300.0, "no clear gain beside what was added"),
         ("pressure_shape", -300.0, "the same mechanism as carcass torsion; no clear gain beside it"),
         ("stribeck", 4.0, "alone not worth its parameters"),
@@ -141,29 +124,19 @@ def test_every_candidate_has_the_reason_of_its_outcome(name: str, bic: float, re
 def test_worse() -> None:
     diagnosis = make_diagnosis(worse=("held_d",))
 
-    assert [name for name in diagnosis.after.nrmse if is_worse(diagnosis, name)] == ["held_d"]
+    assert worse_recordings(diagnosis) == ["held_d"]
 
 
 def estimates(
     *status: Status, std: float = 0.02, off: float = 0.0, last: int | None = None
 ) -> Estimates:
     """Friction that rises from 1 to 1.25; usable in the second half, to the sample `last`."""
-    size = len(status)
-    places = np.arange(size)
-    return Estimates(
-        t=np.arange(size) * 0.01,
-        mu=np.linspace(1.0, 1.25, size),
-        mu_std=np.full(size, std),
-        M_z_predicted=np.zeros(size),
-        informed=np.arange(size) >= size / 2,
-        usable=(places >= size / 2) & (places <= (size if last is None else last)),
-        mu_eff=np.linspace(1.0, 1.25, size) + off,
-        mu_eff_std=np.full(size, 2 * std),
-        M_slide=np.ones(size),
-        nis=np.ones(size),
-        status=np.array(status, dtype=np.int64),
-        turn=np.ones(size),
-    )
+    size, places, mu = len(status), np.arange(len(status)), np.linspace(1.0, 1.25, len(status))
+    usable = (places >= size / 2) & (places <= (size if last is None else last))
+    return make_estimates(
+        status, mu=mu, mu_eff=mu + off, mu_std=np.full(size, std), mu_eff_std=np.full(size, 2 * std),
+        M_z_predicted=np.zeros(size), informed=places >= size / 2, usable=usable,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -333,7 +306,7 @@ def found_model(training: int, holdout: int, **grades: str) -> FoundModel:
     [
         (
             found_model(1, 0, carcass_torsion="weak", torque_offset="strong"),
-            "carcass torsion (weak), k = 2.4·10⁶ N/m² and the model's error, 3.00 % of the torque of"
+            "carcass torsion (weak), k = 2.4·10⁶ N/m² and the error that observers allow the model, 3.00 % of the torque of"
             " full slide; not torque offset, which belongs to a recording. It stands on 1 recording,"
             " nothing judged it; 1 of 2 effects are weak or stand-ins",
         ),
@@ -341,7 +314,7 @@ def found_model(training: int, holdout: int, **grades: str) -> FoundModel:
             replace(
                 found_model(1, 0), error=ModelError(spread=0.03, correlation_time=1.0, relative=0.04)
             ),
-            "the model's error, 2.00 % of the torque's range",
+            "the error that observers allow the model, 2.00 % of the torque's range",
         ),
         (found_model(2, 0), "It stands on 2 recordings, each left out in turn judged it"),
         (found_model(4, 3), "It stands on 4 recordings, 3 validation recordings judged it"),
@@ -409,21 +382,14 @@ def test_a_suspicion_goes_before_an_acquisition_that_lasts_as_long() -> None:
     assert not_usable(estimates(*[Status.ACQUIRING] * 4, last=-1)) == (4, Status.ACQUIRING.remedy)
 
 
-def test_floats_round_trip() -> None:
+def test_floats_round_trip_truth_is_a_digit_and_what_is_missing_is_empty() -> None:
     values = np.random.default_rng(1).normal(size=100)
-    text = csv_text({"t": np.arange(100), "M_z": values})
-    header, *rows = text.splitlines()
+    header, *rows = csv_text({"t": np.arange(100), "M_z": values}).splitlines()
 
     assert header == "t,M_z"
     assert [float(row.split(",")[1]) for row in rows] == values.tolist()
-
-
-def test_truth_values_are_digits() -> None:
-    assert csv_text({"informed": np.array([True, False])}) == "informed\n1\n0\n"
-
-
-def test_missing_values_in_csv() -> None:
-    assert csv_text({"mu": np.array([np.nan, 1.0])}) == "mu\n\n1.0\n"
+    missing = {"informed": np.array([True, False]), "mu": np.array([np.nan, 1.0])}
+    assert csv_text(missing) == "informed,mu\n1,\n0,1.0\n"
 
 
 def test_json_is_strict() -> None:

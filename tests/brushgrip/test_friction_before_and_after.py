@@ -15,9 +15,16 @@ from brushgrip.estimation.friction_before_and_after import (
 )
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
+from brushgrip.report.findings_and_reservations import (
+    benefit,
+    friction_over_speed,
+    missing_effects,
+    notes_beside,
+    reservation,
+    simulated_warning,
+)
 from brushgrip.report.friction_summary import (
-    friction_group_labels,
-    friction_quality_rows,
+    friction_quality,
     last_usable_friction,
     order_with_load,
     usable_until,
@@ -27,14 +34,6 @@ from brushgrip.report.plain_summary import (
     friction_and_notes,
     lines_to_send,
     next_steps,
-)
-from brushgrip.report.scope import (
-    benefit,
-    friction_over_speed,
-    missing_effects,
-    notes_beside,
-    reservation,
-    simulated_warning,
 )
 from brushgrip.report.tables import latest_friction
 from identification import Curve, Diagnosis, FoundFamily, FoundModel
@@ -55,18 +54,19 @@ def test_training_and_held_out_recordings_are_reported_apart() -> None:
     assert before["training"]["mean"]["settling"] == 1.5
     assert before["holdout"]["mean"]["settling"] == 7.0
     assert before["holdout"]["mean"]["reference_coverage"] == pytest.approx(0.7)
-    rows = {label: values for label, values, _ in friction_quality_rows(make_outcome("c", "d"))}
-    assert friction_group_labels(make_outcome("c", "d")) == ["validation", "training"]
-    assert rows["time to settle"] == ["7.0 s → 1.0 s", "1.5 s → 1.0 s"]
+    headings, rows = friction_quality(make_outcome("c", "d"))
+    assert headings == ["figure", "validation", "training", "in plain words"]
+    assert rows[0][:3] == ("time to settle", "7.0 s → 1.0 s", "1.5 s → 1.0 s")
 
 
 def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> str:
-    return "\n".join(map(": ".join, lines_to_send(diagnosis, outcome, warning)))
+    parts = lines_to_send(diagnosis, outcome, warning)
+    return "\n".join(f"{label}: {' '.join(items)}" for label, items in parts)
 
 
 def test_without_held_out_recordings_all_are_training() -> None:
     assert "holdout" not in make_outcome().to_dict()["before"]
-    assert friction_group_labels(make_outcome()) == ["training"]
+    assert friction_quality(make_outcome())[0] == ["figure", "training", "in plain words"]
 
 
 def test_friction_is_that_of_the_last_usable_sample() -> None:
@@ -96,25 +96,26 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     tracks = (replace(TRACKS[0], budget={OF_LENGTHS: 0.03, OF_LOAD: 0.04}), *TRACKS[1:])
     judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
     assert widest_causes(judged).startswith(
-        "The ± of a recording comes from (shares of the variance): how well the load is known, 64 %; how"
-        " well the lengths of contact and caster are known, 36 %. All recordings share the errors"
+        "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
+        " what the load may be off, 40 %; what the lengths of contact and caster may be off, 20 %. All"
     )
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
     assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings)." in text
     assert (
-        "How sure: Where a recording is named, the truth lies within ± in 95 of 100 cases; an error"
-        in text
+        "How sure: The truth lies within ± in 95 of 100 cases, if model and tolerances are right."
+        " It is no bound of the true friction, which was not measured otherwise" in text
     )
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert text.endswith("\nNot known: Friction in c and d; friction in b after 7.0 s.")
-    assert "(3) the rest, 1.20 % of the torque's range, without an explanation.\nGain: T" in text
+    rest = "(3) What nothing explains: 1.20 % of range, training and validation recordings together."
+    assert f"{rest}\nGain: T" in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other speeds")
     assert rest == []
-    assert f"\nTo do: (1) {again};\n(2) {other}.\nWhat the " in text
+    assert f"\nTo do: (1) R{again[1:]}. (2) A{other[1:]}.\nWhat the " in text
     note = "note on ice: no band for a further recording yet, which takes 3 recordings with usable"
     assert friction_and_notes(judged) == ([], [f"{note} friction; here 2 of 4"])
     unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
@@ -134,29 +135,30 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         [f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"],
         [],
     )
-    within = "One more recording of this kind on this ground comes out within ±"
+    within = (
+        "The ± of a ground is where one more recording like these would come out, in 95 of 100 cases."
+    )
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert f": 1.20 ± {half:.2f} on ice; not known (from 4" in text
     assert (
-        f"{within}, and where a recording is named, the truth lies within ± in 95 of 100 cases; an error"
-        " beyond the tolerances, which all recordings share, is not in it. Most of the ± on ice comes"
-        " from how 3 recordings differ (1.10 to 1.30); a band from so few is 5.0 times their"
-        " standard deviation of 0.10."
+        f"{within} Where a recording is named, the truth lies within ± in 95 of 100 cases, if model and"
+        " tolerances are right. It is no bound of the true friction, which was not measured otherwise:"
+        " an error that all recordings share is in the ± only as far as the tolerances go. The ± on ice"
+        " is wide because 3 recordings differ, from 1.10 to 1.30, and so few"
     ) in text
     # Six of the same scatter: t of five degrees of freedom is 2.5706.
     wider = np.hypot(2.5706 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
     assert (
-        f"record ice 3 more times, at the load that matters: ± {half:.2f} would come to about"
-        f" ± {wider:.2f} if" in text
+        f"Record ice 3 more times, at the load that you need friction for: ± {half:.2f} would come to"
+        f" about ± {wider:.2f} if" in text
     )
     like = tuple(replace(track, mu=np.full(11, 1.2)) for track in tracks)
     same = mail(make_diagnosis(("a", "b", "d"), ("c",)), replace(judged, tracks=like))
-    assert "Most of the" not in same and "more times" not in same  # noqa: PT018
+    assert "is wide because" not in same and "more times" not in same  # noqa: PT018
     alone = replace(judged, grounds={"ice": ("a", "b", "c")})
     text = mail(make_diagnosis(("a", "b"), ("c",)), alone)
-    assert f"{within} in 95 of 100 cases; an" in text, (
-        "one meaning of 95 of 100, on top and in the paragraph"
-    )
+    assert f"on ice (means of {len(judged.before)} recordings, ± for one more).\n" in text
+    assert f"{within} It is no" in text, "one meaning of 95 of 100, on top and in the paragraph"
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
 
@@ -170,19 +172,18 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     text = mail(graded, replace(make_outcome("c"), tracks=TRACKS))
 
     assert (
-        "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise (error"
+        "leaves out: (1) The tyre's body yields, or its pressure is spread otherwise (torque error"
         " with k refitted 4.20 % →"
-        " 3.00 %; one of these, not known which); (2) the torque channel has a zero error (error →"
-        " 2.30 %; may be chance); (3)" in text
+        " 3.00 % of range; one of these, not known which). (2) The torque channel has a zero error"
+        " (torque error → 2.30 %; may be chance). (3)" in text
     )
     assert "which of carcass torsion" not in text
     drift = replace(torsion, grade="ambiguous", indistinguishable_from=("friction_drift",))
     other = mail(replace(graded, effects=(drift,)), replace(make_outcome("c"), tracks=TRACKS))
     assert (
-        "leaves out: (1) the tyre's body yields, or its pressure is spread otherwise or friction"
-        " changes with time or with the angle turned (error with k refitted 4.20 % → 3.00 %;"
-        " one of these, not known"
-        " which); (2) the rest" in other
+        "leaves out: (1) The tyre's body yields, or its pressure is spread otherwise or friction"
+        " changes with time or with the angle turned (torque error with k refitted 4.20 % → 3.00 % of"
+        " range; one of these, not known which). (2) What nothing" in other
     )
     assert "which of carcass torsion or friction drift it is" in other
     assert "whether the weak signs of torque offset are chance" in text
@@ -193,15 +194,15 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     much = replace(graded, unexplained=replace(graded.unexplained, structured=1.0))
     assert "turning to and fro" in next_steps(little, never)[0]
     assert "as something unknown" in next_steps(much, never)[0], "why friction is not known"
-    stiff = replace(graded, notes=("the stiffness k is 4·10⁶ N/m², 1.8 times the declared one",))
+    stiff = replace(graded, notes=("the fitted stiffness k is 4·10⁶ N/m², 1.8 times the declared one",))
     assert [step[:16] for step in next_steps(stiff, never)] == [
-        "at the rig, chec",
+        "at the rig, befo",
         "record c and d a",
-        "as something unk",
+        "if something unk",
     ]
     clear = replace(graded, unexplained=replace(graded.unexplained, present=False))
     assert next_steps(clear, known)[0].startswith(
-        "record what stands under “Next recording”: expected to tell carcass torsion from patch width"
+        "record what stands under “Next recording”, which tells carcass torsion from patch width (A, "
     )
     nothing = replace(clear, effects=())
     assert next_steps(nothing, known) == ["nothing; no further recording is needed to find the model"]
@@ -209,7 +210,9 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     first, *_ = next_steps(replace(graded, effects=(load,)), known)
     assert first.startswith("record the load, as one")
     hidden = replace(nothing, after=replace(nothing.after, unrefitted={"c": 0.07}))
-    assert next_steps(hidden, known)[0].startswith("check that the validation recordings are of the")
+    check, *_ = next_steps(hidden, known)
+    assert check.startswith("check that the validation recordings are of the")
+    assert check.endswith("7.00 % of range, most in c (7.00 %)")
     loose = replace(known, tracks=(replace(TRACKS[0], budget={OF_LOAD: 0.04}), TRACKS[1]))
     assert next_steps(nothing, loose)[0].startswith("to narrow the ±, weigh the load")
     assert "weigh" not in widest_causes(loose)
@@ -231,22 +234,22 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
     )
     assert "whether torque offset is there, as only the fitted recordings demand it" in text
     assert "chance" not in text
-    assert "has a zero error (error → 2.30 %; not confirmed)." in text
+    assert "has a zero error (torque error → 2.30 %; not confirmed)." in text
 
 
 def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
     assert benefit(make_diagnosis(), outcome) == (
-        "Recordings of which friction is told: by the assumed model"
-        " 2 of 2 (first after 5.0 s; 1 not to the end), by the model found 2 of 2 (first after"
-        " 5.0 s; 1 not to the end)."
+        "Friction is usable in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the model"
+        " found, which has its own stiffness and the effects; in 2 of 2 recordings (first after"
+        " 5.0 s, in 1 not to the end) by the assumed model."
     )
     never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
-    assert "assumed model 1 of 2 (first after 5.0 s), by the" in benefit(make_diagnosis(), once)
+    assert "in 1 of 2 recordings (first after 5.0 s) by the assumed" in benefit(make_diagnosis(), once)
     none = replace(outcome, tracks=(*never, *TRACKS[:2]))
-    assert "assumed model none of 2, by the" in benefit(make_diagnosis(), none)
+    assert "in none of 2 recordings by the assumed" in benefit(make_diagnosis(), none)
     assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
     assert benefit(make_diagnosis(found=False), outcome) == ""
 
@@ -255,24 +258,28 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     note = assumed_tolerances([SimpleNamespace(rig=Rig(a=0.04, e=0.0))])  # type: ignore[list-item]
     diagnosis = replace(make_diagnosis(), notes=(note, "c got worse"))
 
-    assert reservation(diagnosis) == (
+    assert reservation(diagnosis) == [
         "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e (kingpin to"
-        " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 % of the value used. The ± counts the"
-        " tolerances and, by its size, what the model leaves out; if a value is off by more, so is"
-        " friction."
-    )
+        " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 % around the value found. The ± counts the"
+        " tolerances, and allows for what the model leaves out. A value that is off by more than its"
+        " tolerance shifts friction too."
+    ]
     text = mail(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
-    assert reservation(diagnosis) in text
+    assert reservation(diagnosis)[0] in text
+    to_declare = next_steps(diagnosis, replace(make_outcome("c"), tracks=TRACKS))[-1]
+    assert to_declare.startswith(
+        "at the rig, measure half-length a, caster e, load and tread stiffness k, and declare"
+    )
     assert notes_beside(diagnosis, text) == ["c got worse"]
     assert notes_beside(diagnosis, "") == [note, "c got worse"]
-    assert reservation(make_diagnosis()).startswith("The ± counts the tolerances")
+    assert reservation(make_diagnosis())[0].startswith("The ± counts the tolerances")
 
 
 def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:
     known = replace(make_outcome("c"), tracks=TRACKS)
-    text = mail(make_diagnosis(), replace(known, slide_speed=0.00182))
-    assert "At 1.8 mm/s sliding, " in text
-    assert "mm/s sliding" not in mail(make_diagnosis(), known)
+    text = mail(make_diagnosis(), replace(known, slide_speed=0.00182, slide_rate=0.1))
+    assert "turning at 0.1 rad/s (5.7°/s), where the contact slides at 1.8 mm/s; not for" in text
+    assert "contact slides" not in mail(make_diagnosis(), known)
 
 
 @pytest.mark.parametrize(
@@ -300,14 +307,15 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
     found = replace(diagnosis.effects[0], name="rate_friction", family=name, indistinguishable_from=())
 
     assert friction_over_speed(diagnosis) == told
-    assert missing_effects(replace(diagnosis, effects=(found,))) == (
-        f"(1) {told} (error with k refitted 4.30 % → 3.00 %; the gain is not luck, this cause"
-        f" likely but not proven);"
-        " (2) the rest, 1.20 % of the torque's range, without an explanation."
-    )
+    assert missing_effects(replace(diagnosis, effects=(found,))) == [
+        f"(1) F{told[1:]} (torque error with k refitted 4.30 % → 3.00 % of range; the gain is not luck,"
+        " this cause likely but not proven).",
+        "(2) What nothing explains: 1.20 % of range, training and validation recordings together.",
+    ]
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")
-    assert "; how much of it is open); (2)" in missing_effects(replace(diagnosis, effects=(open_one,)))
+    first, _ = missing_effects(replace(diagnosis, effects=(open_one,)))
+    assert first.endswith("; how much of it is open).")
 
 
 def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
@@ -318,13 +326,12 @@ def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
     # t of two degrees of freedom 4.3027, scatter 0.02; 64 % of the own variance of 0.05**2 goes.
     between, own = 4.3027 * 0.02 * np.sqrt(4 / 3), 1.96 * 0.05
 
-    text = (
-        f"± {np.hypot(between, own):.2f} to ± {np.hypot(between, np.sqrt(0.36) * own):.2f} at best; no"
-    )
+    less = np.hypot(between, np.sqrt(0.36) * own)
+    text = f"± {np.hypot(between, own):.2f} to ± {less:.2f} on ice at best"
     assert f"which brings {text}" in next_steps(nothing, outcome)[0]
     assert "The ± of a ground also covers how its recordings differ." in widest_causes(outcome)
     two = replace(outcome, grounds={"ice": ("a", "b", "c"), "snow": ()})
-    assert "at best" not in next_steps(nothing, two)[0]
+    assert next_steps(nothing, two)[0].startswith(next_steps(nothing, outcome)[0].partition(";")[0])
 
 
 def test_the_demo_states_the_friction_that_it_simulates() -> None:
@@ -342,16 +349,14 @@ def test_the_demo_states_the_friction_that_it_simulates() -> None:
     assert f"{float(min(friction)):.2f} to {float(max(friction)):.2f}" == TRUE_FRICTION
 
 
-def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_from(
-    tmp_path: Path,
-) -> None:
+def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_from() -> None:
     source = demo_folder() / "train_a.csv"
-    copied, own = tmp_path / "ours.csv", tmp_path / "own.csv"
+    copied, own = Path("ours.csv"), Path("own.csv")
     copied.write_bytes(source.read_bytes())
     own.write_bytes(source.read_bytes() + b"\n")
 
     assert simulated_warning(provenance_of([copied])).startswith("Simulated, not measured: all rec")
-    (module := tmp_path / "own.py").write_text("")
+    (module := Path("own.py")).write_text("")
     assert "all recordings come" in simulated_warning(provenance_of([copied, module]))
     assert "1 of 2 recordings come" in simulated_warning(provenance_of([copied, own]))
     assert simulated_warning(provenance_of([own])) == simulated_warning(None) == ""
@@ -376,37 +381,52 @@ def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:
 
 
 def test_an_error_step_by_step_is_told_where_one_judge_gave_them_all() -> None:
-    told = missing_effects(make_diagnosis(("a", "b"), ()))
+    told, *_ = missing_effects(make_diagnosis(("a", "b"), ()))
     assert told.startswith(
-        "(1) the tyre's body yields, or its pressure is spread otherwise (the gain is not luck"
+        "(1) The tyre's body yields, or its pressure is spread otherwise (the gain is not luck"
     )
-    assert "(error with k refitted 4.20 % → 3.00 %; the gain" in missing_effects(
-        make_diagnosis(("a", "b"), ("c",))
-    )
+    told, *_ = missing_effects(make_diagnosis(("a", "b"), ("c",)))
+    assert "(torque error with k refitted 4.20 % → 3.00 % of range; the gain" in told
 
 
 def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -> None:
     tracks = (*TRACKS[:2], replace(TRACKS[0], name="c", mu=np.full(11, 1.3)))
     outcome = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c")})
-    for ratio, way in ((1.6, "about 0.75 on ice"), (0.5, "about 2.40 on ice")):
-        diagnosis = replace(make_diagnosis(("a", "b"), ("c",)), stiffness_ratio=ratio)
-        (label, line), *_ = lines_to_send(diagnosis, outcome)
-        assert label == "Friction between tyre and ground"
-        assert line.startswith("Provisional until torque and half-length are checked: 1.20 ± ")
-        assert line.endswith(f"as the stiffness found may mean, {way}.")
+    note = (
+        "the fitted stiffness k is 1·10⁶ N/m², 60 % above the declared one: if the torque reads too"
+        " high, A; if the declared half-length of the contact is too short, B; if the tyre is so, C"
+    )
+    for ratio, ways in (
+        (1.6, ("about 0.75 on ice", "not below 1.03 on ice")),
+        (0.5, ("about 2.40 on ice", "not above 1.51 on ice")),
+    ):
+        diagnosis = replace(
+            make_diagnosis(("a", "b"), ("c",)), stiffness_ratio=ratio, notes=(note, "other")
+        )
+        (label, _), (why, cases), *_ = lines_to_send(diagnosis, outcome)
+        assert label == "Friction between tyre and ground, provisional"
+        assert why == "Provisional because"
+        assert cases == [
+            "The fitted stiffness k is 1·10⁶ N/m², 60 % above the declared one, for one or several of"
+            " these reasons: no recording tells which, the checks below do.",
+            f"If the torque reads too high, A: then {ways[0]}.",
+            f"If the declared half-length of the contact is too short, B: then {ways[1]}.",
+            "If the tyre is so, C.",
+        ]
+        assert notes_beside(diagnosis, mail(diagnosis, outcome)) == ["other"], "told once"
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
-    assert "may mean, about 2 times as much." in mail(diagnosis, alone)
+    assert "reads too high, A. If" in mail(diagnosis, alone)
     # Suspension and column make a car's k low, and full slide tells friction all the same.
     car = replace(diagnosis, of_car=True)
-    assert "Provisional" not in mail(car, outcome)
-    stiff = mail(replace(car, stiffness_ratio=1.6), outcome)
-    assert "Provisional until the force is checked: 1.20 ± " in stiff
+    assert "rovisional" not in mail(car, outcome)
+    assert "\nStiffness: The fitted stiffness k is 1" in mail(car, outcome)
+    assert "rovisional" in mail(replace(car, stiffness_ratio=1.6), outcome)
     sound = replace(diagnosis, stiffness_ratio=1.0)
-    assert "Provisional" not in mail(sound, outcome)
+    assert "rovisional" not in mail(replace(sound, notes=()), outcome)
     # Where no friction was estimated, what was found comes first.
     assert lines_to_send(sound, None)[0][0] == "What the assumed tyre model leaves out"
     nothing = lines_to_send(make_diagnosis(found=False, unexplained=False), None)
-    assert nothing[0][1].startswith("The assumed model lacks nothing that")
+    assert nothing[0][1][0].startswith("The assumed model lacks nothing that")
 
 
 def test_grounds_that_may_be_one_are_named() -> None:
@@ -416,7 +436,7 @@ def test_grounds_that_may_be_one_are_named() -> None:
         tracks = tuple(replace(TRACKS[0], name=n, mu=np.full(11, mu)) for n, mu in values.items())
         grounds = {"ice": ("a", "b", "c"), "snow": ("d", "e", "f")}
         outcome = replace(make_outcome(), tracks=tracks, grounds=grounds)
-        told = "These recordings do not tell ice from snow: the difference may be chance."
+        told = " These recordings do not tell ice from snow: the difference may be chance."
         assert (told in mail(make_diagnosis(), outcome)) is same
 
 

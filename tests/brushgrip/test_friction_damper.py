@@ -64,42 +64,42 @@ def test_what_is_published(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "/87ff68863012d251e38fd423d86f9253b3902ee8/" in address
 
 
-def test_runs_are_joined_and_kept(tmp_path: Path, served: dict[str, np.ndarray]) -> None:
-    lines = fetched(tmp_path / "out")
+def test_runs_are_joined_and_kept(served: dict[str, np.ndarray]) -> None:
+    lines = fetched(Path("out"))
     assert "CC BY-SA 4.0" in lines[0]
     assert lines[1:] == ["1/2 harmonic_00", "2/2 earthquake_DuzceMCE"]
 
     served.clear()
-    assert len(fetched(tmp_path / "out")) == 1, "nothing is downloaded again"
+    assert len(fetched(Path("out"))) == 1, "nothing is downloaded again"
 
 
-def test_other_values_are_refused(tmp_path: Path, served: dict[str, np.ndarray]) -> None:
+def test_other_values_are_refused(served: dict[str, np.ndarray]) -> None:
     served[f"{ADDRESS}/x/test0.npy"] = served[f"{ADDRESS}/x/test0.npy"] + 1e-9
 
     with pytest.raises(FetchError, match=r"harmonic_00: the values from .* are not the published ones"):
-        friction_damper.fetch_friction_damper(tmp_path / "out")
-    assert not (tmp_path / "out").exists()
+        friction_damper.fetch_friction_damper(Path("out"))
+    assert not Path("out").exists()
 
 
-def test_no_network_is_named(tmp_path: Path, served: dict[str, np.ndarray]) -> None:
+def test_no_network_is_named(served: dict[str, np.ndarray]) -> None:
     served.clear()
 
     with pytest.raises(FetchError, match=r"F/test0.npy: cannot be downloaded \(ConnectionError\)"):
-        friction_damper.fetch_friction_damper(tmp_path / "out")
+        friction_damper.fetch_friction_damper(Path("out"))
 
 
-def test_runs_beside_a_local_copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "measured").mkdir()
-    (tmp_path / "second_rig").mkdir()
-    monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path / "measured"))
+def test_runs_beside_a_local_copy(monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("measured").mkdir()
+    Path("second_rig").mkdir()
+    monkeypatch.setenv("BRUSHGRIP_DATA", str(Path("measured")))
     with pytest.raises(InvalidInputError, match=r"holds no harmonic_00.npz, nor does .*second_rig"):
-        fetched(tmp_path / "out")
+        fetched(Path("out"))
     for name, channels in RUNS.items():
-        np.savez(tmp_path / "second_rig" / f"{name}.npz", **channels)
+        np.savez(Path(f"second_rig/{name}.npz"), **channels)
 
-    fetched(tmp_path / "out")
+    fetched(Path("out"))
 
-    path = tmp_path / "second_rig" / "harmonic_00.npz"
+    path = Path("second_rig/harmonic_00.npz")
     whole = path.read_bytes()
     damaged = whole.replace(b"descr", b"\xff" * 5)
     for content in (b"no archive", b"", whole[:-30], whole[:60], damaged):
@@ -107,17 +107,17 @@ def test_runs_beside_a_local_copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         with pytest.raises(
             InvalidInputError, match=r"harmonic_00.npz: is no run of the friction damper"
         ):
-            fetched(tmp_path / "elsewhere")
+            fetched(Path("elsewhere"))
 
 
 @pytest.mark.parametrize("shape", [(), (7, 3), (0,), (5, 4, 2)])
 def test_arrays_of_another_shape_are_refused(
-    shape: tuple[int, ...], tmp_path: Path, served: dict[str, np.ndarray]
+    shape: tuple[int, ...], served: dict[str, np.ndarray]
 ) -> None:
     served[f"{ADDRESS}/validation/DuzceMCE.npy"] = np.ones(shape)
 
     with pytest.raises(FetchError, match=r"DuzceMCE"):
-        friction_damper.fetch_friction_damper(tmp_path / "out")
+        friction_damper.fetch_friction_damper(Path("out"))
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_arrays_of_another_shape_are_refused(
     ],
 )
 def test_runs_in_inches_and_kips(
-    name: str, place: str, columns: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, place: str, columns: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     address, published = digests(friction_damper.PULLED_REGISTRY)
     assert tuple(published) == (*friction_damper.CONSTANT, *friction_damper.CHANGED)
@@ -136,22 +136,22 @@ def test_runs_in_inches_and_kips(
     table = RNG.standard_normal((30, columns))
     SI = (table[:, :4] * [1, 0.0254, 4448.2216152605, 0.0254]).astype(np.float32).astype(float)
     channels = dict(zip("txFv", SI.T, strict=True))
-    (tmp_path / "runs.txt").write_text(f"{ADDRESS}\n{name} {digest_of(channels)}\n")
-    monkeypatch.setattr(friction_damper, "PULLED_REGISTRY", tmp_path / "runs.txt")
+    Path("runs.txt").write_text(f"{ADDRESS}\n{name} {digest_of(channels)}\n")
+    monkeypatch.setattr(friction_damper, "PULLED_REGISTRY", Path("runs.txt"))
     content = json.dumps({"data": table.tolist()})
     serve(
         monkeypatch, {f"{ADDRESS}/data/{place}.json": content}, lambda path, text: path.write_text(text)
     )
 
-    (path,) = friction_damper.fetch_changed_friction(tmp_path / "out")
+    (path,) = friction_damper.fetch_changed_friction(Path("out"))
 
     with np.load(path) as arrays:
         assert all(np.array_equal(arrays[c], channels[c]) for c in "txFv")
 
 
-def test_the_command_names_the_licence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_names_the_licence(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="0"):
-        main(["fetch", "friction-damper", "--out", str(tmp_path / "out")])
+        main(["fetch", "friction-damper", "--out", str(Path("out"))])
 
     shown = capsys.readouterr()
     assert "CC BY-SA 4.0" in shown.out + shown.err

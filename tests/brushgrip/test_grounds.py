@@ -72,10 +72,10 @@ def first_torque(path: Path) -> float:
 
 
 def test_simulate_takes_the_values_of_the_ground(
-    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path
+    run: Run, write_csv: Write, rig: Path, model: Path
 ) -> None:
     labelled = write_csv("labelled.csv", top="# ground = emery\n")
-    out = tmp_path / "out.csv"
+    out = Path("out.csv")
     torques, texts = [], []
     for path, more in (
         (labelled, ()),
@@ -96,9 +96,9 @@ def test_simulate_takes_the_values_of_the_ground(
 
 
 def test_simulate_takes_what_became_of_the_declared_values(
-    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path, table: Any
+    run: Run, write_csv: Write, rig: Path, model: Path, table: Any
 ) -> None:
-    out = tmp_path / "out.csv"
+    out = Path("out.csv")
     path = write_csv("known.csv", top="# ground = steel\n")
     behind = {"provenance": provenance_of([path])}
     model.write_text(json.dumps(json.loads(model.read_text()) | behind))
@@ -111,17 +111,13 @@ def test_simulate_takes_what_became_of_the_declared_values(
     assert 1.0 < np.abs(torque - 0.3).max() / slide < 1.06
 
 
-def test_estimate_says_whose_values_it_takes(
-    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "out.csv"
-    given = ("estimate", "--rig", rig, "--model", model, "--observer", "ekf", write_csv())
-    outcome = run(*given, "--ground", "steel", "--out", out)
+def test_estimate_says_whose_values_it_takes(run: Run, write_csv: Write, rig: Path, model: Path) -> None:
+    paths = [write_csv(f"{name}.csv") for name in ("run", "one", "two")]
+    outcome = run("estimate", "--rig", rig, "--model", model, *paths, "--ground", "steel=run",
+                  "--ground", "ice=one,two", "--jobs", 1)  # fmt: skip
 
-    assert outcome.status == 0
     assert "run: values of steel" in outcome.out
-    several = run(*given, write_csv("new.csv"), "--ground", "ice")
-    assert "run and new: ice is unknown: mean of steel and emery" in several.out
+    assert "one and two: ice is unknown: mean of steel and emery" in outcome.out
 
 
 def test_live_says_whose_values_it_takes(

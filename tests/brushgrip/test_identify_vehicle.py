@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.outputs.rig_and_vehicle_files import tyre_changes, with_plates
+from brushgrip.outputs.rig_and_vehicle_files import plate_changes, tyre_changes
 from identification import ParameterEstimate
 from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.plates import PlatesResult
@@ -48,19 +48,6 @@ def test_the_vehicle_file_is_written_with_what_was_found(run: Run, tmp_path: Pat
     }
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["--vehicle", "car.toml"],
-        ["--plates", "p.csv"],
-        ["--vehicle", "car.toml", "--plates", "p.csv", "--rig", "r.toml"],
-        ["--plates", "p.csv", "--free-decay", "p.csv"],
-    ],
-)
-def test_a_rig_and_a_car_are_told_apart(run: Run, arguments: list[str]) -> None:
-    run("identify", *arguments).refused("give --free-decay, with --rig and --write-rig, or --vehicle")
-
-
 def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
     car = declared_vehicle(inclination=0.2)
     values = {"gear_friction": 200.0, "damping": 3000.0, "return_torque": -0.5, "zero": 90.0}
@@ -68,9 +55,9 @@ def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
     result = PlatesResult(**found, samples=1000, rms=10.0)
 
     with pytest.raises(InvalidInputError, match=r"which no kingpin inclined by 0 to 0\.5 rad has"):
-        with_plates(car, result)
+        plate_changes(car, result)
     found["return_torque"] = ParameterEstimate(value=1.2, std=0.1, unit="1")
-    changes = with_plates(car, PlatesResult(**found, samples=1000, rms=10.0))
+    changes = plate_changes(car, PlatesResult(**found, samples=1000, rms=10.0))
     new = replace(car, inclination=changes["inclination"])  # type: ignore[arg-type]
 
     assert jacking_torque(new, 0.5) == pytest.approx(1.2 * jacking_torque(car, 0.5), rel=0.01)
@@ -79,41 +66,41 @@ def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
     assert changes["gear_friction"] == pytest.approx((200 + 3000 * 0.015 / 2, 3000 * 0.015))
 
 
-def ground_log(folder: Path, **of_file: object) -> list[object]:
+def ground_log(**of_file: object) -> list[object]:
     """The arguments for a car that steered from lock to lock on ground of mu 0.8, its file written."""
     t, rack = steering()
     force = SimulatedCar(mu=(0.8, 0.8)).force(rack)
-    write_columns(folder / "g.csv", {"t": t, "rack": rack, "F_rack": force})
-    (folder / "car.toml").write_text(vehicle_text(**of_file))
-    return ["--vehicle", folder / "car.toml", "--lock-to-lock", folder / "g.csv"]
+    write_columns(Path("g.csv"), {"t": t, "rack": rack, "F_rack": force})
+    Path("car.toml").write_text(vehicle_text(**of_file))
+    return ["--vehicle", "car.toml", "--lock-to-lock", "g.csv"]
 
 
-def test_tyres_go_into_the_vehicle_file(run: Run, tmp_path: Path) -> None:
-    log = ground_log(tmp_path, brakes="true")
+def test_tyres_go_into_the_vehicle_file(run: Run) -> None:
+    log = ground_log(brakes="true")
     given = [*log, "--ground-friction", 0.8, "--friction-tolerance", 0.02]
-    outcome = run("identify", *given, "--write-vehicle", tmp_path / "new.toml")
-    new = vehicle_from_tables(tomllib.loads((tmp_path / "new.toml").read_text()))
+    outcome = run("identify", *given, "--write-vehicle", Path("new.toml"))
+    new = vehicle_from_tables(tomllib.loads(Path("new.toml").read_text()))
 
     assert outcome.status == 0
     assert new.slide_factor == pytest.approx(1, abs=0.05)
     assert 0.02 / 0.8 < new.tolerances.slide_factor < 0.05
     assert new.tolerances.load == pytest.approx(0.03)
     assert new.slide_load == new.front_axle_load == 8000
-    assert "# on ground of mu 0.8 ± 0.02, load 8000 N\n" in (tmp_path / "new.toml").read_text()
+    assert "# on ground of mu 0.8 ± 0.02, load 8000 N\n" in Path("new.toml").read_text()
     assert "unexplained, of full slide (rms)" in outcome.out
     assert outcome.err == "", "no warning"
     assert new.tolerances.stiffness < 0.15
     assert "slide_factor holds for a front axle load of 8000 N" in outcome.out
 
     # With the file that was written, friction rests on these two.
-    told = run("estimate", "--vehicle", tmp_path / "new.toml", tmp_path / "g.csv").out
+    told = run("estimate", "--vehicle", Path("new.toml"), Path("g.csv")).out
 
     assert "measured torque of full slide 0.0" in told
     assert "half-length" not in told
 
 
-def test_a_doubtful_slide_factor_is_warned_of(run: Run, tmp_path: Path) -> None:
-    outcome = run("identify", *ground_log(tmp_path, brakes="true"), "--ground-friction", 0.6)
+def test_a_doubtful_slide_factor_is_warned_of(run: Run) -> None:
+    outcome = run("identify", *ground_log(brakes="true"), "--ground-friction", 0.6)
 
     assert outcome.status == 0
     assert outcome.err.count("\n") == 1
@@ -135,25 +122,23 @@ def test_tyres_are_written_with_room_for_fuel_and_the_length_under_the_load() ->
     assert "half_length" not in tyre_changes(replace(car, slide_load=None), found)
 
 
-def test_friction_stays_usable_under_the_load_that_is_declared_since(run: Run, tmp_path: Path) -> None:
-    log = ground_log(tmp_path, brakes="true")
-    run("identify", *log, "--ground-friction", 0.8, "--write-vehicle", tmp_path / "new.toml")
-    changed = (
-        (tmp_path / "new.toml").read_text().replace("{ value = 8000.0, tolerance = 240.0 }", "9600.0")
-    )
-    (tmp_path / "loaded.toml").write_text(changed)
+def test_friction_stays_usable_under_the_load_that_is_declared_since(run: Run) -> None:
+    log = ground_log(brakes="true")
+    run("identify", *log, "--ground-friction", 0.8, "--write-vehicle", Path("new.toml"))
+    changed = Path("new.toml").read_text().replace("{ value = 8000.0, tolerance = 240.0 }", "9600.0")
+    Path("loaded.toml").write_text(changed)
     t, rack = steering()
     force = SimulatedCar(mu=(0.8, 0.8), load=4800.0, half_length=0.066).force(rack)
-    write_columns(tmp_path / "l.csv", {"t": t, "rack": rack, "F_rack": force})
+    write_columns(Path("l.csv"), {"t": t, "rack": rack, "F_rack": force})
     run(
         "estimate",
         "--vehicle",
-        tmp_path / "loaded.toml",
-        tmp_path / "l.csv",
+        Path("loaded.toml"),
+        Path("l.csv"),
         "--out",
-        tmp_path / "mu.csv",
+        Path("mu.csv"),
     )
-    told = table_of(tmp_path / "mu.csv")
+    told = table_of(Path("mu.csv"))
     usable = told["usable"] > 0
 
     assert "9600.0" in changed
@@ -172,6 +157,6 @@ def test_friction_stays_usable_under_the_load_that_is_declared_since(run: Run, t
     ],
 )
 def test_tyres_are_refused_where_ground_or_brakes_are_not_known(
-    run: Run, tmp_path: Path, of_file: dict[str, object], options: list[object], said: str
+    run: Run, of_file: dict[str, object], options: list[object], said: str
 ) -> None:
-    run("identify", *ground_log(tmp_path, **of_file), *options).refused(said)
+    run("identify", *ground_log(**of_file), *options).refused(said)

@@ -39,8 +39,8 @@ def ended(repository_root: Path, tmp_path: Path) -> Ended:
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_an_import_is_finished_first(ended: Ended, tmp_path: Path, name: str) -> None:
-    (tmp_path / "long_one.py").write_text(
+def test_an_import_is_finished_first(ended: Ended, name: str) -> None:
+    Path("long_one.py").write_text(
         f"import signal\nsignal.raise_signal(signal.{name})\nprint('whole')\n"
     )
     code = RUN + "run_process(lambda: __import__('long_one') and __import__('time').sleep(9))"
@@ -48,8 +48,8 @@ def test_an_import_is_finished_first(ended: Ended, tmp_path: Path, name: str) ->
     assert ended(code) == (130, "whole\n", "")
 
 
-def test_an_import_that_never_ends_is_broken_off(ended: Ended, tmp_path: Path) -> None:
-    (tmp_path / "endless.py").write_text(
+def test_an_import_that_never_ends_is_broken_off(ended: Ended) -> None:
+    Path("endless.py").write_text(
         "import signal, time\nfor _ in range(2): signal.raise_signal(signal.SIGINT)\ntime.sleep(99)\n"
     )
     code = RUN + "run_process(lambda: __import__('endless'))"
@@ -144,10 +144,8 @@ def test_the_command_while_it_imports(
     assert {path.name for path in tmp_path.iterdir()} == {"rig.toml", "train_a.csv"}
 
 
-def test_the_clock_stops_with_the_command(ended: Ended, tmp_path: Path) -> None:
-    (tmp_path / "one.py").write_text(
-        "signal = __import__('signal')\nsignal.raise_signal(signal.SIGINT)\n"
-    )
+def test_the_clock_stops_with_the_command(ended: Ended) -> None:
+    Path("one.py").write_text("signal = __import__('signal')\nsignal.raise_signal(signal.SIGINT)\n")
     code = (
         "import atexit, time\n"
         "atexit.register(lambda: (signal.signal(signal.SIGALRM, signal.SIG_DFL), time.sleep(0.2)))\n"

@@ -33,8 +33,8 @@ class TestLocate:
 
         assert locate(str(tmp_path / name)) == tmp_path / found
 
-    def test_order_of_places(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        folders = [tmp_path / "here", tmp_path / "data", download_folder()]
+    def test_order_of_places(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        folders = [Path("here").resolve(), Path("data").resolve(), download_folder()]
         for folder in folders:
             folder.mkdir(parents=True)
             (folder / "fem1.mat").touch()
@@ -44,33 +44,23 @@ class TestLocate:
         found = []
         for folder in folders:
             found.append(locate("fem1").resolve())
+            assert locate("fem1.mat").resolve() == found[-1]
             (folder / "fem1.mat").unlink()
 
         assert found == [folder / "fem1.mat" for folder in folders]
 
-    def test_bare_file_names_are_looked_up_too(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        (tmp_path / "fem1.mat").touch()
-        monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path))
-
-        assert locate("fem1.mat") == tmp_path / "fem1.mat"
-
-    def test_a_folder_of_the_same_name_is_passed_over(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        (tmp_path / "fem1").mkdir()
-        monkeypatch.chdir(tmp_path)
+    def test_a_folder_of_the_same_name_is_passed_over(self) -> None:
+        Path("fem1").mkdir()
         with pytest.raises(InvalidInputError, match="fem1: is a folder"):
             locate("fem1")
-        (tmp_path / "fem1.csv").touch()
+        Path("fem1.csv").touch()
 
         assert locate("fem1") == Path("fem1.csv")
 
-    def test_says_where_it_looked(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path / "data"))
+    def test_says_where_it_looked(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("BRUSHGRIP_DATA", "data")
         message = refused(locate, "fem9")
-        for place in ("here", str(tmp_path / "data"), str(download_folder()), "brushgrip fetch"):
+        for place in ("here", " data", str(download_folder()), "brushgrip fetch"):
             assert place in message
 
     def test_a_path_is_looked_for_in_its_folder_only(self, tmp_path: Path) -> None:
@@ -96,17 +86,10 @@ def test_every_recording_has_a_label_of_its_own(paths: list[str], labels: list[s
 
 
 @pytest.mark.parametrize("again", ["run.csv", "./run.csv", "run", "copy.csv", "link.csv"])
-def test_a_recording_counts_once(
-    write_csv: Write,
-    rig: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    again: str,
-) -> None:
+def test_a_recording_counts_once(write_csv: Write, rig: Path, again: str) -> None:
     path = write_csv("run.csv")
-    shutil.copy(path, tmp_path / "copy.csv")
-    (tmp_path / "link.csv").symlink_to(path)
-    monkeypatch.chdir(tmp_path)
+    shutil.copy(path, Path("copy.csv"))
+    Path("link.csv").symlink_to(path)
     with pytest.raises(InvalidInputError, match=r"is the same recording as run\.csv"):
         locate_inputs(["run.csv", again], rig=rig).recordings()
 
@@ -195,14 +178,13 @@ def test_two_runs_along_one_path_are_two(
 
 
 @pytest.fixture
-def folder(rig: Path, write_csv: Write, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(rig: Path, write_csv: Write) -> Path:
     """The working folder with good.csv, rig.toml, and links."""
     good, tmp_path = write_csv("good.csv"), rig.parent
     (tmp_path / "sub").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "sub")
     (tmp_path / "link.csv").symlink_to(good)
     os.link(good, tmp_path / "hard.csv")
-    monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
@@ -240,12 +222,13 @@ def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("recording", "beside"),
     [("run.blf", "car.dbc"), ("run.log", "car.dbc"), ("run.mcap", "metadata.yaml"),
-     ("run.tdms", "run.tdms_index")],
+     ("run.tdms", "run.tdms_index"), ("run_0.db3", "run_1.db3")],
 )  # fmt: skip
 def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, beside: str) -> None:
-    for name in (recording, beside):
+    for name in (recording, beside, "table.csv"):
         (folder / "sub" / name).write_text("")
     read = locate_inputs([f"sub/{recording}"]).files
+    assert [path.name for path in read] == [recording, beside]
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
         refuse_overwriting([Path("nosub/../sub") / beside], read)
     refuse_overwriting([Path("sub/other.csv"), Path(beside)], read)

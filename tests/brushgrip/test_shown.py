@@ -17,7 +17,7 @@ from matplotlib import pyplot
 from identification import Recording
 from observers import Estimates, Status
 from symbolic import Rig, Tyre
-from tests.brushgrip.factories import make_diagnosis
+from tests.brushgrip.factories import make_diagnosis, make_estimates
 
 EVIL = '<b onclick="x()">$a_b$ & \x1b[2J\udcff'
 
@@ -42,14 +42,10 @@ def recording() -> Recording:
 
 @pytest.fixture
 def estimates() -> Estimates:
-    t = np.arange(50) * 0.1
-    columns: dict[str, Any] = {field.name: np.ones(50) for field in fields(Estimates)}
-    status = np.zeros(50, dtype=np.int64)
+    t, status = np.arange(50) * 0.1, np.zeros(50, dtype=np.int64)
     status[[4, 7]], status[9] = int(Status.REJECTED), int(Status.HELD | Status.REJECTED)
-    mu_std = np.where(t > 2, 0.1, 5.0)
-    return Estimates(
-        **columns | {"t": t, "informed": t > 2, "usable": t > 2, "mu_std": mu_std, "status": status}
-    )
+    known, mu_std = t > 2, np.where(t > 2, 0.1, 5.0)
+    return make_estimates(status, t=t, informed=known, usable=known, mu_std=mu_std)
 
 
 def cells(shown: Any) -> tuple[str, dict[str, str]]:
@@ -166,15 +162,15 @@ def test_a_diagnosis_draws_the_recording_of_median_error() -> None:
 
 
 @pytest.mark.long
-def test_a_frame_comes_back_from_a_file_of_pandas(estimates: Estimates, tmp_path: Path) -> None:
+def test_a_frame_comes_back_from_a_file_of_pandas(estimates: Estimates) -> None:
     pandas = pytest.importorskip("pandas", reason="needs brushgrip[pandas]")
-    estimates.to_frame().to_csv(tmp_path / "mu.csv")
-    again = np.genfromtxt(tmp_path / "mu.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    estimates.to_frame().to_csv(Path("mu.csv"))
+    again = np.genfromtxt(Path("mu.csv"), delimiter=",", names=True, dtype=None, encoding="utf-8")
 
     assert again.dtype.names == tuple(field.name for field in fields(Estimates))
     for name in again.dtype.names:
         np.testing.assert_array_equal(again[name], getattr(estimates, name))
-    frame = pandas.read_csv(tmp_path / "mu.csv", index_col="t")
+    frame = pandas.read_csv(Path("mu.csv"), index_col="t")
     pandas.testing.assert_frame_equal(frame, estimates.to_frame())
 
 

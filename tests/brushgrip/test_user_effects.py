@@ -11,7 +11,7 @@ import pytest
 
 from brushgrip.inputs.user_effects import effect_files, user_effects
 from symbolic import CANDIDATES, InvalidInputError
-from tests.brushgrip.helpers import Run, Write
+from tests.brushgrip.helpers import Run, Write, table_of
 from tests.refusal import refused
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -101,7 +101,7 @@ def test_a_module_does_not_import_from_the_current_directory_what_is_installed(h
 
 
 def test_own_effects_are_candidates_beside_all_of_the_library(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: Run, write_csv: Write, rig: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[list[Any]] = []
 
@@ -111,7 +111,7 @@ def test_own_effects_are_candidates_beside_all_of_the_library(
 
     monkeypatch.setattr("identification.diagnose", stop)
     for options in ([], ["--effects", "own_stop", "--effects", "own_creak"]):
-        run("diagnose", write_csv(), "--rig", rig, *options, "--out", tmp_path / "out")
+        run("diagnose", write_csv(), "--rig", rig, *options, "--out", "out")
 
     alone, with_own = asked
     assert alone == list(CANDIDATES.values())
@@ -120,13 +120,13 @@ def test_own_effects_are_candidates_beside_all_of_the_library(
 
 
 def test_a_model_file_with_an_own_effect_simulates_and_estimates(
-    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path
+    run: Run, write_csv: Write, rig: Path, model: Path
 ) -> None:
-    plain, own, mu = (tmp_path / f"{name}.csv" for name in ("plain", "own", "mu"))
+    plain, own, mu = (Path(f"{name}.csv") for name in ("plain", "own", "mu"))
     recording, options = write_csv(), ["--rig", rig, "--model", model, "--effects", "own_stop"]
     run("simulate", recording, "--rig", rig, "--out", plain)
     outcome = run("simulate", recording, *options, "--out", own)
-    torques = [np.loadtxt(path, delimiter=",", skiprows=1)[1:, 1] for path in (plain, own)]
+    torques = [table_of(path)["M_z"][1:] for path in (plain, own)]
 
     assert outcome.status == 0, outcome.err
     np.testing.assert_allclose(torques[1], torques[0] + 0.5, atol=1e-12)
@@ -135,13 +135,13 @@ def test_a_model_file_with_an_own_effect_simulates_and_estimates(
 
 
 def test_what_an_effect_prints_does_not_spoil_json(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path, here: Path
+    run: Run, write_csv: Write, rig: Path, here: Path
 ) -> None:
     text = (here / "own_stop.py").read_text()
     (here / "own_loud.py").write_text(
         "print('imported')\n" + text.replace("return", "print('hook'); return")
     )
-    out = tmp_path / "out.csv"
+    out = Path("out.csv")
     outcome = run("simulate", write_csv(), "--rig", rig, "--effects", "own_loud", "--out", out, "--json")
 
     assert json.loads(outcome.out) == {"wrote": [str(out)]}
@@ -149,9 +149,9 @@ def test_what_an_effect_prints_does_not_spoil_json(
 
 
 def test_nothing_is_imported_because_a_model_file_says_so(
-    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path
+    run: Run, write_csv: Write, rig: Path, model: Path
 ) -> None:
-    out = tmp_path / "out.csv"
+    out = Path("out.csv")
     outcome = run("simulate", write_csv(), "--rig", rig, "--model", model, "--out", out)
 
     assert (outcome.status, outcome.err.count("\n")) == (2, 1)
@@ -160,8 +160,8 @@ def test_nothing_is_imported_because_a_model_file_says_so(
     assert not out.exists()
 
 
-def test_code_is_generated_with_an_own_effect(run: Run, rig: Path, model: Path, tmp_path: Path) -> None:
-    out = tmp_path / "c"
+def test_code_is_generated_with_an_own_effect(run: Run, rig: Path, model: Path) -> None:
+    out = Path("c")
     outcome = run(
         *("codegen", "--rig", rig, "--observer", "ekf", "--real", "double", "--name", "grip"),
         *("--model", model, "--effects", "own_stop", "--out", out),

@@ -1,8 +1,7 @@
 """Any object with the members of `Method` is scored and timed, and any observer as a method."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import process_time
-from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -12,9 +11,9 @@ from brushgrip.comparison.method_scores import PUBLISHED, compare, summarise
 from brushgrip.comparison.methods import ObserverMethod
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
-from observers import Estimate, Sample
 from reference_rig import Array
 from symbolic import Rig, Tyre
+from tests.brushgrip.helpers import SampleRecorder
 
 BUSY = 0.02
 """Time that the made-up method takes [s]."""
@@ -75,53 +74,40 @@ def test_a_method_from_elsewhere_gets_its_row(case: Case) -> None:
     assert content["recordings"][0]["scores"][0]["quantiles"] == pytest.approx([1.3 + OFF] * 5)
 
 
-@dataclass
-class Remembering:
-    """Is slow in the first call only, and right from the second on."""
-
-    name: str = "remembering"
-    works_beyond_five_zones: bool = True
-    gives_deviation: bool = False
-    calls: int = 0
+class Remembering(Slow):
+    """Is slower in the first call, and right from the second on."""
 
     def estimate(self, recording: Recording) -> Array:
-        self.calls += 1
-        busy(10 * BUSY if self.calls == 1 else BUSY)
-        return np.full(recording.t.size, 1.3 + (OFF if self.calls == 1 else 0))
-
-
-@dataclass(frozen=True)
-class FullSlide:
-    """An observer of a user's own: mu from the greatest torque so far, over that of full slide."""
-
-    lever: float
-    channel: ClassVar[str] = "M_z"
-
-    def init(self, first: Sample) -> float:
-        del first
-        return 0.0
-
-    def step(self, state: float, sample: Sample) -> float:
-        return max(state, abs(sample.M_z) / (self.lever * sample.F_N))
-
-    def estimate(self, state: float) -> Estimate:
-        return Estimate(mu=state, mu_std=0.3, M_z_predicted=0.0, informed=True)
+        if "called" in vars(self):
+            return super().estimate(recording) - OFF
+        vars(self)["called"] = True
+        busy(9 * BUSY)
+        return super().estimate(recording)
 
 
 def test_an_observer_from_elsewhere_is_compared(case: Case) -> None:
-    own = ObserverMethod(
-        name="full slide", factory=lambda recording, _: FullSlide(lever=0.375 * recording.rig.a)
-    )
-    results = compare([case], methods=[own])
-    (summary,) = summarise(results, [own])
-    torque = np.abs(case.recording.M_z)
+    own = ObserverMethod(name="counting", factory=lambda *_: SampleRecorder())
+    (summary,) = summarise(compare([case], methods=[own]), [own])
 
     assert (summary.method, summary.works_beyond_five_zones, summary.gives_deviation) == (
-        "full slide", True, True,
+        "counting", True, True,
     )  # fmt: skip
-    assert summary.rmse == pytest.approx(
-        case.rmse(np.maximum.accumulate(torque) / (0.375 * 0.045 * 400))
-    )
+    assert summary.rmse == pytest.approx(case.rmse(np.arange(1.0, case.recording.t.size + 1)))
+
+
+@pytest.mark.parametrize(
+    ("name", "mu", "origin"),
+    [
+        ("fem9", 1.674, "the surface"),
+        ("piros9", 1.9003, "the surface"),
+        ("run", 1.2, "rig or recording"),
+    ],
+)
+def test_where_the_reference_comes_from(case: Case, name: str, mu: float, origin: str) -> None:
+    named = replace(case.recording, name=name, tyre=Tyre(k=2.4e6, mu=1.2))
+    made = make_case(named, None)
+
+    assert (made.declared, made.origin) == (mu, origin)
 
 
 def test_the_first_estimate_counts_and_the_least_time(case: Case) -> None:

@@ -12,7 +12,8 @@ from brushgrip.inputs.command_inputs import Inputs, locate_inputs
 from brushgrip.live.mapped_columns import Row
 from brushgrip.live.session import Session
 from brushgrip.live.session_setup import follow
-from observers import ESTIMATE, Estimates
+from brushgrip.live.session_state import State
+from observers import ESTIMATE, Estimate, Estimates
 from tests.processes import wait_for
 
 RECORDINGS = Path(__file__).parents[3] / "examples" / "recordings"
@@ -37,6 +38,14 @@ def session_of(
     return Session(opened, estimator, record=record)
 
 
+def state_of(estimate: Estimate | None = None, **more: Any) -> State:
+    """A state of a session, not usable and without a word."""
+    silent: dict[str, Any] = {"status": "", "advice": "", "recording": "", "counts": {}}
+    return State(
+        **{"t": 1.0, "estimate": estimate, "usable": False, "age": 0.0, "ended": False} | silent | more
+    )
+
+
 class ListSource:
     """Gives rows once, then ends, or is lost."""
 
@@ -56,11 +65,12 @@ class ListSource:
         pass
 
 
-def run_to_end(session: Session) -> None:
+def run_to_end(session: Session) -> Session:
     """Start, wait for the end of the source, stop."""
     session.start()
     wait_for(lambda: session.state().ended)
     session.stop()
+    return session
 
 
 def estimated(path: Path, observer: str = "ekf", inputs: Inputs | None = None) -> Estimates:

@@ -22,26 +22,26 @@ from tests.processes import wait_for
 
 RIG = Rig(a=0.045, e=0.009)
 OBSERVER = Ekf(model=Model(), values={"k": 2.4e6}, rig=RIG)
+ADVICE = Advice(
+    psi=0.0, psi_dot=0.1, toward=0.2, finished=False, stopped=False, reason="", travel=0.0, left=0.3,
+    estimate=OBSERVER.prior,
+)  # fmt: skip
+SAMPLE = Sample(psi=0.0, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0)
 
 
-def test_an_advice_says_how_far_and_which_way() -> None:
-    advice = Advice(
-        psi=0.0, psi_dot=0.1, toward=0.2, finished=False, stopped=False, reason="", travel=0.0, left=0.3,
-        estimate=OBSERVER.prior,
-    )  # fmt: skip
-
-    assert advice_text(advice, 0.2 - 0.1396, 0.05) == "turn 8° more to the left"
-    assert advice_text(replace(advice, toward=-0.1), 0.0, 0.05) == "turn 6° more to the right"
-    assert advice_text(replace(advice, toward=0.0063), 0.0, 0.05) == "turn 0.4° more to the left"
-    assert advice_text(advice, 0.2, 0.05) == ""
-    assert (
-        advice_text(replace(advice, finished=True), 0.2, 0.05)
-        == "friction is known to 5.0%, stop turning"
-    )
-    assert (
-        advice_text(replace(advice, stopped=True, reason="too far"), 0.2, 0.05)
-        == "stop turning: too far"
-    )
+@pytest.mark.parametrize(
+    ("changes", "psi", "text"),
+    [
+        ({}, 0.2 - 0.1396, "turn 8° more to the left"),
+        ({"toward": -0.1}, 0.0, "turn 6° more to the right"),
+        ({"toward": 0.0063}, 0.0, "turn 0.4° more to the left"),
+        ({}, 0.2, ""),
+        ({"finished": True}, 0.2, "friction is known to 5.0%, stop turning"),
+        ({"stopped": True, "reason": "too far"}, 0.2, "stop turning: too far"),
+    ],
+)
+def test_an_advice_says_how_far_and_which_way(changes: dict[str, Any], psi: float, text: str) -> None:
+    assert advice_text(replace(ADVICE, **changes), psi, 0.05) == text
 
 
 @pytest.mark.long
@@ -49,9 +49,8 @@ def test_it_advises_without_keeping_samples_waiting() -> None:
     adviser, loop = Adviser(0.05, SteeringLimits(angle=0.3)), Loop(OBSERVER)
     adviser.begin(OBSERVER)
     for _ in range(30):
-        sample = Sample(psi=0.0, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0)
-        loop(sample)
-        adviser(sample, loop.state)
+        loop(SAMPLE)
+        adviser(SAMPLE, loop.state)
     wait_for(lambda: adviser.text.startswith("turn "))
     adviser.begin(OBSERVER)
     assert adviser.text == PLANNING
@@ -96,10 +95,7 @@ def test_friction_that_is_known_no_more_is_sought_again(monkeypatch: pytest.Monk
             self.finished = False
 
         def __call__(self, *_: object) -> Advice:
-            return Advice(
-                psi=0.0, psi_dot=0.1, toward=0.2, finished=self.finished, stopped=False, reason="",
-                travel=0.0, left=0.3, estimate=known,
-            )  # fmt: skip
+            return replace(ADVICE, finished=self.finished)
 
     monkeypatch.setattr("brushgrip.live.adviser.Probe", Once)
     adviser = Adviser(0.05, SteeringLimits())
@@ -112,8 +108,7 @@ def test_friction_that_is_known_no_more_is_sought_again(monkeypatch: pytest.Monk
         (Status.ACQUIRING, "turn 11° more to the left"),
     ):
         adviser.text = ""
-        sample = Sample(psi=0.0, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0)
-        adviser(sample, replace(known, status=status))
+        adviser(SAMPLE, replace(known, status=status))
         wait_for(lambda: adviser.text)
         assert adviser.text == text
     adviser._generation += 1
@@ -132,16 +127,13 @@ def test_an_adviser_behind_says_where_to_turn_from_where_the_wheel_is_now(
 
         def __call__(self, *_: object) -> Advice:
             next(self._gates).wait()
-            return Advice(
-                psi=0.0, psi_dot=0.1, toward=0.2, finished=False, stopped=False, reason="", travel=0.0,
-                left=0.3, estimate=OBSERVER.prior,
-            )  # fmt: skip
+            return ADVICE
 
     monkeypatch.setattr("brushgrip.live.adviser.Probe", Slow)
     adviser = Adviser(0.05, SteeringLimits())
     adviser.begin(OBSERVER)
     for psi in (0.0, 0.05, 0.2 - 0.1396):
-        adviser(Sample(psi=psi, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0), None)
+        adviser(replace(SAMPLE, psi=psi), None)
     assert adviser.text == PLANNING
     all_there.set()
     wait_for(lambda: adviser.text != PLANNING)

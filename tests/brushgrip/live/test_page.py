@@ -13,8 +13,15 @@ import numpy as np
 import pytest
 
 from brushgrip.live.page import CUT_OFF, STYLE, View, friction_html
-from brushgrip.live.session_state import State
-from tests.brushgrip.live.sessions import RIG, ListSource, estimated, rows_of, run_to_end, session_of
+from tests.brushgrip.live.sessions import (
+    RIG,
+    ListSource,
+    estimated,
+    rows_of,
+    run_to_end,
+    session_of,
+    state_of,
+)
 from tests.processes import wait_for
 
 pytest.importorskip("bokeh", reason="needs brushgrip[live]")
@@ -44,10 +51,7 @@ def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
 
 
 def test_words_of_a_source_are_escaped() -> None:
-    state = State(
-        t=1.0, estimate=None, usable=False, age=0.0, status="<script>alert(1)</script>", advice="<b>",
-        counts={"<i>": 1}, recording="", ended=False,
-    )  # fmt: skip
+    state = state_of(status="<script>alert(1)</script>", advice="<b>", counts={"<i>": 1})
     text = friction_html(state, ())
 
     assert not re.search("<script|<b>|<i>", text)
@@ -55,13 +59,9 @@ def test_words_of_a_source_are_escaped() -> None:
 
 
 def test_words_that_are_not_replaced_call_nothing_usable() -> None:
-    state = State(
-        t=1.0, estimate=None, usable=True, age=0.0, status="", advice="", counts={}, recording="",
-        ended=False,
-    )  # fmt: skip
-    style = STYLE.read_text("utf-8")
+    style, text = STYLE.read_text("utf-8"), friction_html(state_of(usable=True), ())
 
-    assert f'<div class="verdict"><span>usable</span>{CUT_OFF}</div>' in friction_html(state, ())
+    assert f'<div class="verdict"><span>usable</span>{CUT_OFF}</div>' in text
     # The browser itself has to see to that: nothing that it is sent can say that nothing comes.
     for rule in (".usable .cut-off", ".usable .verdict span:first-child, .advice"):
         assert re.search(rf"{re.escape(rule)} {{ animation: \w+ 0s 1s forwards; }}", style)
@@ -104,20 +104,9 @@ def page(
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     out = tmp_path / "live.parquet"
-    command = [sys.executable, "-m", "brushgrip", "live", RECORDING, "--rig", RIG]
-    process = subprocess.Popen(
-        [
-            *command,
-            "--speed",
-            getattr(request, "param", "20"),
-            "--port",
-            str(port),
-            "--no-browser",
-            "--record",
-            out,
-        ],
-        stdout=subprocess.DEVNULL,
-    )
+    command = [sys.executable, "-m", "brushgrip", "live", RECORDING, "--rig", RIG, "--no-browser"]
+    options = ["--speed", getattr(request, "param", "20"), "--port", str(port), "--record", out]
+    process = subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL)
     try:
         yield process, f"http://127.0.0.1:{port}/", out
     finally:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.live.bus import CanSource
+from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import Columns
 from brushgrip.live.sources import MAX_LINE_LENGTH, LineParser, LineSource, Source, UdpSource
 from brushgrip.live.timestamps import arrival
@@ -293,13 +293,13 @@ def test_a_load_that_comes_no_more_takes_the_torque_with_it(can_bus: tuple[CanSo
     assert (again["M_z"], again["F_N"]) == (-1.0, 501.0)
 
 
-def test_a_bus_that_is_not_there_and_a_database_that_lacks_a_signal(tmp_path: Path) -> None:
+def test_a_bus_that_is_not_there_and_a_database_that_lacks_a_signal() -> None:
     pytest.importorskip("can", reason="needs brushgrip[live]")
-    (tmp_path / "rig.dbc").write_text(DBC)
+    Path("rig.dbc").write_text(DBC)
     with pytest.raises(OSError, match="can:nothing:x"):
-        CanSource("nothing", "x", tmp_path / "rig.dbc", columns(MAP))
+        CanSource("nothing", "x", Path("rig.dbc"), columns(MAP))
     with pytest.raises(InvalidInputError, match=r"psi missing; say which is which.*psi=Motion\.Angle"):
-        CanSource("virtual", "x", tmp_path / "rig.dbc", columns("F_N=Load,M_z=Mz"))
+        CanSource("virtual", "x", Path("rig.dbc"), columns("F_N=Load,M_z=Mz"))
 
 
 def test_json_of_every_number_is_read_to_the_last_digit() -> None:

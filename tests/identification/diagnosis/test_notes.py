@@ -125,7 +125,8 @@ def test_a_stiffness_beyond_its_tolerance(
     notes = notes_on(errors(a=0.04), errors(a=0.02), fitted, [recording])
 
     assert [
-        note.startswith("the stiffness k is 2·10⁶ N/m², 17 % below the declared one") for note in notes
+        note.startswith("the fitted stiffness k is 2·10⁶ N/m², 17 % below the declared 2.4·10⁶")
+        for note in notes
     ] == [True] * said
     assert any("estimate refuses this model" in note for note in notes) == refused
 
@@ -135,7 +136,7 @@ def test_a_cars_k_is_low_by_suspension_and_column_or_by_the_force() -> None:
     soft, stiff = (stiffness_note(k, car) for k in (1.2e6, 4.8e6))
 
     assert "if the force reads too low (unit, motor_ratio), friction is told too low" in soft
-    assert "if suspension, column or tyres are like that" in soft
+    assert "if suspension, column or tyres are really so soft" in soft
     assert "if the force reads too high (unit, motor_ratio)" in stiff
     assert "suspension" not in stiff
 

@@ -36,10 +36,7 @@ def handwheel(psi: Array, vehicle: Path) -> Array:
 
 
 def turning(plan: Plan, vehicle: Path | None, angle: SignalSource) -> str:
-    """Where the wheel turns back, and how fast it may turn.
-
-    Of a car the handwheel, too, and of a rig the channel of the angle that its file maps.
-    """
+    """Where the wheel, and what is read or held in its place, turns back, and how fast it may turn."""
     turns = ", ".join(f"{turn:.3f}" for turn in plan.turns)
     turned = f"{turns} rad at {plan.path.rate:.3f} rad/s at most"
     channel, unit = f"channel {angle.channel}", angle.unit or "rad"

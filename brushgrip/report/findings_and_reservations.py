@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import groupby
-from operator import add, itemgetter
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.wording.diagnosis_in_words import CLEAR, UNPROVEN, is_unconfirmed, rest_is_larger
 from brushgrip.wording.formatting import (
+    judged_by,
     judged_error_percentages,
     listed,
     percent,
@@ -61,17 +62,31 @@ def simulated_warning(made: Mapping[str, Any] | None) -> str:
     )
 
 
-def validity(diagnosis: Diagnosis) -> str:
-    """What the friction is valid for, and what not (after “Valid for”)."""
+def validity(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float | None) -> str:
+    """What friction is valid for, and what not (after “Valid for”).
+
+    Args:
+        diagnosis: with the loads.
+        slide_rate: turning that friction is told for [rad/s]; None for not told.
+        slide_speed: sliding of the contact at that rate [m/s].
+    """
     loads = [series.F_N[np.isfinite(series.F_N)] for series in diagnosis.series]
     known = np.concatenate(loads) if loads else np.empty(0)
     at = ""
     if known.size and not diagnosis.of_car:
         low, high = f"{known.min():.0f}", f"{known.max():.0f}"
         at = f", at a load of {low} N" if low == high else f", at momentary loads of {low} to {high} N"
+    sliding = ""
+    if slide_rate and slide_speed:
+        changes = any(family.name == OVER_SPEED for family in diagnosis.families)
+        degrees = f"{np.degrees(slide_rate):.2g}°/s"
+        sliding = (
+            f"; friction is told for turning at {slide_rate:.2g} rad/s ({degrees}), where the contact"
+            f" slides at {1e3 * slide_speed:.2g} mm/s"
+        ) + ", and is another at other speeds" * changes
     return (
-        f"a wheel that stands still and is turned as in these recordings{at}; not for driving speed,"
-        " rain or other ground."
+        f"A wheel that stands still and is turned as in these recordings{at}{sliding}; not for driving"
+        " speed, rain or other ground."
     )
 
 
@@ -80,38 +95,50 @@ def doubts(diagnosis: Diagnosis) -> list[str]:
     return [sentence(note) for note in diagnosis.notes if note.startswith((SUSPECTED, OFF_STIFFNESS))]
 
 
-def reservation(diagnosis: Diagnosis) -> str:
-    """What the bands of friction rest on that no recording tells, in one or two sentences."""
-    notes = [
-        n
-        for begin in (SUSPECTED, OFF_STIFFNESS, ASSUMED)
-        for n in diagnosis.notes
-        if n.startswith(begin)
-    ]
-    counted = (
-        "The ± counts the tolerances and, by its size, what the model leaves out; if a value is off by"
-        " more, so is friction."
+def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
+    """The stiffness beyond its tolerance, then each thing that it may mean; empty for none."""
+    note = next((note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)), "")
+    head, _, cases = note.partition(": ")
+    why = f"{head}, for one or several of these reasons: no recording tells which, the checks below do"
+    return [sentence(one) for one in (why, *cases.split("; "))] if note else []
+
+
+def reservation(diagnosis: Diagnosis) -> list[str]:
+    """What the bands of friction rest on that no recording tells, in sentences."""
+    suspected, assumed = (
+        [sentence(note) for note in diagnosis.notes if note.startswith(begin)]
+        for begin in (SUSPECTED, ASSUMED)
     )
-    return " ".join([*map(sentence, notes), counted])
+    counted = (
+        "The ± counts the tolerances, and allows for what the model leaves out. A value that is off by"
+        " more than its tolerance shifts friction too."
+    )
+    return [*suspected, " ".join([*assumed, counted])]
 
 
 def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
-    """The notes of a diagnosis that a text does not tell."""
-    return [note for note in diagnosis.notes if sentence(note) not in told]
+    """The notes of a diagnosis that a text does not tell; that on the stiffness is told case by case."""
+    cases = stiffness_cases(diagnosis)[:1]
+    return [
+        note
+        for note in diagnosis.notes
+        if sentence(note) not in told and not (note.startswith(OFF_STIFFNESS) and cases[0] in told)
+    ]
 
 
-def missing_effects(diagnosis: Diagnosis) -> str:
-    """What the assumed model leaves out (`LEFT_OUT`); empty where nothing is certain."""
+def missing_effects(diagnosis: Diagnosis) -> list[str]:
+    """What the assumed model leaves out (`LEFT_OUT`), an item each; empty where nothing is certain."""
     if not any(effect.grade in CLEAR for effect in diagnosis.effects):
-        return ""
+        return []
     told, (kind, before, _) = [], judged_error_percentages(diagnosis)
-    before = f"with k refitted {before} "
+    before, unit = f"with k refitted {before} ", " of range"
     causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
     for cause, group in groupby(causes, key=itemgetter(1)):
         effects = [effect for effect, _ in group]
         # What each left out in turn shows is not known step by step.
-        fall = f"error {before}→ {percent(effects[-1].holdout_nrmse_after)}; " * (kind != "left-out")
-        before = ""
+        after = percent(effects[-1].holdout_nrmse_after)
+        fall = f"torque error {before}→ {after}{unit}; " * (kind != "left-out")
+        before = unit = ""
         if cause:
             clearest = min(effects, key=lambda effect: effect.grade not in CLEAR)
             told.append(f"{cause} ({fall}{_sureness(clearest, cause)})")
@@ -120,10 +147,9 @@ def missing_effects(diagnosis: Diagnosis) -> str:
             told.append(f"{names} in place of a cause that is not known ({fall}{UNPROVEN})")
     if diagnosis.unexplained.present:
         rest = percent(diagnosis.unexplained.structured)
-        unknown = f"the rest, {rest} of the torque's range, without an explanation"
+        unknown = f"what nothing explains: {rest} of range, training and validation recordings together"
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
-    numbers = [f"({i}) " * (len(told) > 1) for i in range(1, len(told) + 1)]
-    return f"{'; '.join(map(add, numbers, told))}."
+    return [f"({i}) " * (len(told) > 1) + sentence(one) for i, one in enumerate(told, 1)]
 
 
 def _sureness(effect: FoundEffect, cause: str) -> str:
@@ -194,8 +220,8 @@ def benefit(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
         return ""
     return (
-        f"Recordings of which friction is told: by the assumed model {_known(declared)}, by the"
-        f" model found {_known(found)}."
+        f"Friction is usable in {_known(found)} by the model found, which has its own stiffness and the"
+        f" effects; in {_known(declared)} by the assumed model."
     )
 
 
@@ -203,32 +229,48 @@ def _known(tracks: Sequence[FrictionTrack]) -> str:
     """In how many recordings friction is known, since when, and in how many of them not to the end."""
     known = [track for track in tracks if track.last_usable is not None]
     if not known:
-        return f"none of {len(tracks)}"
+        return f"none of {len(tracks)} recordings"
     first = sorted(float(track.t[np.argmax(track.usable)]) for track in known)
     since = " to ".join(dict.fromkeys(f"{at:.1f}" for at in (first[0], first[-1])))
     part = sum(track.last_usable != track.t.size - 1 for track in known)
-    ends = f"; {part} not to the end" * bool(part)
-    return f"{len(known)} of {len(tracks)} (first after {since} s{ends})"
+    ends = f", in {part} not to the end" * bool(part)
+    return f"{len(known)} of {len(tracks)} recordings (first after {since} s{ends})"
 
 
-def error_to_quote(diagnosis: Diagnosis) -> str:
-    """The one torque error to quote, what judged it, and the error that it compares with."""
-    kind, *adjusted = judged_error_percentages(diagnosis)
-    count = len(diagnosis.holdout)
+def adjusted_values(diagnosis: Diagnosis) -> str:
+    """What is fitted to each recording that judges, in words."""
+    scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
+    return (
+        f"{listed(['friction', *map(plain, sorted(scopes))])}, and lengths and load within their"
+        " tolerances"
+    )
+
+
+def error_to_quote(diagnosis: Diagnosis) -> list[str]:
+    """The torque error to quote, stage by stage, and what judged it."""
+    kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
     judged = {
-        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit (though used to pick"
-        " the effects, so not independent)",
+        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit, which helped to pick"
+        " the effects, so that they are not independent",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
-    stages = (diagnosis.before, diagnosis.after)
-    nothing = [percent(stage.summary()["holdout_torque_nrmse_unrefitted"]) for stage in stages]
-    changes = [" → ".join(pair if diagnosis.effects else pair[1:]) for pair in (nothing, adjusted)]
-    stage = ", assumed model with k refitted → model found," * bool(diagnosis.effects)
-    scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
-    own = listed(["friction", *map(plain, sorted(scopes))])
-    unrefitted = f"{changes[0]} of range with nothing adjusted, " * bool(diagnosis.after.unrefitted)
-    return (
-        f"Torque error{stage} on {judged}: {unrefitted}{changes[1]}{' of range' * (not unrefitted)}"
-        f" with each one's {own} adjusted, lengths and load within their tolerances."
+    stages = {
+        "by the assumed model": diagnosis.declared,
+        "with its stiffness k refitted": diagnosis.before,
+    }
+    stages = stages if diagnosis.effects else {}
+    stages |= {"by the model found" if diagnosis.effects else "by the assumed model": diagnosis.after}
+    key = judged_by(diagnosis)[1]
+
+    def chain(of: str) -> str:
+        return ", ".join(f"{percent(errors.summary()[of])} {by}" for by, errors in stages.items())
+
+    unrefitted = (
+        f" With nothing adjusted, as of a new recording: {chain('holdout_torque_nrmse_unrefitted')}."
     )
+    return [
+        f"Torque error, in % of its range: {chain(key)}. Adjusted to each recording:"
+        f" {adjusted_values(diagnosis)}.{unrefitted * bool(diagnosis.after.unrefitted)}",
+        f"Judged by {judged}.",
+    ]

@@ -13,10 +13,7 @@ from symbolic.compilation.library_cache import cache_directory
 
 @contextmanager
 def trial_journal(out: Path) -> Iterator[Journal | None]:
-    """A journal, beside the folder of results where that can be; None where it cannot be anywhere.
-
-    It goes when all is done, and stays after anything else.
-    """
+    """A journal, which stays where the search is not done; None where no folder can be written."""
     folder = _place(out.resolve())
     if folder is None:
         warn("what is found cannot be kept, no folder can be written; interrupted, all begins anew")

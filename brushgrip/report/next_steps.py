@@ -1,0 +1,165 @@
+"""What to do next after a diagnosis, for somebody who knows no tyre model."""
+
+from math import sqrt
+from statistics import fmean
+
+from brushgrip.estimation.anomalies import SUSPECTED
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.report.findings_and_reservations import doubts
+from brushgrip.report.friction_summary import band_shares
+from brushgrip.wording.diagnosis_in_words import is_unconfirmed, proposed_recordings, rest_is_larger
+from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
+from brushgrip.wording.friction import narrowed_by
+from identification import Diagnosis, FoundEffect
+from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
+from observers.quality.settling_and_coverage import BAND_95
+from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
+
+MAX_STEPS = 4
+"""What to do next that is told."""
+CHECKS = {
+    False: "at the rig, before anything else, check where the declared stiffness comes from, the torque"
+    " (its zero with nothing on it, then a known weight on a lever), the angle (a known turn), the gear"
+    " ratios from sensors to wheel and the half-length of the contact (a print). If one was wrong by a"
+    " factor or a length that is known now, correct it in the rig file and run this program again; if"
+    " something had to be repaired, record again: every figure here may change. If all are right,"
+    " declare the stiffness found (k under [tyre] in the rig file), and friction is no longer"
+    " provisional, though still within assumed tolerances",
+    True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
+    " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
+}
+"""What a stiffness far from the declared one asks for, of a rig and of a car."""
+OF_ZERO = {"torque_offset": "a zero error of the torque"}
+"""What an effect is where a check at the rig may rule it out."""
+
+
+def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+    """Measurements or actions that come next, the most urgent first, at most `MAX_STEPS`, each a phrase.
+
+    Where nothing is open, what narrows the ± of friction.
+    """
+    tracks = outcome.tracks_of()
+    steps = []
+    if diagnosis.notes and diagnosis.notes[0].startswith(SUSPECTED):
+        steps.append("mend the input that looks wrong, or leave its recording out, and run this again")
+    elif doubts(diagnosis):
+        steps.append(CHECKS[diagnosis.of_car])
+    never = [name for name, track in tracks.items() if track.last_usable is None]
+    # A model that misses more than it has found is why friction is not known.
+    if never and not rest_is_larger(diagnosis):
+        steps.append(
+            f"record {listed(never)} again, turning to and fro until the wheel slides both ways"
+        )
+    if len(diagnosis.recordings) + len(diagnosis.holdout) == 1:
+        steps.append("make a second recording, without which nothing judges the result")
+    like_load = [plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from]
+    if like_load:
+        steps.append(
+            f"record the load, as one that changes with the angle would look like {listed(like_load)}"
+        )
+    steps += _for_the_model(diagnosis)
+    if unconfirmed := [plain(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
+        steps.append(
+            "fit a recording of each ground (with --holdout, leave that out), which settles whether"
+            f" {listed(unconfirmed)} is there"
+        )
+    weak = [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
+    if weak and not steps:
+        steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
+    gain = _at_best(outcome, OF_LENGTHS, OF_LOAD)
+    where = f"at the rig{', on the same visit' * bool(doubts(diagnosis))}"
+    to_declare = [
+        f"{where}, measure {values}, and declare the tolerance that is assumed so far{gain}"
+        for note in diagnosis.notes
+        if note.startswith(ASSUMED) and (values := _assumed_values(diagnosis, note))
+    ][:1]
+    more = _more_recordings(outcome)
+    if not steps and (band_shares(outcome) or not [*more, *to_declare]):
+        steps = [_to_narrow(diagnosis, outcome)]
+    return [*steps[: MAX_STEPS - len(more)], *more, *to_declare][:MAX_STEPS]
+
+
+def _for_the_model(diagnosis: Diagnosis) -> list[str]:
+    """What recordings would tell more of the model, or that those that judge may be others."""
+    apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
+    proposed = f"stands under “Next recording”, which tells {apart}"
+    if diagnosis.unexplained.present:
+        still = "if something unknown remains after (1)"
+        return [
+            f"{still if doubts(diagnosis) else 'as something unknown remains'}, record at"
+            " other speeds, angles and loads to find it, which may move friction"
+            + f": first what {proposed}"
+            * bool(apart)
+        ]
+    if unrefitted is not None:
+        nothing = diagnosis.after.unrefitted
+        worst = max(nothing, key=lambda name: nothing[name])
+        return [
+            "check that the validation recordings are of the same wheel, load and ground, as with"
+            f" nothing adjusted to them the error is {percent(unrefitted)} of range, most in {worst}"
+            f" ({percent(nothing[worst])})"
+        ]
+    return [f"record what {proposed}"] * bool(apart)
+
+
+def _more_recordings(outcome: FrictionOutcome) -> list[str]:
+    """That more recordings narrow the widest ± of those that are wide by how recordings differ."""
+    wide = {g: one for g, one in outcome.further().items() if (one.scatter_share or 0.0) > 0.5}
+    if not wide:
+        return []
+    ground, one = max(wide.items(), key=lambda own: own[1].further or 0.0)
+    count, half = one.recordings, one.further or 0.0
+    return [
+        f"record {ground} {count} more times, at the load that you need friction for: ± {half:.2f} would"
+        f" come to about ± {one.further_with(2 * count):.2f} if they differ as much as these"
+    ]
+
+
+def _assumed_values(diagnosis: Diagnosis, note: str) -> str:
+    """What a note says that nobody declared a tolerance of; not k where that is to be declared first."""
+    names = [part.split(" ±")[0].split(" (")[0] for part in note.partition(": ")[2].split(", ")]
+    return listed([name for name in names if not (doubts(diagnosis) and name == "tread stiffness k")])
+
+
+def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+    """What narrows the ± of friction, and what no recording would settle."""
+    cause = next(iter(band_shares(outcome)), "")
+    narrower = f"to narrow the ±, {narrowed_by(cause)}{_at_best(outcome, cause)}" if cause else "nothing"
+    rest = [not_separable(e) for e in diagnosis.effects if e.experiment]
+    if all(e.grade != "ambiguous" for e in diagnosis.effects):
+        rest.append("no further recording is needed to find the model")
+    return "; ".join([narrower, *rest])
+
+
+def not_separable(effect: FoundEffect) -> str:
+    """That recordings do not settle which of several effects it is."""
+    rivals = effect.indistinguishable_from or tuple(e.rival for e in (effect.experiment,) if e)
+    others = listed([plain(name) for name in rivals], "or")
+    return f"more recordings on this rig would not tell {plain(effect.name)} from {others}"
+
+
+def told_apart(diagnosis: Diagnosis) -> str:
+    """Which effects the proposed recordings would tell from which, and from which not."""
+    proposed = proposed_recordings(diagnosis)
+    pairs = [
+        f"{plain(e.name)} from {OF_ZERO.get(p.rival, plain(p.rival))}"
+        f" ({at}, {p.manoeuvre.seconds * (p.times or 1):.0f} s)"
+        for at, (e, p) in proposed.items()
+    ]
+    more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
+    zero = any(p.rival in OF_ZERO for _, p in proposed.values())
+    rest = "; other explanations stay possible" * more + "; not needed where that zero is right" * zero
+    return listed(pairs) + rest
+
+
+def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
+    """What the bands of grounds are without what a remedy addresses; empty where none has a band."""
+    shares, changes = band_shares(outcome), []
+    for ground, one in outcome.further().items():
+        squares = [float(track.mu_std[at]) ** 2 for track, at in outcome.known_tracks(ground)]
+        if one.further is not None:
+            share = sum(shares.get(cause, 0.0) for cause in causes)
+            best = sqrt(max(0.0, one.further**2 - share * BAND_95**2 * fmean(squares)))
+            digits, where = band_decimals(one.further), f" on {ground}" * bool(ground)
+            changes.append(f"± {one.further:.{digits}f} to ± {best:.{digits}f}{where}")
+    return f", which brings {listed(changes)} at best" * bool(changes)
