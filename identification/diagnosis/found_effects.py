@@ -1,7 +1,7 @@
 """The effects that a search added, how sure each is, and remarks on the final model."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from identification.selection.criteria import (
 )
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
+from identification.selection.trials import Trial
 from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
 
 CLEAR_ERRORS = 3.0
@@ -41,6 +42,8 @@ MIN_LOAD_RANGE = 1e-3
 """Range of a load over its mean below which it is constant, and so was not recorded [1]."""
 SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
 """An effect belongs to the first of these that one of its parameters belongs to."""
+_Addition = tuple[SearchStep, Trial, Trial]
+"""The step that added an effect, with the models with it and without."""
 
 
 def found_effects(
@@ -55,25 +58,24 @@ def found_effects(
     added = _additions(steps, final.model.effects)
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, _ in effects_at_bounds(final)}
-    standing_in = _stand_ins(added, at_bounds, left, of_car=of_car)
+    standing_in = _stand_ins(added.values(), at_bounds, left, of_car=of_car)
     # Nothing but the fit judges a single recording.
     alone = len(recordings) == 1 and not steps[-1].before.held_out
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
     effects = []
-    for step in added:
-        assert step.after is not None
-        effect = step.after.effects[-1]
+    for effect, (step, after, without) in added.items():
         scope, own = _scope_and_parameters(effect, final, estimates)
-        without = step.with_neither or step.before
-        judged = step.after.judgement, without.judgement, DEFAULT_CRITERIA.long_block
+        judged = after.judgement, without.judgement, DEFAULT_CRITERIA.long_block
         (gain, _), error = advantage(*judged), standard_error_by_chance(*judged)
-        bic = delta_bic(step.after.fitted, without.fitted, recordings)
+        bic = delta_bic(after.fitted, without.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
         like_load = hidden_load and effect.name in LIKE_LOAD
-        rivals = (*_rivals_outside(step, final.model.effects), *[UNRECORDED_LOAD] * like_load)
+        # What would have done as well, and is in the final model besides, is no alternative.
+        outside = (e.name for e in step.indistinguishable if e not in final.model.effects)
+        rivals = (*outside, *[UNRECORDED_LOAD] * like_load)
         less = all(one.value < 0 for one in own.values())
-        proposal = proposals.get(step.after.effects)
+        proposal = proposals.get(after.effects)
         effects.append(
             FoundEffect(
                 name=effect.name,
@@ -91,7 +93,7 @@ def found_effects(
                 deviations=distance,
                 at_bound=effect.name in at_bounds,
                 parameters=own,
-                holdout_nrmse_after=step.after.nrmse,
+                holdout_nrmse_after=after.nrmse,
                 delta_bic=bic,
                 indistinguishable_from=rivals,
                 experiment=proposal if proposal and proposal.rival in rivals else None,
@@ -100,24 +102,20 @@ def found_effects(
     return tuple(effects)
 
 
-def _rivals_outside(step: SearchStep, final: Effects) -> tuple[str, ...]:
-    """What would have done as well in a step; what the final model holds besides is no alternative."""
-    return tuple(effect.name for effect in step.indistinguishable if effect not in final)
-
-
-def _additions(steps: Sequence[SearchStep], final: Effects) -> list[SearchStep]:
-    """The step that added each effect of the final model; the last one, where a law came back."""
-    added: dict[Effect, SearchStep] = {}
+def _additions(steps: Sequence[SearchStep], final: Effects) -> dict[Effect, _Addition]:
+    """How each effect of the final model was added; the last time, where a law came back."""
+    added: dict[Effect, _Addition] = {}
     for step in steps:
-        effect = step.after.effects[-1] if step.after and step.after.effects else None
-        if effect in final and effect not in step.before.effects:
+        after = step.after
+        effect = after.effects[-1] if after and after.effects else None
+        if after and effect in final and effect not in step.before.effects:
             added.pop(effect, None)
-            added[effect] = step
-    return list(added.values())
+            added[effect] = step, after, step.with_neither or step.before
+    return added
 
 
 def _stand_ins(
-    added: Sequence[SearchStep], at_bounds: set[str], left: Unexplained, *, of_car: bool
+    added: Iterable[_Addition], at_bounds: set[str], left: Unexplained, *, of_car: bool
 ) -> set[str]:
     """Effects that may stand in for something unknown, those `at_bounds` among them, see `grade_of`.
 
@@ -128,11 +126,7 @@ def _stand_ins(
     found = set(at_bounds)
     if not left.present:
         return found
-    gains = {}
-    for step in added:
-        assert step.after is not None
-        without = step.with_neither or step.before
-        gains[step.after.effects[-1].name] = without.nrmse**2 - step.after.nrmse**2
+    gains = {after.names[-1]: without.nrmse**2 - after.nrmse**2 for _, after, without in added}
     unknown, before = left.structured**2, None
     while before != found:
         before = set(found)
@@ -188,19 +182,10 @@ def grade_of(
 ) -> Grade:
     """How sure it is that an effect that was found is the one that is missing.
 
-    Args:
-        standard_errors: by how many the judged error fell when it was added, see
-            `standard_error_by_chance`, over blocks that outlast the correlation of the residual.
-        delta_bic: change of the information criterion by its addition; negative speaks for it.
-        distance: of its parameters from no effect at all, see `distance_from_neutral`.
-        has_rivals: whether the judged data cannot distinguish it from other effects.
-        stands_in: whether one of its parameters ends where its range does, or it explains too little
-            beside what the final model leaves unexplained, see `_stand_ins`.
-
-    Returns:
-        stands_in: it may stand in place of something unknown;
-        weak: what it gains may be chance; ambiguous: what it gains is clear, but others gain as much;
-        strong: none of these.
+    stands_in: it may stand in place of something unknown, see `_stand_ins`;
+    weak: what it gains may be chance, by the standard errors by which the judged error fell, by the
+    information criterion, or by its distance from no effect at all;
+    ambiguous: what it gains is clear, but others gain as much; strong: none of these.
     """
     if stands_in:
         return "stands_in"
@@ -271,9 +256,7 @@ def assumed_tolerances(recordings: Sequence[Recording]) -> str:
         for name, usual in USUAL.items()
         if any(getattr(r.rig.tolerances, name) is None for r in recordings)
     ]
-    if not missing:
-        return ""
-    return f"{ASSUMED}: {', '.join(missing)}"
+    return f"{ASSUMED}: {', '.join(missing)}" if missing else ""
 
 
 def _at_their_tolerances(fitted: Fit) -> list[str]:

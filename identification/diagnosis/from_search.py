@@ -36,17 +36,10 @@ def build_diagnosis(
     proposals: Mapping[Effects, Proposal],
     criteria: SelectionCriteria,
 ) -> Diagnosis:
-    """The result of a search.
+    """The result of a search whose last step chose nothing.
 
-    Args:
-        steps: of the search, the last one with nothing chosen.
-        training: recordings that the shared parameters were fitted to.
-        holdout: recordings that judged, may be empty.
-        declared: errors of the declared model.
-        followed: what the residuals before and after follow.
-        left_out: residuals before and after of each training recording left out in turn, or empty.
-        proposals: for a set of effects that was chosen, the experiment to distinguish it from its rival.
-        criteria: its thresholds.
+    `followed` and `left_out` (residuals of each training recording left out in turn, or nothing) are
+    those before and after; `proposals` are by the set of effects that was chosen.
     """
     everything = [*training, *holdout]
     trials = before, after = steps[0].before, steps[-1].before

@@ -48,14 +48,10 @@ _MIN_NOISE = 0.01
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Evaluation:
-    """The likelihood at one point.
+    """The objective at one point, infinite where a wheel would not vibrate, and its derivatives.
 
-    Attributes:
-        cost: objective; infinite where a wheel would not vibrate.
-        gradient: its gradient, shape (n,).
-        hessian: its Hessian, shape (n, n).
-        responses: each recording's angles [rad] and their derivatives by the unknowns in their scales,
-            in the order of `Likelihood.columns`.
+    Responses are each recording's angles [rad] and their derivatives by the unknowns in their scales, in
+    the order of `Likelihood.columns`.
     """
 
     cost: float
@@ -182,14 +178,7 @@ class NegLogLikelihood(NamedTuple):
 
 
 def neg_log_likelihood(read: Array, angle: Array, step: float, scale: float) -> NegLogLikelihood:
-    """The misfit -log P between readings and an angle.
-
-    Args:
-        read: readings [rad], shape (n,).
-        angle: the angle [rad], shape (n,).
-        step: of the encoder, D [rad].
-        scale: of the logistic noise, s [rad].
-    """
+    """The misfit -log P between readings and angles (n,) with the encoder's step D, noise s [rad]."""
     upper, lower = (read + step / 2 - angle) / scale, (read - step / 2 - angle) / scale
     # F(u) - F(l) = F(u) F(-l) (1 - exp(l - u)), in which nothing cancels.
     width = np.log(-np.expm1(-step / scale))

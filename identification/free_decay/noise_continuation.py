@@ -38,12 +38,8 @@ _MAX_LEVERAGE = 0.99
 class Solution:
     """The maximum of a likelihood.
 
-    Attributes:
-        x: unknowns in units of the likelihood's scales.
-        noise: scale of the noise besides the encoder's step [rad].
-        evaluation: the likelihood there.
-        converged: whether scale and unknowns both ended by their tolerances.
-        steps: steps of the solver in all.
+    Unknowns in units of its scales, scale of the noise besides the encoder's step [rad], the likelihood
+    there; whether scale and unknowns both ended by their tolerances, and steps of the solver in all.
     """
 
     x: Array

@@ -89,12 +89,11 @@ def addition_justified(
     effect clearly. Leaving training recordings out in turn is no evidence beyond the criterion,
     nor is an error that falls because a parameter of a held-out recording is fitted to it.
     """
-    if not error_falls(richer.judgement, present.judgement, criteria):
-        return False
-    if not present.nrmse**2 - richer.nrmse**2 > criteria.resolution**2:
+    falls = error_falls(richer.judgement, present.judgement, criteria)
+    if not (falls and present.nrmse**2 - richer.nrmse**2 > criteria.resolution**2):
         return False
     mean, error = advantage(richer.judgement, present.judgement, criteria.long_block)
-    predicted = richer.held_out is not None and _own_parameters(richer) == _own_parameters(present)
+    predicted = richer.held_out is not None and sum(richer.fitted.own) == sum(present.fitted.own)
     allowed = criteria.strong if predicted and mean > criteria.clear * error else 0.0
     return delta_bic(richer.fitted, present.fitted, training) < allowed
 
@@ -126,11 +125,6 @@ def family_already_present(effects: Sequence[Effect]) -> bool:
     return last in {*others} - {None, "other"}
 
 
-def _own_parameters(trial: Trial) -> int:
-    """Number of parameters that belong to a recording."""
-    return sum(trial.fitted.own)
-
-
 def removal_justified(
     poorer: Trial,
     present: Trial,
@@ -143,16 +137,13 @@ def removal_justified(
     The poorer model may have another effect of its family in its place, with fewer parameters, none of
     them at the end of its range.
     """
-    if len(poorer.effects) == len(present.effects) and last_effect_at_bound(poorer.fitted):
+    exchanged = len(poorer.effects) == len(present.effects)
+    if exchanged and last_effect_at_bound(poorer.fitted):
         return False
+    if not addition_justified(present, poorer, training, criteria):
+        return True
     removed = next(effect for effect in present.effects if effect not in poorer.effects)
-    return not (
-        addition_justified(present, poorer, training, criteria)
-        and (
-            len(poorer.effects) == len(present.effects)
-            or exceeds_law_mismatch(removed, present, poorer, declared, criteria)
-        )
-    )
+    return not (exchanged or exceeds_law_mismatch(removed, present, poorer, declared, criteria))
 
 
 def exchange_justified(
@@ -161,9 +152,8 @@ def exchange_justified(
     """Whether the judged error is lower, and with more parameters the information criterion too."""
     if not error_falls(trial.judgement, present.judgement, criteria):
         return False
-    if len(trial.fitted.labels) <= len(present.fitted.labels):
-        return True
-    return delta_bic(trial.fitted, present.fitted, training) < 0
+    larger = len(trial.fitted.labels) > len(present.fitted.labels)
+    return not larger or delta_bic(trial.fitted, present.fitted, training) < 0
 
 
 def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> bool:
@@ -178,9 +168,8 @@ def overfits_judged(trial: Trial, other: Trial, training: Sequence[Recording]) -
 
     It fits more to them than the other one, and its information criterion is higher.
     """
-    if not _own_parameters(trial) > _own_parameters(other):
-        return False
-    return delta_bic(trial.fitted, other.fitted, training) > 0
+    fits_more = sum(trial.fitted.own) > sum(other.fitted.own)
+    return fits_more and delta_bic(trial.fitted, other.fitted, training) > 0
 
 
 def error_falls(after: Judgement, before: Judgement, criteria: SelectionCriteria) -> bool:

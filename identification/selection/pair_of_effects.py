@@ -51,16 +51,10 @@ def steps_to_pair(
     criteria: SelectionCriteria,
     declared: Trial,
 ) -> list[SearchStep]:
-    """Two steps to the first of these pairs that is clear on the whole recordings; none where none is.
+    """Steps to the first pair of these coarse trials that is clear on the whole recordings, if any is.
 
-    The gain of each effect is that beside the other.
-
-    Args:
-        alone: the step in which no effect was worth adding.
-        pairs: coarse trials, least judged error first.
-        runner: runs the trials on the whole recordings.
-        criteria: thresholds.
-        declared: the declared model.
+    The first is the step in which no effect was worth adding `alone`; the gain of each effect is that
+    beside the other.
     """
     before, thinned = alone.before, runner.thinned_training
     justified = [
