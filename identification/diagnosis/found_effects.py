@@ -203,12 +203,7 @@ def notes_on(
     own: Sequence[Fit] = (),
     effects: Sequence[FoundEffect] = (),
 ) -> tuple[str, ...]:
-    """Remarks on the final model, sentences without a full stop.
-
-    They name recordings that got worse, parameters at the end of their range or tolerance (in `own`, the
-    fits to held-out recordings, too), k beyond its own, a load that may be what an effect seems to be, a
-    stiffness that no spring has, and a fit that did not converge.
-    """
+    """Sentences on the final model, without a full stop; `own` are fits to held-out recordings."""
     notes = stiffness_notes(fitted, recordings)
     notes += [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
@@ -244,10 +239,7 @@ def notes_on(
 
 
 def assumed_tolerances(recordings: Sequence[Recording]) -> str:
-    """Note that lists the values declared without a tolerance, for which the usual one is assumed.
-
-    It is a sentence without a full stop that begins with `ASSUMED`, empty if there are none.
-    """
+    """Note on values declared without a tolerance, a sentence without a full stop; empty for none."""
     names = {"a": "half-length a", "e": "caster e (kingpin to contact)", "k": "tread stiffness k"}
     missing = [
         names.get(name, name)

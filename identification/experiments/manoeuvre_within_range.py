@@ -33,14 +33,7 @@ _LOADED = (0.01, 0.99)
 
 @dataclass(frozen=True, kw_only=True)
 class Reach:
-    """The range of angle, speed and load of the recordings.
-
-    Attributes:
-        low: least yaw angle [rad].
-        high: greatest yaw angle [rad].
-        speed: fastest turning [rad/s].
-        loads: least, usual and greatest vertical load [N].
-    """
+    """Least and greatest angle [rad], fastest turning [rad/s]; least, usual and greatest load [N]."""
 
     low: float
     high: float
@@ -65,15 +58,7 @@ class Reach:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Manoeuvre:
-    """Angle and load over time, arrays of shape (n,).
-
-    Attributes:
-        instruction: the manoeuvre in words with numbers.
-        t: time [s].
-        psi: yaw angle [rad].
-        psi_dot: yaw rate [rad/s].
-        F_N: vertical load [N].
-    """
+    """An instruction in words; time [s], angle [rad], its rate [rad/s] and load [N], shape (n,)."""
 
     instruction: str
     t: Array
@@ -122,10 +107,7 @@ class Leg(NamedTuple):
 
 
 def turns(reach: Reach, shares: Sequence[float], speed: float, start: float | None = None) -> list[Leg]:
-    """Turns from angle to angle (shares of the amplitude) at a speed [rad/s].
-
-    The first begins at `start`; None for where the last ends, as in a cycle.
-    """
+    """Turns to shares of the amplitude at a speed [rad/s]; without a start, from the last one."""
     first = shares[-1] if start is None else start
     return [
         Leg(to, max(abs(to - before) * reach.amplitude / speed, _QUICKEST))

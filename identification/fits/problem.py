@@ -53,11 +53,8 @@ def over_range(residuals: Mapping[str, Array], recordings: Sequence[Recording]) 
 class Problem:
     """The stacked residuals and their Jacobian as functions of scaled free coordinates.
 
-    Attributes:
-        labels: owner and parameter of each coordinate.
-        scales: size of a unit step of each.
-        has_prior: whether each was declared with a tolerance.
-        declared: scaled value of what was declared with a tolerance, the start for all else.
+    These are of `labels` in units of `scales`. What has a prior was declared with a tolerance;
+    `declared` is its value, the start of all else.
     """
 
     def __init__(

@@ -85,10 +85,7 @@ def describe_identifiability(
     noise: float,
     of_lengths: float,
 ) -> tuple[str, ...]:
-    """Sentences: how well k and b_t are determined, on what they rest, and what would help.
-
-    k is as if lengths were exact; its deviation by their tolerances is `of_lengths`, a share of it.
-    """
+    """Sentences on what k, with lengths exact, and b_t rest; lengths add a deviation, a share of k."""
     vibrations = likelihood.vibrations
     sentences = [_precision(vibrations, k, b_t), _assumptions(vibrations, k, of_lengths)]
     if agreed is False:

@@ -134,8 +134,12 @@ class Likelihood:
         return Response(fine.psi[samples], fine.sensitivities[np.ix_(samples, places)] * self.scales[at])
 
     def _scales(self) -> Array:
-        """Size of every unknown, from the guesses of `find_vibration`."""
-        k, b_t = guess_k_and_b_t(self.vibrations)
+        """Size of every unknown, from the guesses of `find_vibration`, [Györök 2022], (5.7), (5.8)."""
+        squares = np.array([r.omega**2 + r.damping**2 for r in self.vibrations])
+        inertia = np.array([r.decay.inertia for r in self.vibrations])
+        per_k = np.array([stiffness(1, *contact_geometry(r)) for r in self.vibrations])
+        k = float(np.median(squares * inertia / per_k))
+        b_t = float(np.median([2 * r.decay.inertia * r.damping for r in self.vibrations]))
         slips = []
         for a, e in self.contacts:
             least = min(abs(r.deflection) for r in self.vibrations if contact_geometry(r) == (a, e))
@@ -148,16 +152,6 @@ class Likelihood:
 def contact_geometry(vibration: FreeVibration) -> Contact:
     """Half-length and caster length of the contact [m]."""
     return vibration.decay.rig.a, vibration.decay.rig.e
-
-
-def guess_k_and_b_t(vibrations: Sequence[FreeVibration]) -> tuple[float, float]:
-    """Guesses of k [N/m^2] and b_t [N m s/rad] by [Györök 2022], (5.7) and (5.8) with J_A."""
-    k = [
-        (r.omega**2 + r.damping**2) * r.decay.inertia / stiffness(1, *contact_geometry(r))
-        for r in vibrations
-    ]
-    b_t = [2 * r.decay.inertia * r.damping for r in vibrations]
-    return float(np.median(k)), float(np.median(b_t))
 
 
 def integration_grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]:

@@ -62,11 +62,7 @@ class JackknifeCovariance(NamedTuple):
 
 
 def solve(likelihood: Likelihood) -> Solution:
-    """Find the most likely unknowns.
-
-    Raises:
-        numpy.linalg.LinAlgError: the readings do not depend on one of the unknowns.
-    """
+    """The most likely unknowns; LinAlgError where the readings do not depend on one of them."""
     x, steps = likelihood.start(), 0
     first = likelihood.evaluate(x, 1.0)
     _units(first)

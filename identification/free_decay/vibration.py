@@ -56,10 +56,7 @@ def stiffness(k: Expression, a: Expression, e: Expression) -> Expression:
 def sliding_torque_deficit(
     turn: Expression, k: Expression, slip: Expression, a: Expression, e: Expression
 ) -> Expression:
-    """Torque that a virgin patch lacks by sliding at a turn psi, M_v + K psi [N m]; odd in both.
-
-    The slip is 1 / (mu F_N) [1/N].
-    """
+    """M_v + K psi [N m], which a virgin patch lacks by sliding; odd in the turn and in 1/(mu F_N)."""
     per_turn = k * slip / full_slide_level(1, a)
     reach = ca.fmax(ca.fabs(per_turn * turn), _MIN_REACH)
     return k * turn * ca.fabs(turn) * per_turn * unit_corner_moment(1 / reach, a, e) / reach

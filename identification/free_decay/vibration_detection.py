@@ -71,11 +71,7 @@ class FreeVibration:
 
 
 def find_vibration(decay: Decay) -> FreeVibration:
-    """Find the free vibration.
-
-    Raises:
-        InvalidInputError: the wheel stands still, or swings by too little, too far, or too short a time.
-    """
+    """The free vibration; refused where the wheel swings by too little, too far, or too short a time."""
     if np.ptp(decay.psi) == 0:
         raise InvalidInputError(f"{decay.name}: psi is constant; the wheel has to be struck")
     step = encoder_step(decay.psi)

@@ -97,9 +97,9 @@ class Recording:
         Args:
             axes: of matplotlib, to draw into; new ones of pyplot without.
         """
-        steering = self.M is not None and not np.isfinite(self.M_z).any()
-        torque = self.M if steering else self.M_z
-        label = "steering torque $M$ [N m]" if steering else ALIGNING
+        torque, label = self.M_z, ALIGNING
+        if self.M is not None and not np.isfinite(self.M_z).any():
+            torque, label = self.M, "steering torque $M$ [N m]"
         return draw_loops(axes, self.psi, {self.name: torque}, label)
 
     def __post_init__(self) -> None:

@@ -114,10 +114,7 @@ def exceeds_law_mismatch(
 
 
 def family_already_present(effects: Sequence[Effect]) -> bool:
-    """Whether another effect is a law of the last one's family.
-
-    What has values of each recording alone, such as a zero or where it begins, is no law.
-    """
+    """Whether another effect is a law of the last one's family; values of recordings alone are none."""
     *others, last = (
         None if {p.scope for p in effect.parameters} == {"recording"} else effect.family
         for effect in effects
@@ -132,11 +129,7 @@ def removal_justified(
     criteria: SelectionCriteria,
     declared: Trial,
 ) -> bool:
-    """Whether an effect may be removed: adding it to the poorer model would not be justified.
-
-    The poorer model may have another effect of its family in its place, with fewer parameters, none of
-    them at the end of its range.
-    """
+    """Whether an effect may go, or give way to a simpler one of its family: it would not be added."""
     exchanged = len(poorer.effects) == len(present.effects)
     if exchanged and last_effect_at_bound(poorer.fitted):
         return False
@@ -164,10 +157,7 @@ def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> b
 
 
 def overfits_judged(trial: Trial, other: Trial, training: Sequence[Recording]) -> bool:
-    """Whether a trial's lower error comes from parameters fitted to the judging recordings themselves.
-
-    It fits more to them than the other one, and its information criterion is higher.
-    """
+    """Whether a trial's lower error comes from more parameters fitted to the judging recordings."""
     fits_more = sum(trial.fitted.own) > sum(other.fitted.own)
     return fits_more and delta_bic(trial.fitted, other.fitted, training) > 0
 
@@ -180,11 +170,7 @@ def error_falls(after: Judgement, before: Judgement, criteria: SelectionCriteria
 
 
 def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float, float]:
-    """By how much the mean of (error / torque range)^2 falls, and the standard error of this fall [1].
-
-    Both models are compared block by block, `block` seconds each; with a single block the standard error
-    is infinite.
-    """
+    """Fall of the mean of (error / range)^2, and its standard error over blocks [s], inf for one."""
     difference = worse.block_errors(block) - better.block_errors(block)
     n = difference.size
     return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(n)) if n > 1 else np.inf

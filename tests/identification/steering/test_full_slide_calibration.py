@@ -2,6 +2,7 @@
 
 import tomllib
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,18 +17,23 @@ from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import InvalidInputError, Vehicle, full_slide_arm, rig_of, vehicle_from_tables
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 from tests.columns import write_columns
-from tests.simulated_car import SimulatedCar, declared_vehicle, steering
+from tests.simulated_car import Array, SimulatedCar, declared_vehicle, steering
 
 CAR = declared_vehicle(brakes="true")
 MU = 0.8
 """Friction of the ground [1]."""
 
 
+@cache
+def force_of(car: SimulatedCar, reach: float) -> Array:
+    return car.force(steering(reach=reach)[1])
+
+
 def lock_to_lock(
     folder: Path, vehicle: Vehicle = CAR, *, reach: float = 0.06, **of_car: object
 ) -> Recording:
     t, rack = steering(reach=reach)
-    force = SimulatedCar(**{"mu": (MU, MU)} | of_car).force(rack)  # type: ignore[arg-type]
+    force = force_of(SimulatedCar(**{"mu": (MU, MU)} | of_car), reach)  # type: ignore[arg-type]
     path = write_columns(folder / "c.csv", {"t": t, "rack": rack, "F_rack": force})
     return read_recording(path, vehicle=vehicle)
 
@@ -92,7 +98,7 @@ def test_a_clipped_force_is_refused_and_one_in_steps_of_10_n_is_not(
     vehicle = replace(CAR, handwheel_inertia=None if column == "F_rack" else 0.0)
     gain = 1.0 if column == "F_rack" else vehicle.rack_gain
     t, rack = steering()
-    force = SimulatedCar(mu=(MU, MU), noise=noise).force(rack)
+    force = force_of(SimulatedCar(mu=(MU, MU), noise=noise), 0.06)
 
     def read(shown: np.ndarray) -> Recording:
         path = write_columns(tmp_path / "c.csv", {"t": t, "rack": rack, column: gain * shown})
