@@ -143,10 +143,12 @@ def errors_of(
     training: Sequence[Recording],
     holdout: Sequence[Recording],
     left_out: Mapping[str, Array],
-) -> Errors:
-    """The errors of a trial's model."""
+) -> tuple[Errors, ModelError | None]:
+    """The errors of a trial's model, and how wrong it is on what no shared parameter was fitted to."""
     unrefitted = unrefitted_residuals(trial.fitted, training, on_fitted_ground(training, holdout))
-    return _errors(trial.residuals, training, holdout, left_out, unrefitted)
+    unseen = (trial.residuals, holdout) if holdout else (left_out, training if left_out else ())
+    errors = _errors(trial.residuals, training, holdout, left_out, unrefitted)
+    return errors, error_on_unseen(*unseen, trial.fitted.loss)
 
 
 def _errors(
@@ -171,17 +173,6 @@ def _relative(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -
     """Root mean square of the residuals that are known, over each recording's torque range [1]."""
     known = [r for r in recordings if r.name in residuals]
     return {r.name: rmse_of(residuals[r.name]) / torque_range(r) for r in known}
-
-
-def error_on_unseen_of(
-    trial: Trial,
-    training: Sequence[Recording],
-    holdout: Sequence[Recording],
-    left_out: Mapping[str, Array],
-) -> ModelError | None:
-    """How wrong a trial's model is on recordings that no shared parameter was fitted to."""
-    unseen = (trial.residuals, holdout) if holdout else (left_out, training if left_out else ())
-    return error_on_unseen(*unseen, trial.fitted.loss)
 
 
 def left_out_residuals(

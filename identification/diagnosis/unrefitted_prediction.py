@@ -68,5 +68,4 @@ def residual_of(model: Model, recording: Recording, values: Mapping[str, float])
     # With all directions, as in a fit: that Function is compiled already.
     directions = np.eye(theta.size + len(RIG_DIRECTIONS))
     simulated = simulate(model, signals_of(recording), theta, geometry, directions)
-    residual: Array = simulated.M_z - recording.M_z
-    return residual
+    return np.asarray(simulated.M_z - recording.M_z)

@@ -38,8 +38,7 @@ def parameter_correlation(fitted: Fit, recordings: Sequence[Recording]) -> Array
     covariances = covariance(fitted, recordings)
     variances = np.diag(covariances)
     size = np.sqrt(np.where(np.isfinite(variances), variances, np.nan))
-    correlated: Array = covariances / np.outer(size, size)
-    return correlated
+    return np.asarray(covariances / np.outer(size, size))
 
 
 def covariance(fitted: Fit, recordings: Sequence[Recording]) -> Array:
@@ -103,5 +102,4 @@ def scores_variance(jacobian: Array, influenced: Array, total_leverage: float) -
     independent = slow_part_effective_samples(influenced, innovations, weights)
     # The correction n / (n - p) for small samples, with n - p at least 1.
     share = independent / max(independent - total_leverage, 1.0)
-    variance: Array = share * (scores.T @ scores)
-    return variance
+    return np.asarray(share * (scores.T @ scores))

@@ -86,8 +86,7 @@ class Problem:
     def origin(self) -> Array:
         """The start in scaled coordinates."""
         coordinates = [p.to_coordinate(self.start.at(label)) for label, p in self.by_label.items()]
-        origin: Array = np.array(coordinates) / self.scales
-        return origin
+        return np.asarray(np.array(coordinates) / self.scales)
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds in scaled coordinates."""

@@ -114,8 +114,7 @@ def _units(evaluation: Evaluation) -> Array:
     information = np.diag(evaluation.hessian)
     if not (information > 0).all():
         raise np.linalg.LinAlgError("the readings do not depend on one of the unknowns")
-    units: Array = 1 / np.sqrt(information)
-    return units
+    return np.asarray(1 / np.sqrt(information))
 
 
 def jackknife(likelihood: Likelihood, solution: Solution) -> JackknifeCovariance:
@@ -156,5 +155,4 @@ def _amplified(inverse: Array, curvature: Array, score: Array) -> Array:
     root = np.linalg.cholesky(inverse)
     leverages, axes = np.linalg.eigh(root.T @ curvature @ root)
     remainder = 1 - np.minimum(leverages, _MAX_LEVERAGE)
-    amplified: Array = np.linalg.solve(root.T, axes @ ((axes.T @ (root.T @ score)) / remainder))
-    return amplified
+    return np.asarray(np.linalg.solve(root.T, axes @ ((axes.T @ (root.T @ score)) / remainder)))

@@ -135,8 +135,7 @@ def encoder_step(psi: Array) -> float:
 
 def without_spikes(psi: Array) -> Array:
     """Readings with one or two wrong ones in a row replaced by a median of their neighbours [rad]."""
-    filtered: Array = median_filter(psi, _FILTER, mode="reflect")
-    return filtered
+    return np.asarray(median_filter(psi, _FILTER, mode="reflect"))
 
 
 def _middle_of_top(psi: Array, top: int, step: float) -> int:

@@ -55,8 +55,7 @@ def _slopes(t: Array, psi: Array, at: NDArray[np.intp], first: NDArray[np.intp],
     normal = np.stack([(weighted * u**power).sum(axis=2) for power in range(3)])
     right = (weighted * (psi[near] - psi[at, None])).sum(axis=2)
     fits = np.linalg.solve(normal.transpose(2, 0, 1), right.T[..., None])
-    slopes: Array = fits[:, 1, 0] / reach[:, 0]
-    return slopes
+    return np.asarray(fits[:, 1, 0] / reach[:, 0])
 
 
 MAX_RATE_SCALE = 1.25

@@ -68,7 +68,7 @@ class TyresResult:
     @property
     def parameters(self) -> dict[str, ParameterEstimate]:
         """All of them by name."""
-        return {name: getattr(self, name) for name in ("slide_factor", "stiffness")}
+        return {"slide_factor": self.slide_factor, "stiffness": self.stiffness}
 
 
 def identify_tyres(

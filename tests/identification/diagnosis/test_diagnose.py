@@ -251,7 +251,7 @@ def test_a_length_that_another_wheel_pushes_to_the_end_of_its_tolerance_is_named
 
 @pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.long)])
 def test_a_return_torque_beside_a_constant_load_is_ambiguous(sign: float) -> None:
-    _, recordings = read_campaign(None, 3, duration=5.0)
+    _, recordings = read_campaign(None, 3, duration=8.0)
     turned = [replace(r, M_z=r.M_z - sign * 4.0 * r.psi) for r in recordings]
     (known,) = diagnose(turned, candidates=("steering_return",), jobs=1).effects
     assert (known.grade, known.indistinguishable_from) == ("strong", ())

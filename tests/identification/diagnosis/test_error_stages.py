@@ -61,7 +61,7 @@ def test_friction_of_a_ground_that_was_not_fitted_is_not_predicted(
     there[1] = replace(there[1], name="dry")
     for errors in (
         declared_errors(here, there, trial.fitted.loss),
-        errors_of(run_trial(TrialTask((), here, there)), here, there, {}),
+        errors_of(run_trial(TrialTask((), here, there)), here, there, {})[0],
     ):
         assert set(errors.nrmse) == {"recording_a", "recording_b", "recording_c", "dry"}
         assert list(errors.unrefitted) == ["dry"]

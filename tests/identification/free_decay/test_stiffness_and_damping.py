@@ -21,8 +21,9 @@ from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
 from reference_rig import FOURTEEN_BIT_STEP, ImpactRecording, load_at, make_impacts
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
+from rig_recordings import as_decay
 from symbolic import InvalidInputError, Rig, Tolerances
-from tests.identification.factories import as_decay, decay
+from tests.identification.factories import decay
 
 FEW = (0.036, 0.045, 0.054)
 

@@ -27,8 +27,9 @@ from identification.residuals.signals import (
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.selection.trials import model_of
 from reference_rig import RigTyre, make_recording
+from rig_recordings import as_read
 from symbolic import EFFECTS, Effect, InvalidInputError, ResidualSignature
-from tests.identification.factories import as_read, first_order, read_campaign, recording, with_torque
+from tests.identification.factories import first_order, read_campaign, recording, with_torque
 
 CONSTANT, ANGLE, RATE = "a constant of each recording", "the angle", "the yaw rate"
 DIRECTION = "the direction of turning"

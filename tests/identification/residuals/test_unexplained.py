@@ -11,7 +11,8 @@ from identification.fits.problem import torque_range
 from identification.residuals.residual_tests import Unexplained, unexplained, white_noise
 from identification.residuals.signatures import signatures
 from reference_rig import RigTyre, make_recording
-from tests.identification.factories import as_read, with_torque
+from rig_recordings import as_read
+from tests.identification.factories import with_torque
 
 COLUMNS = ("t", "psi", "psi_dot", "M_z", "F_N")
 

@@ -11,7 +11,7 @@ from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
 from reference_rig import make_impacts
-from tests.identification.factories import as_decay
+from rig_recordings import as_decay
 
 
 def test_is_off_by_sliding() -> None:
