@@ -26,6 +26,7 @@ from symbolic import InvalidInputError, Rig, Tolerances
 from tests.identification.factories import decay
 
 FEW = (0.036, 0.045, 0.054)
+NOISE = np.random.default_rng(0).normal(0, 10, 5000)
 
 
 def read(recordings: list[ImpactRecording]) -> list[Decay]:
@@ -273,22 +274,24 @@ def test_a_dozen_readings() -> None:
     assert made.b_t.value / (2 * 0.15) == pytest.approx(1, rel=1e-4)
 
 
-def test_one_length_said_of_all(few: list[Decay]) -> None:
-    # As without '# a = ...' in the files: the rig file's a holds for every recording.
-    same = [replace(one, rig=replace(one.rig, a=0.045)) for one in few]
-
-    with pytest.raises(InvalidInputError, match=r"^a54_1: psi swings at .* a, e and J_A with the k"):
-        identify_free_decay(same)
-
-
-def test_noise_is_no_vibration(few: list[Decay]) -> None:
-    rng, step = np.random.default_rng(0), FOURTEEN_BIT_STEP
-    noise = replace(few[0], psi=step * np.round(rng.normal(0, 10, few[0].t.size)))
-
-    with pytest.raises(
-        InvalidInputError, match=r"^a36_1: psi (swings at|does not follow) .*: check that"
-    ):
-        identify_free_decay([noise])
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        # As without '# a = ...' in the files: the rig file's a holds for every recording.
+        (
+            lambda one: replace(one, rig=replace(one.rig, a=0.045)),
+            r"^a54_1: psi swings at .* a, e and J_A with the k",
+        ),
+        (
+            lambda one: replace(one, psi=FOURTEEN_BIT_STEP * np.round(NOISE[: one.t.size])),
+            r"^a36_1: psi (swings at|does not follow) .*: check that",
+        ),
+    ],
+    ids=["one length for all", "noise"],
+)
+def test_what_is_no_such_vibration(few: list[Decay], wrong: Callable[[Decay], Decay], said: str) -> None:
+    with pytest.raises(InvalidInputError, match=said):
+        identify_free_decay([wrong(one) for one in few])
 
 
 @pytest.mark.parametrize(
