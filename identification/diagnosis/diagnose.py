@@ -48,9 +48,8 @@ def diagnose(
 ) -> Diagnosis:
     """Find the effects that the declared model lacks.
 
-    Of recordings with more than `MAX_SEARCH_SAMPLES` together, fewer are used; a note says so.
-    Half-length, caster and load that are declared without a tolerance have those of `symbolic.USUAL`,
-    and a note says that too; a tolerance of 0 makes them exact.
+    Of recordings with more than `MAX_SEARCH_SAMPLES` together fewer are used. Half-length, caster, load
+    and k without a tolerance have that of `symbolic.USUAL`; 0 makes them exact. Notes say both.
 
     Args:
         recordings: training recordings; shared parameters are fitted to these alone.
@@ -72,9 +71,8 @@ def diagnose(
         BrushgripError: a process ended before its work was done.
     """
     recordings, holdout, notes = _prepared(recordings, holdout)
-    effects = effects_named(candidates)
+    effects, count, report = effects_named(candidates), jobs_of(jobs), progress or silent
     check_signatures(effects)
-    report = progress or silent
     with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(
             training=recordings,
@@ -82,18 +80,16 @@ def diagnose(
             loss=loss,
             submit=submit,
             journal=journal,
-            threads=jobs_of(jobs),
+            threads=count,
         )
         # Nothing of the search goes into it, and the processes have nothing else to do yet.
         declared = submit(declared_errors, recordings, holdout, loss)
         steps = Search(runner, effects, criteria, report).run()
         trials, both = (steps[0].before, steps[-1].before), [*recordings, *holdout]
         followed = [submit(signatures, trial.residuals, both, trial.fits, effects) for trial in trials]
-        # Where others are held out, they tell what is seen of a recording that was not fitted.
-        unseen = () if holdout else recordings
-        if unseen:
+        if not holdout:
             report("leaving each recording out in turn", 0, 1)
-        left_out = [left_out_residuals(trial, unseen, submit) for trial in trials]
+        left_out = [left_out_residuals(trial, () if holdout else recordings, submit) for trial in trials]
         proposals = _proposals(steps, runner, criteria, report)
         results = declared.result(), [future.result() for future in followed]
     result = build_diagnosis(steps, recordings, holdout, *results, left_out, proposals, criteria)
