@@ -1,7 +1,7 @@
 """The effects that a search added, how sure each is, and remarks on the final model."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +21,6 @@ from identification.selection.criteria import (
 )
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
-from identification.selection.trials import Trial
 from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
 
 CLEAR_ERRORS = 3.0
@@ -42,8 +41,6 @@ MIN_LOAD_RANGE = 1e-3
 """Range of a load over its mean below which it is constant, and so was not recorded [1]."""
 SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
 """An effect belongs to the first of these that one of its parameters belongs to."""
-_Addition = tuple[SearchStep, Trial, Trial]
-"""The step that added an effect, with the models with it and without."""
 
 
 def found_effects(
@@ -58,24 +55,25 @@ def found_effects(
     added = _additions(steps, final.model.effects)
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, _ in effects_at_bounds(final)}
-    standing_in = _stand_ins(added.values(), at_bounds, left, of_car=of_car)
+    standing_in = _stand_ins(added, at_bounds, left, of_car=of_car)
     # Nothing but the fit judges a single recording.
     alone = len(recordings) == 1 and not steps[-1].before.held_out
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
     effects = []
-    for effect, (step, after, without) in added.items():
+    for step in added:
+        assert step.after is not None
+        effect = step.after.effects[-1]
         scope, own = _scope_and_parameters(effect, final, estimates)
-        judged = after.judgement, without.judgement, DEFAULT_CRITERIA.long_block
+        without = step.with_neither or step.before
+        judged = step.after.judgement, without.judgement, DEFAULT_CRITERIA.long_block
         (gain, _), error = advantage(*judged), standard_error_by_chance(*judged)
-        bic = delta_bic(after.fitted, without.fitted, recordings)
+        bic = delta_bic(step.after.fitted, without.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
         like_load = hidden_load and effect.name in LIKE_LOAD
-        # What would have done as well, and is in the final model besides, is no alternative.
-        outside = (e.name for e in step.indistinguishable if e not in final.model.effects)
-        rivals = (*outside, *[UNRECORDED_LOAD] * like_load)
+        rivals = (*_rivals_outside(step, final.model.effects), *[UNRECORDED_LOAD] * like_load)
         less = all(one.value < 0 for one in own.values())
-        proposal = proposals.get(after.effects)
+        proposal = proposals.get(step.after.effects)
         effects.append(
             FoundEffect(
                 name=effect.name,
@@ -93,7 +91,7 @@ def found_effects(
                 deviations=distance,
                 at_bound=effect.name in at_bounds,
                 parameters=own,
-                holdout_nrmse_after=after.nrmse,
+                holdout_nrmse_after=step.after.nrmse,
                 delta_bic=bic,
                 indistinguishable_from=rivals,
                 experiment=proposal if proposal and proposal.rival in rivals else None,
@@ -102,20 +100,24 @@ def found_effects(
     return tuple(effects)
 
 
-def _additions(steps: Sequence[SearchStep], final: Effects) -> dict[Effect, _Addition]:
-    """How each effect of the final model was added; the last time, where a law came back."""
-    added: dict[Effect, _Addition] = {}
+def _rivals_outside(step: SearchStep, final: Effects) -> tuple[str, ...]:
+    """What would have done as well in a step; what the final model holds besides is no alternative."""
+    return tuple(effect.name for effect in step.indistinguishable if effect not in final)
+
+
+def _additions(steps: Sequence[SearchStep], final: Effects) -> list[SearchStep]:
+    """The step that added each effect of the final model; the last one, where a law came back."""
+    added: dict[Effect, SearchStep] = {}
     for step in steps:
-        after = step.after
-        effect = after.effects[-1] if after and after.effects else None
-        if after and effect in final and effect not in step.before.effects:
+        effect = step.after.effects[-1] if step.after and step.after.effects else None
+        if effect in final and effect not in step.before.effects:
             added.pop(effect, None)
-            added[effect] = step, after, step.with_neither or step.before
-    return added
+            added[effect] = step
+    return list(added.values())
 
 
 def _stand_ins(
-    added: Iterable[_Addition], at_bounds: set[str], left: Unexplained, *, of_car: bool
+    added: Sequence[SearchStep], at_bounds: set[str], left: Unexplained, *, of_car: bool
 ) -> set[str]:
     """Effects that may stand in for something unknown, those `at_bounds` among them, see `grade_of`.
 
@@ -126,7 +128,11 @@ def _stand_ins(
     found = set(at_bounds)
     if not left.present:
         return found
-    gains = {after.names[-1]: without.nrmse**2 - after.nrmse**2 for _, after, without in added}
+    gains = {}
+    for step in added:
+        assert step.after is not None
+        without = step.with_neither or step.before
+        gains[step.after.effects[-1].name] = without.nrmse**2 - step.after.nrmse**2
     unknown, before = left.structured**2, None
     while before != found:
         before = set(found)
