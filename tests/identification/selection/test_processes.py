@@ -1,11 +1,8 @@
-"""Work in processes and with executors of the user's, and what is said where it fails."""
+"""Effects of a user's own in the processes of a search, and what is said where they cannot go there."""
 
-import os
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -15,7 +12,6 @@ from typing import Any
 import pytest
 
 from identification import Recording, diagnose, search
-from identification.selection.trial_runner import workers
 from symbolic import BrushgripError, Effect, InvalidInputError, Parameter
 from tests.identification.factories import read_campaign, with_torque
 from tests.refusal import refused
@@ -118,86 +114,3 @@ def test_a_class_of_a_main_module_without_a_file_is_refused(repository_root: Pat
         )
         assert ended.stdout.startswith("effect 'boot' cannot be taken to the processes"), ended.stderr
         assert "put the effect into a module of its own, or use jobs=1" in ended.stdout
-
-
-FEW = ("torque_offset", "contact_damping", "steering_return")
-
-
-class Losing(Executor):
-    """Loses whatever it is given."""
-
-    def submit(self, *_: Any, **__: Any) -> Future[Any]:
-        future: Future[Any] = Future()
-        future.cancel()
-        return future
-
-
-def test_an_executor_stands_in_for_processes() -> None:
-    with ThreadPoolExecutor(1) as pool:
-        with workers(None, (), pool) as submit:
-            assert submit(pow, 2, 10).result() == 1024
-        assert pool.submit(pow, 2, 3).result() == 8  # It is left open.
-
-
-def test_work_that_an_executor_loses_is_said() -> None:
-    with (
-        pytest.raises(BrushgripError, match="the executor lost work that it was given: CancelledError"),
-        workers(None, (), Losing()) as submit,
-    ):
-        submit(pow, 2, 10).result()
-
-
-def test_what_has_not_begun_is_cancelled() -> None:
-    future: Future[int] = Future()
-
-    class Sleeping(Executor):
-        def submit(self, *_: Any, **__: Any) -> Future[Any]:
-            return future
-
-    def interrupted() -> None:
-        with workers(None, (), Sleeping()) as submit:
-            submit(pow, 2, 10)
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert future.cancelled()
-
-
-def test_an_executor_has_processes_of_its_own() -> None:
-    with (
-        ThreadPoolExecutor(1) as pool,
-        pytest.raises(InvalidInputError, match="leave jobs out"),
-        workers(2, (), pool),
-    ):
-        pass
-
-
-@pytest.fixture
-def cluster() -> Iterator[Any]:
-    """Two workers of Dask, each a process."""
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
-    ) as local:
-        yield local
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("killed", [False, True])
-def test_a_cluster_finds_the_same_to_the_last_digit(
-    cluster: Any, damped: list[Recording], killed: bool
-) -> None:
-    alone, victims = diagnose(damped, candidates=FEW, jobs=1), []
-
-    def kill(_: str, done: int, total: int) -> None:
-        if killed and not victims and 0 < done < total:
-            victims.extend(client.run(os.getpid).values())
-            os.kill(victims[0], signal.SIGKILL)
-
-    with cluster.get_client() as client, client.get_executor() as executor:
-        result = diagnose(damped, candidates=FEW, executor=executor, progress=kill)
-
-    assert bool(victims) == killed
-    assert result.effects
-    assert result.to_dict() == alone.to_dict()
