@@ -107,7 +107,7 @@ class Leg(NamedTuple):
 
 
 def turns(reach: Reach, shares: Sequence[float], speed: float, start: float | None = None) -> list[Leg]:
-    """Turns to shares of the amplitude at a speed [rad/s]; without a start, from the last one."""
+    """Turns to shares of the amplitude at a speed [rad/s], from a start or, in a cycle, the last."""
     first = shares[-1] if start is None else start
     return [
         Leg(to, max(abs(to - before) * reach.amplitude / speed, _QUICKEST))

@@ -85,7 +85,10 @@ def describe_identifiability(
     noise: float,
     of_lengths: float,
 ) -> tuple[str, ...]:
-    """Sentences on what k, with lengths exact, and b_t rest; lengths add a deviation, a share of k."""
+    """Sentences on how well k and b_t are known, on what they rest, and what would help.
+
+    k is as if lengths were exact; by their tolerances it is off by `of_lengths`, a share of it.
+    """
     vibrations = likelihood.vibrations
     sentences = [_precision(vibrations, k, b_t), _assumptions(vibrations, k, of_lengths)]
     if agreed is False:

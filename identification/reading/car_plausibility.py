@@ -69,7 +69,7 @@ def shares_at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, fl
 
 
 def require_unclipped(name: str, at_limit: Mapping[str, float], looks_like: str) -> None:
-    """Refuse a recording that a sensor or a motor clips, by `shares_at_limits`, and say what for."""
+    """Refuse a recording that is clipped, by `shares_at_limits`, and would be taken for another."""
     for column, share in at_limit.items():
         if share > MAX_AT_LIMIT:
             raise InvalidInputError(

@@ -97,7 +97,7 @@ def possible_columns(needed: Sequence[str]) -> tuple[str, ...]:
 
 
 def require_valid_samples(table: Table, needed: Sequence[str]) -> None:
-    """Refuse a table by its first faulty sample, or for a column needed that is missing throughout."""
+    """Refuse a table for a faulty sample, or for a column needed that is missing throughout."""
     _require_one_length(table)
     columns = {name: table.columns[name] for name in MAX_VALUES if name in table.columns}
     checks = [

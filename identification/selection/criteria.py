@@ -129,7 +129,7 @@ def removal_justified(
     criteria: SelectionCriteria,
     declared: Trial,
 ) -> bool:
-    """Whether an effect may go, or give way to a simpler one of its family: it would not be added."""
+    """Whether an effect would not be added any more; a simpler one of its family may replace it."""
     exchanged = len(poorer.effects) == len(present.effects)
     if exchanged and last_effect_at_bound(poorer.fitted):
         return False
