@@ -44,7 +44,7 @@ from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
-from identification.selection.search import search
+from identification.selection.stepwise_search import search
 from identification.thesis.block_towing import Tow, TowedFriction, friction_by_towing
 
 __all__ = [

@@ -17,24 +17,16 @@ ALIGNING = "aligning torque $M_z$ [N m]"
 def draw_loops(
     axes: "Axes | None",
     psi: NDArray[np.float64],
-    torques: "Mapping[str, NDArray[np.float64] | None]",
+    torques: Mapping[str, NDArray[np.float64]],
     torque_label: str = ALIGNING,
 ) -> "Axes":
-    """Draw torques over the angle.
-
-    Args:
-        axes: to draw into; new ones of pyplot where None.
-        psi: yaw angle [rad], shape (n,).
-        torques: curves by their labels [N m], each of shape (n,).
-        torque_label: of the torque's axis.
-    """
+    """Draw torques [N m] by their labels over the angle [rad]; into new axes of pyplot where None."""
     if axes is None:
         from matplotlib import pyplot
 
         axes = pyplot.subplots(layout="constrained")[1]
     for label, torque in torques.items():
-        if torque is not None:
-            axes.plot(psi, torque, lw=1.0, label=matplotlib_text(label))
+        axes.plot(psi, torque, lw=1.0, label=matplotlib_text(label))
     axes.set_xlabel("yaw angle ψ [rad]")
     axes.set_ylabel(torque_label)
     axes.legend()

@@ -25,17 +25,9 @@ from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteri
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Progress, Search, silent
-from identification.selection.trial_runner import (
-    Effects,
-    Submit,
-    TrialRunner,
-    jobs_of,
-    results_of,
-    workers,
-)
-from identification.selection.trials import RANKING, Trial
+from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, results_of, workers
+from identification.selection.trials import RANKING
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
-from symbolic.array_alias import Array
 
 MIN_ANGLE_RANGE = 0.01
 """Least range of the angle that a diagnosis needs [rad]."""
@@ -56,9 +48,8 @@ def diagnose(
 ) -> Diagnosis:
     """Find the effects that the declared model lacks.
 
-    Of recordings with more than `MAX_SEARCH_SAMPLES` together, fewer are used; a note says so.
-    Half-length, caster and load that are declared without a tolerance have those of `symbolic.USUAL`,
-    and a note says that too; a tolerance of 0 makes them exact.
+    Of recordings with more than `MAX_SEARCH_SAMPLES` together fewer are used. Half-length, caster, load
+    and k without a tolerance have that of `symbolic.USUAL`; 0 makes them exact. Notes say both.
 
     Args:
         recordings: training recordings; shared parameters are fitted to these alone.
@@ -80,9 +71,8 @@ def diagnose(
         BrushgripError: a process ended before its work was done.
     """
     recordings, holdout, notes = _prepared(recordings, holdout)
-    effects = effects_named(candidates)
+    effects, count, report = effects_named(candidates), jobs_of(jobs), progress or silent
     check_signatures(effects)
-    report = progress or silent
     with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(
             training=recordings,
@@ -90,14 +80,16 @@ def diagnose(
             loss=loss,
             submit=submit,
             journal=journal,
-            threads=jobs_of(jobs),
+            threads=count,
         )
         # Nothing of the search goes into it, and the processes have nothing else to do yet.
         declared = submit(declared_errors, recordings, holdout, loss)
         steps = Search(runner, effects, criteria, report).run()
         trials, both = (steps[0].before, steps[-1].before), [*recordings, *holdout]
         followed = [submit(signatures, trial.residuals, both, trial.fits, effects) for trial in trials]
-        left_out = [_left_out(trial, recordings, holdout, submit, report) for trial in trials]
+        if not holdout:
+            report("leaving each recording out in turn", 0, 1)
+        left_out = [left_out_residuals(trial, () if holdout else recordings, submit) for trial in trials]
         proposals = _proposals(steps, runner, criteria, report)
         results = declared.result(), [future.result() for future in followed]
     result = build_diagnosis(steps, recordings, holdout, *results, left_out, proposals, criteria)
@@ -109,13 +101,12 @@ def _prepared(
 ) -> tuple[list[Recording], list[Recording], list[str]]:
     """Both as the search takes them, and notes on what was changed."""
     bound, shortened = thin_recordings([*recordings, *holdout])
-    everything, cut = (
-        zip(*map(farthest_standstill_without_gear, bound), strict=True) if bound else ((), ())
-    )
+    stood = [farthest_standstill_without_gear(recording) for recording in bound]
+    everything = [recording for recording, _ in stood]
     _check(recordings, everything)
-    notes = [note for note in (shortened, *cut, assumed_tolerances(everything)) if note]
+    notes = [shortened, *(note for _, note in stood), assumed_tolerances(everything)]
     read = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]
-    return read[: len(recordings)], read[len(recordings) :], notes
+    return read[: len(recordings)], read[len(recordings) :], list(filter(None, notes))
 
 
 def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:
@@ -134,20 +125,6 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
                 f"{recording.name}: the wheel turns by {travel:.2g} rad only; a diagnosis needs a"
                 f" recording in which it turns by more than {MIN_ANGLE_RANGE} rad"
             )
-
-
-def _left_out(
-    trial: Trial,
-    recordings: Sequence[Recording],
-    holdout: Sequence[Recording],
-    submit: Submit,
-    report: Progress,
-) -> dict[str, Array]:
-    """Residuals of each training recording left out in turn; nothing where others are held out."""
-    if holdout:
-        return {}
-    report("leaving each recording out in turn", 0, 1)
-    return left_out_residuals(trial, recordings, submit)
 
 
 def _proposals(

@@ -36,17 +36,11 @@ over the largest of all for it to have slid [1], and fewest changes of level tha
 def error_on_unseen(
     residuals: Mapping[str, Array], recordings: Sequence[Recording], loss: Loss = LEAST_SQUARES
 ) -> ModelError | None:
-    """The model error that these residuals show; every recording counts alike.
+    """The model error that residuals [N m] of recordings show to which no shared parameter was fitted.
 
-    Args:
-        residuals: simulated minus measured torque of these recordings [N m], NaN where missing; on
-            recordings to which no shared parameter was fitted.
-        recordings: the recordings.
-        loss: what a residual costs; an outlier counts as much as it influences the fit.
-
-    Returns:
-        None without recordings. The correlation time is the mean over recordings, weighted by the mean
-        squares, as the uncertainty of a mean is by spread and time together.
+    Every recording counts alike, an outlier as much as it influences the fit. The correlation time is
+    the mean over recordings, weighted by the mean squares, as the uncertainty of a mean is by spread and
+    time together. None without recordings.
     """
     powers, relative, times = [], [], []
     for recording in recordings:
@@ -149,10 +143,12 @@ def errors_of(
     training: Sequence[Recording],
     holdout: Sequence[Recording],
     left_out: Mapping[str, Array],
-) -> Errors:
-    """The errors of a trial's model."""
+) -> tuple[Errors, ModelError | None]:
+    """The errors of a trial's model, and how wrong it is on what no shared parameter was fitted to."""
     unrefitted = unrefitted_residuals(trial.fitted, training, on_fitted_ground(training, holdout))
-    return _errors(trial.residuals, training, holdout, left_out, unrefitted)
+    unseen = (trial.residuals, holdout) if holdout else (left_out, training if left_out else ())
+    errors = _errors(trial.residuals, training, holdout, left_out, unrefitted)
+    return errors, error_on_unseen(*unseen, trial.fitted.loss)
 
 
 def _errors(
@@ -168,26 +164,15 @@ def _errors(
         nrmse=_relative(residuals, everything),
         training=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
-        left_out=_relative(left_out, training if left_out else ()),
-        unrefitted=_relative(unrefitted, [r for r in holdout if r.name in unrefitted]),
+        left_out=_relative(left_out, training),
+        unrefitted=_relative(unrefitted, holdout),
     )
 
 
 def _relative(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> dict[str, float]:
-    """Root mean square of each residual over its recording's torque range [1]."""
-    return {r.name: rmse_of(residuals[r.name]) / torque_range(r) for r in recordings}
-
-
-def error_on_unseen_of(
-    trial: Trial,
-    training: Sequence[Recording],
-    holdout: Sequence[Recording],
-    left_out: Mapping[str, Array],
-) -> ModelError | None:
-    """How wrong a trial's model is on recordings that no shared parameter was fitted to."""
-    if holdout:
-        return error_on_unseen(trial.residuals, holdout, trial.fitted.loss)
-    return error_on_unseen(left_out, training if left_out else (), trial.fitted.loss)
+    """Root mean square of the residuals that are known, over each recording's torque range [1]."""
+    known = [r for r in recordings if r.name in residuals]
+    return {r.name: rmse_of(residuals[r.name]) / torque_range(r) for r in known}
 
 
 def left_out_residuals(

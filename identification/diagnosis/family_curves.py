@@ -66,10 +66,7 @@ class _Drawn:
         return np.asarray(model.theta({name: self.values[name] for name in names})).ravel()
 
     def std(self, jacobian: Array) -> Array:
-        """Standard deviation of a quantity with this Jacobian with respect to `theta`, shape (n,).
-
-        It is inf where the quantity depends on parameters that are not determined.
-        """
+        """Standard deviation (n,) of what has this Jacobian by `theta`; inf where it is undetermined."""
         parameters = {parameter_name(e, p): p for e, p in self.fitted.model.parameters}
         names = [parameter_name(e, p) for e, p in model_of(self.effects, RANKING).parameters]
         labels = [label_of(name, parameters[name], self.recording) for name in names]

@@ -188,19 +188,10 @@ def grade_of(
 ) -> Grade:
     """How sure it is that an effect that was found is the one that is missing.
 
-    Args:
-        standard_errors: by how many the judged error fell when it was added, see
-            `standard_error_by_chance`, over blocks that outlast the correlation of the residual.
-        delta_bic: change of the information criterion by its addition; negative speaks for it.
-        distance: of its parameters from no effect at all, see `distance_from_neutral`.
-        has_rivals: whether the judged data cannot distinguish it from other effects.
-        stands_in: whether one of its parameters ends where its range does, or it explains too little
-            beside what the final model leaves unexplained, see `_stand_ins`.
-
-    Returns:
-        stands_in: it may stand in place of something unknown;
-        weak: what it gains may be chance; ambiguous: what it gains is clear, but others gain as much;
-        strong: none of these.
+    stands_in: it may stand in place of something unknown, see `_stand_ins`;
+    weak: what it gains may be chance, by the standard errors by which the judged error fell, by the
+    information criterion, or by its distance from no effect at all;
+    ambiguous: what it gains is clear, but others gain as much; strong: none of these.
     """
     if stands_in:
         return "stands_in"
@@ -218,12 +209,7 @@ def notes_on(
     own: Sequence[Fit] = (),
     effects: Sequence[FoundEffect] = (),
 ) -> tuple[str, ...]:
-    """Remarks on the final model, sentences without a full stop.
-
-    They name recordings that got worse, parameters at the end of their range or tolerance (in `own`, the
-    fits to held-out recordings, too), k beyond its own, a load that may be what an effect seems to be, a
-    stiffness that no spring has, and a fit that did not converge.
-    """
+    """Sentences on the final model, without a full stop; `own` are fits to held-out recordings."""
     notes = stiffness_notes(fitted, recordings)
     notes += [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
@@ -259,10 +245,7 @@ def notes_on(
 
 
 def assumed_tolerances(recordings: Sequence[Recording]) -> str:
-    """Note that lists the values declared without a tolerance, for which the usual one is assumed.
-
-    It is a sentence without a full stop that begins with `ASSUMED`, empty if there are none.
-    """
+    """Note on values declared without a tolerance, a sentence without a full stop; empty for none."""
     names = {"a": "half-length a", "e": "caster e (kingpin to contact)", "k": "tread stiffness k"}
     missing = [
         names.get(name, name)
@@ -271,9 +254,7 @@ def assumed_tolerances(recordings: Sequence[Recording]) -> str:
         for name, usual in USUAL.items()
         if any(getattr(r.rig.tolerances, name) is None for r in recordings)
     ]
-    if not missing:
-        return ""
-    return f"{ASSUMED}: {', '.join(missing)}"
+    return f"{ASSUMED}: {', '.join(missing)}" if missing else ""
 
 
 def _at_their_tolerances(fitted: Fit) -> list[str]:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.diagnosis.error_stages import error_on_unseen_of, errors_of
+from identification.diagnosis.error_stages import errors_of
 from identification.diagnosis.family_curves import found_families
 from identification.diagnosis.found_effects import found_effects, notes_on
 from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
@@ -36,24 +36,16 @@ def build_diagnosis(
     proposals: Mapping[Effects, Proposal],
     criteria: SelectionCriteria,
 ) -> Diagnosis:
-    """The result of a search.
+    """The result of a search whose last step chose nothing.
 
-    Args:
-        steps: of the search, the last one with nothing chosen.
-        training: recordings that the shared parameters were fitted to.
-        holdout: recordings that judged, may be empty.
-        declared: errors of the declared model.
-        followed: what the residuals before and after follow.
-        left_out: residuals before and after of each training recording left out in turn, or empty.
-        proposals: for a set of effects that was chosen, the experiment to distinguish it from its rival.
-        criteria: its thresholds.
+    `followed` and `left_out` (residuals of each training recording left out in turn, or nothing) are
+    those before and after; `proposals` are by the set of effects that was chosen.
     """
     everything = [*training, *holdout]
-    trials = before, after = steps[0].before, steps[-1].before
+    before, after = steps[0].before, steps[-1].before
     fitted = after.fitted
-    judged = [(trial, training, holdout, left) for trial, left in zip(trials, left_out, strict=True)]
-    errors_before, errors_after = (errors_of(*one) for one in judged)
-    error_before, error_after = (error_on_unseen_of(*one) for one in judged)
+    errors_before, error_before = errors_of(before, training, holdout, left_out[0])
+    errors_after, error_after = errors_of(after, training, holdout, left_out[1])
     estimates = _estimates(after, training, holdout)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
     effects = found_effects(steps, estimates, training, proposals, left)

@@ -70,47 +70,39 @@ class FoundEffect:
         name: of the effect.
         summary: the effect in plain words.
         family: the mechanism that it is a law of; its own name where it belongs to none.
+        scope: what its parameters belong to; "ground" where each ground has its own.
+        grade: how sure it is, see `grade_of`.
+        standard_errors: by how many the judged error fell when it was added; None where that is unknown.
+        deviations: between its clearest parameter and no effect at all; None where there is none.
+        at_bound: whether one of its parameters ends where its range does.
         parameters: its parameters; one that belongs to a recording has a name like "M_0 [fem1]", one
             that is given and never fitted has no deviation.
         holdout_nrmse_after: judged error once it was added [1].
         delta_bic: change of the Bayesian information criterion by its addition; negative is better.
         indistinguishable_from: effects that the judged data cannot distinguish from it; with
             `unrecorded_load` where the recorded load is constant, and a changing one would do as well.
-        scope: what its parameters belong to; "ground" where each ground has its own.
-        grade: how sure it is, see `grade_of`.
-        standard_errors: by how many the judged error fell when it was added; None where that is unknown.
-        deviations: between its clearest parameter and no effect at all; None where there is none.
-        at_bound: whether one of its parameters ends where its range does.
         experiment: the manoeuvre that would distinguish it from the nearest of those; None without any.
     """
 
     name: str
     summary: str
-    parameters: Mapping[str, ParameterEstimate]
-    holdout_nrmse_after: float
-    delta_bic: float
-    indistinguishable_from: tuple[str, ...]
-    experiment: Proposal | None = None
+    family: str = "other"
     scope: Scope = "tyre"
     grade: Grade = "strong"
     standard_errors: float | None = None
     deviations: float | None = None
     at_bound: bool = False
-    family: str = "other"
+    parameters: Mapping[str, ParameterEstimate]
+    holdout_nrmse_after: float
+    delta_bic: float
+    indistinguishable_from: tuple[str, ...]
+    experiment: Proposal | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
-        return {
-            "name": self.name,
-            "family": self.family,
-            "scope": self.scope,
-            "grade": self.grade,
-            "standard_errors": self.standard_errors,
-            "deviations": self.deviations,
-            "at_bound": self.at_bound,
+        fields = {name: value for name, value in vars(self).items() if name != "summary"}
+        return fields | {
             "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},
-            "holdout_nrmse_after": self.holdout_nrmse_after,
-            "delta_bic": self.delta_bic,
             "indistinguishable_from": list(self.indistinguishable_from),
             "experiment": None if self.experiment is None else self.experiment.to_dict(),
         }
@@ -127,8 +119,8 @@ class Curve:
         y_unit: its unit.
         x: places along the axis.
         y: with the family's effects.
-        std: standard deviation of it, infinite where the recordings do not determine it.
         declared: the same by the declared model with the parameters of the final one.
+        std: standard deviation of y, infinite where the recordings do not determine it.
     """
 
     x_name: str
@@ -137,15 +129,14 @@ class Curve:
     y_unit: str
     x: Array
     y: Array
-    std: Array
     declared: Array
+    std: Array
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`; a deviation that is unknown is None."""
         arrays = {name: getattr(self, name).tolist() for name in ("x", "y", "declared")}
         std = [value if np.isfinite(value) else None for value in self.std.tolist()]
-        names = {name: getattr(self, name) for name in ("x_name", "x_unit", "y_name", "y_unit")}
-        return {**names, **arrays, "std": std}
+        return {**vars(self), **arrays, "std": std}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

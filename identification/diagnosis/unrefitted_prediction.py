@@ -27,10 +27,7 @@ SLOPE = 1 / 3
 def friction_from_training(
     known: Mapping[str, float], training: Sequence[Recording], recording: Recording
 ) -> float:
-    """The friction coefficient of a recording by its ground and load, from mu of training recordings.
-
-    Those on another ground count only where none is on this one.
-    """
+    """Friction coefficient by ground and load; by other grounds where no recording is on this one."""
     alike = [r for r in training if ground_of(r) == ground_of(recording)] or list(training)
     loads = np.log([float(r.F_N.mean()) for r in alike])
     mu = np.log([known[r.name] for r in alike])
@@ -71,5 +68,4 @@ def residual_of(model: Model, recording: Recording, values: Mapping[str, float])
     # With all directions, as in a fit: that Function is compiled already.
     directions = np.eye(theta.size + len(RIG_DIRECTIONS))
     simulated = simulate(model, signals_of(recording), theta, geometry, directions)
-    residual: Array = simulated.M_z - recording.M_z
-    return residual
+    return np.asarray(simulated.M_z - recording.M_z)

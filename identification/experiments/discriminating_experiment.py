@@ -8,6 +8,7 @@ order, through the Jacobian of its fit.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -122,24 +123,24 @@ class _Rival(_Simulated):
     def refit(self, manoeuvre: Manoeuvre, torque: Array, start: Array, most: int) -> _Outcome:
         """Least squares of its torque error here and, weighted by information, of its change [1]."""
 
-        def errors(x: Array) -> tuple[Array, Array]:
-            """Errors and their derivatives; cached, as the solver asks for each in turn."""
-            if x.tobytes() not in cached:
-                theta = self.theta.copy()
-                theta[self.free] = x * self.scales
-                simulated, sensitivities = self.torque(manoeuvre, theta)
-                change = self.information_root @ (x - self.origin)
-                error = np.concatenate([change, (simulated - torque) * self.weight])
-                slopes = sensitivities[:, self.free] * self.scales * self.weight
-                cached[x.tobytes()] = (error, np.concatenate([self.information_root, slopes]))
-            return cached[x.tobytes()]
+        @cache
+        def errors(x: bytes) -> tuple[Array, Array]:
+            """Errors and their derivatives, for which the solver asks in turn."""
+            at, theta = np.frombuffer(x), self.theta.copy()
+            theta[self.free] = at * self.scales
+            simulated, sensitivities = self.torque(manoeuvre, theta)
+            change = self.information_root @ (at - self.origin)
+            slopes = sensitivities[:, self.free] * self.scales * self.weight
+            return (
+                np.concatenate([change, (simulated - torque) * self.weight]),
+                np.concatenate([self.information_root, slopes]),
+            )
 
-        cached: dict[bytes, tuple[Array, Array]] = {}
         low, high = self.bounds
         solved = least_squares(
-            lambda x: errors(x)[0],
+            lambda x: errors(x.tobytes())[0],
             np.clip(start, low, high),
-            jac=lambda x: errors(x)[1],
+            jac=lambda x: errors(x.tobytes())[1],
             bounds=(low, high),
             ftol=1e-4,
             xtol=1e-4,

@@ -7,6 +7,7 @@ rests are always possible.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,14 +33,7 @@ _LOADED = (0.01, 0.99)
 
 @dataclass(frozen=True, kw_only=True)
 class Reach:
-    """The range of angle, speed and load of the recordings.
-
-    Attributes:
-        low: least yaw angle [rad].
-        high: greatest yaw angle [rad].
-        speed: fastest turning [rad/s].
-        loads: least, usual and greatest vertical load [N].
-    """
+    """Least and greatest angle [rad], fastest turning [rad/s]; least, usual and greatest load [N]."""
 
     low: float
     high: float
@@ -64,15 +58,7 @@ class Reach:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Manoeuvre:
-    """Angle and load over time, arrays of shape (n,).
-
-    Attributes:
-        instruction: the manoeuvre in words with numbers.
-        t: time [s].
-        psi: yaw angle [rad].
-        psi_dot: yaw rate [rad/s].
-        F_N: vertical load [N].
-    """
+    """An instruction in words; time [s], angle [rad], its rate [rad/s] and load [N], shape (n,)."""
 
     instruction: str
     t: Array
@@ -113,24 +99,15 @@ def reach_of(recordings: Sequence[Recording]) -> Reach:
     )
 
 
-@dataclass(frozen=True)
-class Leg:
-    """A turn to an angle, or a rest where the wheel is at that angle already.
-
-    Attributes:
-        share: target angle from the middle of the angles, as a share of the amplitude [1].
-        seconds: duration [s].
-    """
+class Leg(NamedTuple):
+    """A turn to an angle, from their middle as a share of the amplitude [1], or a rest there."""
 
     share: float
     seconds: float
 
 
 def turns(reach: Reach, shares: Sequence[float], speed: float, start: float | None = None) -> list[Leg]:
-    """Turns from angle to angle (shares of the amplitude) at a speed [rad/s].
-
-    The first begins at `start`; None for where the last ends, as in a cycle.
-    """
+    """Turns to shares of the amplitude at a speed [rad/s], from a start or, in a cycle, the last."""
     first = shares[-1] if start is None else start
     return [
         Leg(to, max(abs(to - before) * reach.amplitude / speed, _QUICKEST))
@@ -143,12 +120,8 @@ def manoeuvre_of(
 ) -> Manoeuvre:
     """A manoeuvre: from rest in the middle to where the cycle begins, then the cycle, again and again.
 
-    Args:
-        reach: range of angle, speed and load.
-        instruction: the cycle in words; load and time are added.
-        cycle: its turns; the first begins where the last ends.
-        load_step: time between changes from the least to the greatest load and back [s]; None for the
-            usual load throughout.
+    The instruction is the cycle in words; load and time are added. Its first turn begins where the last
+    ends. The load goes from the least to the greatest and back after every `load_step` [s], if given.
     """
     lasts = sum(leg.seconds for leg in _with_stops([*cycle, cycle[0]])) - cycle[0].seconds
     begin = turns(reach, [cycle[-1].share], reach.speed, 0.0)
@@ -159,10 +132,9 @@ def manoeuvre_of(
     angles = reach.centre + reach.amplitude * np.array([0.0, *(leg.share for leg in legs)])
     psi = _softened(np.interp(t, corners, angles))
     light, usual, heavy = reach.loads
-    F_N = np.full(t.size, usual)
-    constant = f", load {usual:.0f} N" if load_step is None else ""
+    F_N, constant = np.full(t.size, usual), f", load {usual:.0f} N"
     if load_step is not None:
-        F_N = _softened(np.where((t // load_step) % 2 == 0, light, heavy))
+        F_N, constant = _softened(np.where((t // load_step) % 2 == 0, light, heavy)), ""
     return Manoeuvre(
         instruction=f"{instruction}{constant}, {t[-1]:.0f} s".replace("-", "−"),
         t=t,
@@ -173,11 +145,8 @@ def manoeuvre_of(
 
 
 def _with_stops(legs: Sequence[Leg]) -> list[Leg]:
-    """These legs with a stop at every reversal.
-
-    Friction that depends on speed is sensitive to standstill, and at a reversal without a stop the
-    standstill would be shorter than a sample.
-    """
+    """These legs with a stop at every reversal."""
+    # Friction that depends on speed is sensitive to standstill, else shorter than a sample.
     stopped, heading = [legs[0]], 0.0
     for before, leg in pairwise(legs):
         turn = np.sign(leg.share - before.share)

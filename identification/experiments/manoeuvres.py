@@ -21,10 +21,7 @@ LOAD_STEP = 2.0
 
 
 def manoeuvres(reach: Reach) -> tuple[Manoeuvre, ...]:
-    """The library, each manoeuvre about `LENGTH` long, within reach.
-
-    Every one begins at rest in the middle of the angles, with a patch that is free of deformation.
-    """
+    """The library within reach, each about `LENGTH` long, from rest in the middle of the angles."""
     steady = _sweeps(reach) | _speeds(reach) | _rests(reach) | _loops(reach)
     return (
         *(manoeuvre_of(reach, words, cycle) for words, cycle in steady.items()),

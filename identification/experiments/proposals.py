@@ -130,17 +130,17 @@ def fitted_sample_period(fitted: Fit, recording: Recording) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class _RecordedData:
-    """Statistics of the recordings at hand."""
+    """The recordings at hand: how many, and how long together [s].
+
+    As shares of range [1], now the two models differ by so much rms, and the one that is taken for true
+    leaves this noise, with its autocorrelation time as memory [s].
+    """
 
     count: int
     seconds: float
-    """How long they are together [s]."""
     now: float
-    """Rms difference of the two models, share of range [1]."""
     noise: float
-    """Rms residual of the one that is taken for true, share of range [1]."""
     memory: float
-    """Autocorrelation time of that residual [s]."""
 
 
 def _distinguished(

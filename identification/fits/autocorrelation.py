@@ -78,15 +78,10 @@ def predict_gaps(series: Array, weights: Array) -> Array:
 
 
 def slow_part_effective_samples(influenced: Array, innovations: Array, weights: Array) -> float:
-    """Number of independent samples that the slow part of a series is worth.
+    """Number of independent samples that the slow part of a series is worth; it whitens to innovations.
 
     It is the variance of a sample over that of the mean, n gamma(0) / S(0), after the white part, the
     value of the spectrum S at its upper end, has been subtracted from both.
-
-    Args:
-        influenced: the series, NaN where missing, shape (n,).
-        innovations: the series whitened by the weights, shape (n,).
-        weights: of `autoregression`.
     """
     count = int(np.isfinite(influenced).sum())
     power, innovation = np.nansum(influenced**2), np.sum(innovations**2)

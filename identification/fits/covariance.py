@@ -29,11 +29,7 @@ _PART = 1e-3
 
 
 def standard_deviations(fitted: Fit, recordings: Sequence[Recording]) -> Array:
-    """Standard deviation of every free coordinate, in the order of `fitted.labels`.
-
-    Returns:
-        Shape (p,), in the parameters' coordinates; infinity where the data do not determine one.
-    """
+    """Standard deviation of every free coordinate, in the order of `fitted.labels`, shape (p,)."""
     return np.sqrt(np.diag(covariance(fitted, recordings)))
 
 
@@ -42,8 +38,7 @@ def parameter_correlation(fitted: Fit, recordings: Sequence[Recording]) -> Array
     covariances = covariance(fitted, recordings)
     variances = np.diag(covariances)
     size = np.sqrt(np.where(np.isfinite(variances), variances, np.nan))
-    correlated: Array = covariances / np.outer(size, size)
-    return correlated
+    return np.asarray(covariances / np.outer(size, size))
 
 
 def covariance(fitted: Fit, recordings: Sequence[Recording]) -> Array:
@@ -92,11 +87,9 @@ def _inverse(information: Array) -> tuple[Array, NDArray[np.bool_]]:
 def scores_variance(jacobian: Array, influenced: Array, total_leverage: float) -> Array:
     """Variance of the sum of one recording's scores, shape (p, p).
 
-    Args:
-        jacobian: rows of the samples that are present, shape (m, p).
-        influenced: psi of every sample, NaN where missing, shape (n,).
-        total_leverage: sum of the recording's leverages, the number of parameters that it determines;
-            fitting takes as many independent samples out of the residuals.
+    `influenced` is psi, NaN where missing, shape (n,); the Jacobian has rows of the others alone. The
+    sum of leverages is the number of parameters that the recording determines; fitting takes as many
+    independent samples out of the residuals.
     """
     weights = autoregression(influenced)
     filled = predict_gaps(influenced, weights)
@@ -109,5 +102,4 @@ def scores_variance(jacobian: Array, influenced: Array, total_leverage: float) -
     independent = slow_part_effective_samples(influenced, innovations, weights)
     # The correction n / (n - p) for small samples, with n - p at least 1.
     share = independent / max(independent - total_leverage, 1.0)
-    variance: Array = share * (scores.T @ scores)
-    return variance
+    return np.asarray(share * (scores.T @ scores))

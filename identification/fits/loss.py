@@ -82,13 +82,11 @@ def cost(loss: Loss, residuals: Array) -> float:
 
 def influence(loss: Loss, residuals: Array) -> Array:
     """psi(r), the derivative of half rho(r^2): the residual itself for squares."""
-    influenced: Array = loss(residuals**2)[1] * residuals
-    return influenced
+    return np.asarray(loss(residuals**2)[1] * residuals)
 
 
 def curvature(loss: Loss, residuals: Array) -> Array:
     """The derivative of psi(r): one for squares, 0 where Huber's loss is linear."""
     squares = residuals**2
     _, first, second = loss(squares)
-    curved: Array = first + 2 * squares * second
-    return curved
+    return np.asarray(first + 2 * squares * second)

@@ -53,11 +53,8 @@ def over_range(residuals: Mapping[str, Array], recordings: Sequence[Recording]) 
 class Problem:
     """The stacked residuals and their Jacobian as functions of scaled free coordinates.
 
-    Attributes:
-        labels: owner and parameter of each coordinate.
-        scales: size of a unit step of each.
-        has_prior: whether each was declared with a tolerance.
-        declared: scaled value of what was declared with a tolerance, the start for all else.
+    These are of `labels` in units of `scales`. What has a prior was declared with a tolerance;
+    `declared` is its value, the start of all else.
     """
 
     def __init__(
@@ -89,8 +86,7 @@ class Problem:
     def origin(self) -> Array:
         """The start in scaled coordinates."""
         coordinates = [p.to_coordinate(self.start.at(label)) for label, p in self.by_label.items()]
-        origin: Array = np.array(coordinates) / self.scales
-        return origin
+        return np.asarray(np.array(coordinates) / self.scales)
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds in scaled coordinates."""

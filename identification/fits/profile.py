@@ -26,14 +26,9 @@ AxisPoint = tuple[list[Recording], Values]
 
 @dataclass(frozen=True, kw_only=True)
 class ModelParameter:
-    """A parameter of the model.
+    """A parameter of the model: `k`, `mu` or `effect.parameter`.
 
-    Attributes:
-        name: `k`, `mu` or `effect.parameter`.
-        recording: the recording, or the ground, that it belongs to; None for one of the tyre.
-
-    Raises:
-        InvalidInputError: when used with a model or recordings that do not have it.
+    It belongs to a recording or to a ground of this name; without, to the tyre.
     """
 
     name: str
@@ -69,11 +64,7 @@ class ModelParameter:
 class RigLength:
     """A length of the rig, changed in every recording alike.
 
-    Attributes:
-        name: what the value is.
-        unit: its unit.
-        neutral: the value that leaves the rig as declared.
-        lengths_at: function of the rig and a value that gives the lengths changed, by name.
+    The neutral value leaves the rig as declared; `lengths_at` gives the changed lengths by name.
     """
 
     name: str
@@ -92,12 +83,12 @@ class RigLength:
 
     def point(self, value: float, recordings: Sequence[Recording], values: Values) -> AxisPoint:
         """Recordings with such a length, which then has no tolerance."""
-        return [replace(r, rig=self._rig(r.rig, value)) for r in recordings], values
-
-    def _rig(self, rig: Rig, value: float) -> Rig:
-        lengths = self.lengths_at(rig, value)
-        exact = replace(rig.tolerances, **dict.fromkeys(lengths, 0.0))
-        return replace(rig, **lengths, tolerances=exact)
+        changed = []
+        for recording in recordings:
+            lengths = self.lengths_at(recording.rig, value)
+            exact = replace(recording.rig.tolerances, **dict.fromkeys(lengths, 0.0))
+            changed.append(replace(recording, rig=replace(recording.rig, **lengths, tolerances=exact)))
+        return changed, values
 
 
 ProfileAxis = ModelParameter | RigLength
@@ -225,8 +216,7 @@ def _refine(fits: dict[float, Fit], recordings: Sequence[Recording], fitted_at: 
     """Insert fits nearer and nearer to the least cost."""
     costs = {value: fitted.cost(recordings) for value, fitted in fits.items()}
     for _ in range(REFINEMENTS):
-        between = _minimum(costs)
-        if between is None:
+        if (between := _minimum(costs)) is None:
             break
         nearest = min(fits, key=lambda value: abs(value - between))
         fits[between] = fitted_at(between, fits[nearest].values)

@@ -46,10 +46,9 @@ class StiffnessOfOneContact:
 
 def stiffness_by_contact(likelihood: Likelihood) -> dict[Contact, StiffnessOfOneContact]:
     """The k of every contact that determines it alone; empty where there is only one contact."""
-    if len(likelihood.contacts) < 2:
-        return {}
-    found = {contact: _stiffness_of(likelihood, contact) for contact in likelihood.contacts}
-    return {contact: stiffness for contact, stiffness in found.items() if stiffness is not None}
+    contacts = likelihood.contacts if len(likelihood.contacts) > 1 else ()
+    found = ((contact, _stiffness_of(likelihood, contact)) for contact in contacts)
+    return {contact: stiffness for contact, stiffness in found if stiffness is not None}
 
 
 def stiffnesses_agree(stiffnesses: Collection[StiffnessOfOneContact]) -> bool | None:
@@ -71,11 +70,10 @@ def _stiffness_of(likelihood: Likelihood, contact: Contact) -> StiffnessOfOneCon
         uncertainty = jackknife(part, solution)
     except np.linalg.LinAlgError:
         return None
-    if not solution.converged:
-        return None
     k, std = np.array([solution.x[0], np.sqrt(uncertainty.covariance[0, 0])]) * part.scales[0]
     freedom = uncertainty.degrees_of_freedom
-    return StiffnessOfOneContact(k=float(k), std=float(std), degrees_of_freedom=freedom)
+    found = StiffnessOfOneContact(k=float(k), std=float(std), degrees_of_freedom=freedom)
+    return found if solution.converged else None
 
 
 def describe_identifiability(
@@ -87,9 +85,9 @@ def describe_identifiability(
     noise: float,
     of_lengths: float,
 ) -> tuple[str, ...]:
-    """Sentences: how well k and b_t are determined, on what they rest, and what would help.
+    """Sentences on how well k and b_t are known, on what they rest, and what would help.
 
-    k is as if lengths were exact; its deviation by their tolerances is `of_lengths`, a share of it.
+    k is as if lengths were exact; by their tolerances it is off by `of_lengths`, a share of it.
     """
     vibrations = likelihood.vibrations
     sentences = [_precision(vibrations, k, b_t), _assumptions(vibrations, k, of_lengths)]

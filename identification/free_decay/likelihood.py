@@ -48,14 +48,10 @@ _MIN_NOISE = 0.01
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Evaluation:
-    """The likelihood at one point.
+    """The objective at one point, infinite where a wheel would not vibrate, and its derivatives.
 
-    Attributes:
-        cost: objective; infinite where a wheel would not vibrate.
-        gradient: its gradient, shape (n,).
-        hessian: its Hessian, shape (n, n).
-        responses: each recording's angles [rad] and their derivatives by the unknowns in their scales,
-            in the order of `Likelihood.columns`.
+    Responses are each recording's angles [rad] and their derivatives by the unknowns in their scales, in
+    the order of `Likelihood.columns`.
     """
 
     cost: float
@@ -138,8 +134,12 @@ class Likelihood:
         return Response(fine.psi[samples], fine.sensitivities[np.ix_(samples, places)] * self.scales[at])
 
     def _scales(self) -> Array:
-        """Size of every unknown, from the guesses of `find_vibration`."""
-        k, b_t = guess_k_and_b_t(self.vibrations)
+        """Size of every unknown, from the guesses of `find_vibration`, [Györök 2022], (5.7), (5.8)."""
+        squares = np.array([r.omega**2 + r.damping**2 for r in self.vibrations])
+        inertia = np.array([r.decay.inertia for r in self.vibrations])
+        per_k = np.array([stiffness(1, *contact_geometry(r)) for r in self.vibrations])
+        k = float(np.median(squares * inertia / per_k))
+        b_t = float(np.median([2 * r.decay.inertia * r.damping for r in self.vibrations]))
         slips = []
         for a, e in self.contacts:
             least = min(abs(r.deflection) for r in self.vibrations if contact_geometry(r) == (a, e))
@@ -152,16 +152,6 @@ class Likelihood:
 def contact_geometry(vibration: FreeVibration) -> Contact:
     """Half-length and caster length of the contact [m]."""
     return vibration.decay.rig.a, vibration.decay.rig.e
-
-
-def guess_k_and_b_t(vibrations: Sequence[FreeVibration]) -> tuple[float, float]:
-    """Guesses of k [N/m^2] and b_t [N m s/rad] by [Györök 2022], (5.7) and (5.8) with J_A."""
-    k = [
-        (r.omega**2 + r.damping**2) * r.decay.inertia / stiffness(1, *contact_geometry(r))
-        for r in vibrations
-    ]
-    b_t = [2 * r.decay.inertia * r.damping for r in vibrations]
-    return float(np.median(k)), float(np.median(b_t))
 
 
 def integration_grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]:
@@ -182,14 +172,7 @@ class NegLogLikelihood(NamedTuple):
 
 
 def neg_log_likelihood(read: Array, angle: Array, step: float, scale: float) -> NegLogLikelihood:
-    """The misfit -log P between readings and an angle.
-
-    Args:
-        read: readings [rad], shape (n,).
-        angle: the angle [rad], shape (n,).
-        step: of the encoder, D [rad].
-        scale: of the logistic noise, s [rad].
-    """
+    """The misfit -log P between readings and angles (n,) with the encoder's step D, noise s [rad]."""
     upper, lower = (read + step / 2 - angle) / scale, (read - step / 2 - angle) / scale
     # F(u) - F(l) = F(u) F(-l) (1 - exp(l - u)), in which nothing cancels.
     width = np.log(-np.expm1(-step / scale))

@@ -38,12 +38,8 @@ _MAX_LEVERAGE = 0.99
 class Solution:
     """The maximum of a likelihood.
 
-    Attributes:
-        x: unknowns in units of the likelihood's scales.
-        noise: scale of the noise besides the encoder's step [rad].
-        evaluation: the likelihood there.
-        converged: whether scale and unknowns both ended by their tolerances.
-        steps: steps of the solver in all.
+    Unknowns in units of its scales, scale of the noise besides the encoder's step [rad], the likelihood
+    there; whether scale and unknowns both ended by their tolerances, and steps of the solver in all.
     """
 
     x: Array
@@ -66,11 +62,7 @@ class JackknifeCovariance(NamedTuple):
 
 
 def solve(likelihood: Likelihood) -> Solution:
-    """Find the most likely unknowns.
-
-    Raises:
-        numpy.linalg.LinAlgError: the readings do not depend on one of the unknowns.
-    """
+    """The most likely unknowns; LinAlgError where the readings do not depend on one of them."""
     x, steps = likelihood.start(), 0
     first = likelihood.evaluate(x, 1.0)
     _units(first)
@@ -122,8 +114,7 @@ def _units(evaluation: Evaluation) -> Array:
     information = np.diag(evaluation.hessian)
     if not (information > 0).all():
         raise np.linalg.LinAlgError("the readings do not depend on one of the unknowns")
-    units: Array = 1 / np.sqrt(information)
-    return units
+    return np.asarray(1 / np.sqrt(information))
 
 
 def jackknife(likelihood: Likelihood, solution: Solution) -> JackknifeCovariance:
@@ -164,5 +155,4 @@ def _amplified(inverse: Array, curvature: Array, score: Array) -> Array:
     root = np.linalg.cholesky(inverse)
     leverages, axes = np.linalg.eigh(root.T @ curvature @ root)
     remainder = 1 - np.minimum(leverages, _MAX_LEVERAGE)
-    amplified: Array = np.linalg.solve(root.T, axes @ ((axes.T @ (root.T @ score)) / remainder))
-    return amplified
+    return np.asarray(np.linalg.solve(root.T, axes @ ((axes.T @ (root.T @ score)) / remainder)))

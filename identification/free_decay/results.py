@@ -11,14 +11,7 @@ from symbolic.array_alias import Array
 
 @dataclass(frozen=True, kw_only=True)
 class IdentifiedParameter:
-    """An identified parameter.
-
-    Attributes:
-        value: the estimate, in `unit`.
-        std: its standard deviation.
-        interval: 95 % confidence interval.
-        unit: the unit of all of these.
-    """
+    """An identified parameter with its standard deviation and 95 % confidence interval, in a unit."""
 
     value: float
     std: float

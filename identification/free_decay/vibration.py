@@ -56,45 +56,27 @@ def stiffness(k: Expression, a: Expression, e: Expression) -> Expression:
 def sliding_torque_deficit(
     turn: Expression, k: Expression, slip: Expression, a: Expression, e: Expression
 ) -> Expression:
-    """Torque that a virgin patch lacks by sliding, M_v + K psi [N m]; odd in turn and slip.
-
-    Args:
-        turn: psi [rad].
-        k: distributed lateral stiffness [N/m^2].
-        slip: 1 / (mu F_N) [1/N].
-        a: half-length of the contact patch [m].
-        e: caster length [m].
-    """
+    """M_v + K psi [N m], which a virgin patch lacks by sliding; odd in the turn and in 1/(mu F_N)."""
     per_turn = k * slip / full_slide_level(1, a)
     reach = ca.fmax(ca.fabs(per_turn * turn), _MIN_REACH)
     return k * turn * ca.fabs(turn) * per_turn * unit_corner_moment(1 / reach, a, e) / reach
 
 
 def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> Response:
-    """The vibration at given times.
+    """The vibration at increasing times [s], the first one close to the first turning point.
 
-    Args:
-        t: times [s], increasing, shape (n,); the first lies close to the first turning point.
-        unknowns: in the order of `UNKNOWNS`, shape (6,).
-        geometry: in the order of `GEOMETRY`, shape (3,).
-
-    Returns:
-        NaN where the wheel would not vibrate, 4 K J_A <= b_t^2.
+    NaN where the wheel would not vibrate, 4 K J_A <= b_t^2. Unknowns and geometry are in the order of
+    `UNKNOWNS` and of `GEOMETRY`.
     """
     first, stretch = _functions()
     state, sensitivity = (matrix.full() for matrix in first(unknowns, geometry))
     theta = unknowns[[UNKNOWNS.index(name) for name in PARAMETERS]]
     # Matrices of casadi lie column by column: the transposes of these arrays, sample after sample.
     buffered = BufferedCall(stretch)
-    given = (
-        state,
-        sensitivity.T,
-        np.tile(theta, _SAMPLES_PER_CALL),
-        np.tile(geometry, _SAMPLES_PER_CALL),
-    )
-    for array, values in zip(buffered.inputs, given, strict=False):
+    constant = (np.tile(values, _SAMPLES_PER_CALL) for values in (theta, geometry))
+    *given, dt = buffered.inputs
+    for array, values in zip(given, (state, sensitivity.T, *constant), strict=True):
         array[:] = values.ravel()
-    dt = buffered.inputs[-1]
     states = buffered.outputs[0].reshape(_SAMPLES_PER_CALL, len(_STATES))
     along = buffered.outputs[1].reshape(_SAMPLES_PER_CALL, len(UNKNOWNS), len(_STATES))
     psi, sensitivities = np.empty(t.size), np.empty((t.size, len(UNKNOWNS)))

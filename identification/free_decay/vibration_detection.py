@@ -36,15 +36,13 @@ class FreeVibration:
     """The free vibration within a recording.
 
     Attributes:
-        decay: the recording.
         first: index of the sample at the first turning point: the largest deflection, after which no
             impact acts.
         last: index after the last sample of the vibration, where it has sunk into the encoder's step.
         step: of the encoder [rad].
         peak: reading at the first turning point [rad].
-        centre: reading about which the wheel swings, a guess [rad].
-        omega: angular frequency, a guess [rad/s].
-        damping: decay rate, a guess [1/s].
+        centre, omega, damping: guesses of the reading about which the wheel swings [rad], its angular
+            frequency [rad/s] and its decay rate [1/s].
     """
 
     decay: Decay
@@ -73,11 +71,7 @@ class FreeVibration:
 
 
 def find_vibration(decay: Decay) -> FreeVibration:
-    """Find the free vibration.
-
-    Raises:
-        InvalidInputError: the wheel stands still, or swings by too little, too far, or too short a time.
-    """
+    """The free vibration; refused where the wheel swings by too little, too far, or too short a time."""
     if np.ptp(decay.psi) == 0:
         raise InvalidInputError(f"{decay.name}: psi is constant; the wheel has to be struck")
     step = encoder_step(decay.psi)
@@ -97,11 +91,12 @@ def find_vibration(decay: Decay) -> FreeVibration:
             f"{decay.name}: the wheel swings by {deflection:.3g} rad; allowed: up to"
             f" {MAX_DEFLECTION:g} rad, as all angles are taken for small; is psi in rad?"
         )
-    if t.size < 4:
-        raise _too_short(decay, t)
-    omega = _frequency(t, swing)
+    omega = _frequency(t, swing) if t.size >= 4 else 0.0
     if not (t[-1] - t[0]) * omega > MIN_PERIODS * 2 * np.pi:
-        raise _too_short(decay, t)
+        raise InvalidInputError(
+            f"{decay.name}: holds {t[-1] - t[0]:.3g} s after its largest deflection, in which psi does"
+            f" not swing {MIN_PERIODS:g} times; record the vibration until it has died away"
+        )
     loud = max(1.5 * step, _LOUD * deflection)
     calm, end = _calm(t, np.abs(swing), loud, 2 * np.pi / omega)
     damping = _damping(t[:calm], swing[:calm], loud, omega)
@@ -140,15 +135,7 @@ def encoder_step(psi: Array) -> float:
 
 def without_spikes(psi: Array) -> Array:
     """Readings with one or two wrong ones in a row replaced by a median of their neighbours [rad]."""
-    filtered: Array = median_filter(psi, _FILTER, mode="reflect")
-    return filtered
-
-
-def _too_short(decay: Decay, t: Array) -> InvalidInputError:
-    return InvalidInputError(
-        f"{decay.name}: holds {t[-1] - t[0]:.3g} s after its largest deflection, in which psi does not"
-        f" swing {MIN_PERIODS:g} times; record the vibration until it has died away"
-    )
+    return np.asarray(median_filter(psi, _FILTER, mode="reflect"))
 
 
 def _middle_of_top(psi: Array, top: int, step: float) -> int:

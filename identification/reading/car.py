@@ -63,13 +63,8 @@ class Standstills:
 class RackRecording:
     """Motion and force of a car's rack at standstill, without missing samples; arrays (n,).
 
-    Attributes:
-        name: of the recording.
-        t: time [s].
-        s: way of the rack [m].
-        force: of the gear on the rack, inertia in it [N].
-        brakes: whether the brakes held the wheels in the first standstill.
-        at_limit: as of `Standstills`.
+    Time [s], way of the rack [m], force of the gear on it [N], inertia included; whether the brakes held
+    the wheels in the first standstill; `at_limit` is as of `Standstills`.
     """
 
     name: str
@@ -209,10 +204,8 @@ def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstill
 
 def _held(values: Array | None, count: int, default: float) -> Array:
     """A signal with its last value where one is missing, a default before the first."""
-    if values is None:
+    if values is None or not np.isfinite(values).any():
         return np.full(count, default)
     known = np.flatnonzero(np.isfinite(values))
-    if known.size == 0:
-        return np.full(count, default)
     place = np.searchsorted(known, np.arange(count), side="right") - 1
     return np.where(place >= 0, values[known[np.maximum(place, 0)]], default)

@@ -32,16 +32,13 @@ up to 0.005 in steps of 10 N, from 0.024 on where it is clipped at 0.9 of the la
 def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
     """Refuse columns that look like ones in other units, or of the other sign."""
     changed, reasons, columns = dict[str, SignalSource](), [], dict(table.columns)
-
-    def source(column: str) -> SignalSource:
-        return changed.get(column, table.sources.get(column, SignalSource(channel=column)))
-
     for column, unit in _units(columns, vehicle).items():
-        changed[column] = replace(source(column), unit=unit.replace(" ", ""))
+        changed[column] = replace(table.source(column), unit=unit.replace(" ", ""))
         reasons.append(f"{column} looks like {unit}")
         columns[column] = columns[column] * UNITS[column][unit]
     for column, reason in _signs(columns, vehicle).items():
-        changed[column] = replace(source(column), factor=-source(column).factor)
+        source = changed.get(column, table.source(column))
+        changed[column] = replace(source, factor=-source.factor)
         reasons.append(reason)
     if changed:
         remedy = mending_map(table.sources, changed)
@@ -72,11 +69,7 @@ def shares_at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, fl
 
 
 def require_unclipped(name: str, at_limit: Mapping[str, float], looks_like: str) -> None:
-    """Refuse a recording whose force or torque a sensor or a motor limits, by `shares_at_limits`.
-
-    Raises:
-        InvalidInputError: it is such a recording; `looks_like` says what it is taken for.
-    """
+    """Refuse a recording that is clipped, by `shares_at_limits`, and would be taken for another."""
     for column, share in at_limit.items():
         if share > MAX_AT_LIMIT:
             raise InvalidInputError(

@@ -44,11 +44,8 @@ _USUAL_NAMES = {
 class Samples:
     """One channel.
 
-    Attributes:
-        values: shape (n,).
-        unit: as the file says; empty where it does not.
-        times: of the samples [s], shape (n,); None where the file keeps time in a channel of its own.
-        remark: what the user has to know about the values; empty for nothing.
+    Values, shape (n,); the unit that the file says; times [s], shape (n,), where it has a clock; what
+    the user has to know about the values.
     """
 
     values: Array

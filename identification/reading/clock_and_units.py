@@ -129,10 +129,8 @@ def _on_one_clock(path: Path, columns: Mapping[str, Samples]) -> dict[str, Array
         raise InvalidInputError(f"{path}: holds {clock.size} samples, at most {MAX_SAMPLES} allowed")
     table = {"t": clock - clock[0]}
     for column, samples in columns.items():
-        hold = column in _TORQUES
-        table[column] = _at(
-            clock, clocks[column], samples.values, nearest=hold and clock is not clocks[column]
-        )
+        nearest = column in _TORQUES and clock is not clocks[column]
+        table[column] = _at(clock, clocks[column], samples.values, nearest=nearest)
     return table
 
 

@@ -8,10 +8,10 @@ so that angle and torque stay simultaneous.
 No step is causal and none shifts a channel in time: they are for recordings, not for a control loop.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Protocol
+from functools import reduce
 
 import numpy as np
 
@@ -57,13 +57,6 @@ class Channel:
 def _require_positive(name: str, frequency: float) -> None:
     if not 0 < frequency < np.inf:
         raise InvalidInputError(f"{name} must be finite and greater than 0 Hz, got {frequency}")
-
-
-class ChannelStep(Protocol):
-    """One step of a pipeline."""
-
-    def __call__(self, channel: Channel) -> Channel:
-        """The channel after the step."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,13 +188,11 @@ class Pipeline:
         steps: as `Scaled`, `OffsetRemoved`, `LowPass`, `Resampler`.
     """
 
-    steps: tuple[ChannelStep, ...]
+    steps: tuple[Callable[[Channel], Channel], ...]
 
     def __call__(self, channel: Channel) -> Channel:
         """The channel after all of them."""
-        for step in self.steps:
-            channel = step(channel)
-        return channel
+        return reduce(lambda given, step: step(given), self.steps, channel)
 
 
 def default_pipeline(

@@ -13,10 +13,7 @@ MAX_FILE_SIZE = 500_000_000
 
 
 def require_readable(path: Path, largest: int = MAX_FILE_SIZE) -> int:
-    """The size of a file that may be read [bytes].
-
-    A pipe or a device, which may block or never end, is refused, and what is larger than `largest`.
-    """
+    """The size of a file that may be read [bytes]; a pipe or a device may block or never end."""
     with _as_input_error(path):
         status = path.stat()
         if path.is_dir():

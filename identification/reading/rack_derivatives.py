@@ -37,13 +37,7 @@ class RackDifferentiator:
         self._samples: deque[tuple[float, float, float]] = deque()
 
     def __call__(self, t: float, s: float, force: float) -> RackInstant:
-        """The instant that is known with one more sample.
-
-        Args:
-            t: time [s].
-            s: way of the rack [m], NaN where it is missing.
-            force: on the rack [N].
-        """
+        """The instant that one more sample [s, m, N] makes known; the way is NaN where it is missing."""
         samples = self._samples
         samples.append((t, s, force))
         while len(samples) > MIN_SAMPLES and samples[0][0] < t - 1.05 * SMOOTHING_TIME:

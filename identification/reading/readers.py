@@ -96,10 +96,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
 def read_table(
     path: Path, needed: Sequence[str], readers: Mapping[str, Reader], signals: SignalMap = NO_MAP
 ) -> Table:
-    """Read a file by the reader of its suffix and check its samples; without a suffix it is CSV.
-
-    Of the columns needed not every sample may be missing.
-    """
+    """The table by the reader of the file's suffix, CSV without one, after `require_valid_samples`."""
     reader = readers.get(path.suffix.lower() or ".csv")
     if reader is None:
         require_readable(path)  # A missing file has another remedy than an unknown format.

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,17 +31,6 @@ if TYPE_CHECKING:
 __all__ = ["Recording", "read_recording", "read_rig"]
 
 _LOG = logging.getLogger(__name__)
-
-
-class DataFrame(Protocol):
-    """Methods of a data frame of pandas or polars that are used."""
-
-    @property
-    def columns(self) -> Any:
-        """Names of the columns."""
-
-    def __getitem__(self, name: str, /) -> Any:
-        """A column."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -108,9 +97,9 @@ class Recording:
         Args:
             axes: of matplotlib, to draw into; new ones of pyplot without.
         """
-        steering = self.M is not None and not np.isfinite(self.M_z).any()
-        torque = self.M if steering else self.M_z
-        label = "steering torque $M$ [N m]" if steering else ALIGNING
+        torque, label = self.M_z, ALIGNING
+        if self.M is not None and not np.isfinite(self.M_z).any():
+            torque, label = self.M, "steering torque $M$ [N m]"
         return draw_loops(axes, self.psi, {self.name: torque}, label)
 
     def __post_init__(self) -> None:
@@ -134,7 +123,7 @@ class Recording:
     @classmethod
     def from_dataframe(
         cls,
-        frame: DataFrame,
+        frame: Any,
         rig: tuple[Rig, Tyre],
         *,
         name: str = "recording",

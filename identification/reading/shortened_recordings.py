@@ -68,16 +68,12 @@ MIN_REVERSAL = 1e-3
 def thin_recordings(
     recordings: Sequence[Recording], most: int = MAX_SEARCH_SAMPLES
 ) -> tuple[list[Recording], str | None]:
-    """The recordings, thinned alike where together they have too many samples.
+    """The recordings, thinned alike to `most` samples together where they have more, and a note on that.
 
     Of each so many samples in a row one is kept, the first with a torque, and every sample at which
     the angle reverses, so that what the patch remembers stays as it was. Where reversals would take more
     than half of the samples, those of the smallest angle are left out. Nothing is averaged: the noise
     keeps its size.
-
-    Returns:
-        The recordings, at most `most` samples together, and what was done in plain words; None where
-        nothing was.
     """
     total = sum(recording.t.size for recording in recordings)
     if total <= most:

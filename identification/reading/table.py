@@ -79,6 +79,10 @@ class Table:
     names: Sequence[str] = ()
     remarks: Sequence[str] = ()
 
+    def source(self, column: str) -> SignalSource:
+        """Where a column comes from; its own name where the table does not say."""
+        return self.sources.get(column, SignalSource(channel=column))
+
 
 def required_columns(*, torque_required: bool) -> tuple[str, ...]:
     """Names of the columns that a recording of a turning wheel needs."""
@@ -93,10 +97,7 @@ def possible_columns(needed: Sequence[str]) -> tuple[str, ...]:
 
 
 def require_valid_samples(table: Table, needed: Sequence[str]) -> None:
-    """Check every sample; of the columns needed not all may be missing.
-
-    The message names the first fault and counts the other faulty samples.
-    """
+    """Refuse a table for a faulty sample, or for a column needed that is missing throughout."""
     _require_one_length(table)
     columns = {name: table.columns[name] for name in MAX_VALUES if name in table.columns}
     checks = [
@@ -132,12 +133,12 @@ def require_valid_samples(table: Table, needed: Sequence[str]) -> None:
 
 
 def _require_one_length(table: Table) -> None:
-    names = {c: table.sources[c].channel if c in table.sources else c for c in table.columns}
     size = table.columns["t"].size
     for column, values in table.columns.items():
         if values.size != size:
+            name, of_time = (table.source(one).channel for one in (column, "t"))
             raise InvalidInputError(
-                f"{table.path}: {names[column]} holds {values.size} samples, {names['t']} holds {size};"
+                f"{table.path}: {name} holds {values.size} samples, {of_time} holds {size};"
                 " equal numbers are needed"
             )
 
@@ -166,9 +167,10 @@ def _too_large(table: Table, name: str, values: Array) -> _Check:
 
 
 def _no_load(table: Table, F_N: Array) -> _Check:
-    remedy = "" if (F_N > 0).any() else _other_sign(table)
-    what = f"a vertical load is greater than 0{remedy}"
-    return F_N <= 0, lambda at: f"F_N = {F_N[at]:g} N; {what}"
+    source = table.source("F_N")
+    turned = mending_map(table.sources, {"F_N": replace(source, factor=-source.factor)})
+    remedy = "" if (F_N > 0).any() else f"; if it counts the other way: {turned}"
+    return F_N <= 0, lambda at: f"F_N = {F_N[at]:g} N; a vertical load is greater than 0{remedy}"
 
 
 def _time_checks(t: Array) -> Iterator[_Check]:
@@ -194,7 +196,7 @@ def _time_checks(t: Array) -> Iterator[_Check]:
 @np.errstate(over="ignore", invalid="ignore")
 def _other_unit(table: Table, column: str) -> str:
     """The map to write where a column is too large because it is in a smaller unit."""
-    source = table.sources.get(column, SignalSource(channel=column))
+    source = table.source(column)
     smaller = sorted((factor, unit) for unit, factor in UNITS[column].items() if factor < 1)
     if not smaller:
         return ""
@@ -213,10 +215,3 @@ def _other_unit(table: Table, column: str) -> str:
         return ""
     of_hand = "if it is the steering wheel's in degrees" if geared else "if it is in another unit"
     return f"; {of_hand}: {mending_map(table.sources, changed)}{source.for_ratio if geared else ''}"
-
-
-def _other_sign(table: Table) -> str:
-    """The map to write where the load counts the other way."""
-    source = table.sources.get("F_N", SignalSource(channel="F_N"))
-    turned = {"F_N": replace(source, factor=-source.factor)}
-    return f"; if it counts the other way: {mending_map(table.sources, turned)}"

@@ -35,11 +35,8 @@ def infer_units_and_sign(
 ) -> tuple[dict[str, SignalSource], set[str]]:
     """The sources with inferred units and torque sign, and the columns that need a steering ratio.
 
-    Args:
-        sources: of columns.
-        values: of the channels, by column, in SI where the unit is known; columns may lack.
-        geared: columns whose channel belongs to the steering wheel by its name.
-        certain: columns whose unit is known; it stays.
+    Values are in SI where the unit is known; columns may lack. Of `geared` columns the channel is the
+    steering wheel's by its name; of `certain` ones the unit stays.
     """
     found, geared, known = (
         dict(sources),

@@ -10,10 +10,12 @@ presliding [Dahl 1968] along the angle; the others are those of `symbolic.vehicl
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from identification.reading.car import Standstills
 from identification.reading.recordings import Recording
 from identification.reading.shortened_recordings import at_samples
 from symbolic.array_alias import Array
@@ -29,8 +31,7 @@ SLACK = 2e-4
 """Play of the angle's noise, either way [rad]."""
 
 
-@dataclass(frozen=True, eq=False)
-class DeclaredTorque:
+class DeclaredTorque(NamedTuple):
     """A torque as declared, shape (n,) [N m], and its tolerance as a share of it [1]."""
 
     torque: Array
@@ -45,7 +46,7 @@ def vehicle_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
     growth = growth_to_full_lock(vehicle, brakes=car.brakes[0]).torque * np.sin(psi) ** 2
     measured = np.nan_to_num(recording.M_z)
     declared = {
-        "gear_share": (_gear(recording), tolerances.gear_friction),
+        "gear_share": (_gear(recording, car), tolerances.gear_friction),
         "return_share": (-jacking_torque(vehicle, psi) / (1 + growth), JACKING / EVEN),
         "damping_share": (-vehicle.damping * recording.psi_dot, tolerances.damping),
         "growth_share": (growth * measured, GROWTH / EVEN),
@@ -63,20 +64,18 @@ def farthest_standstill_without_gear(recording: Recording) -> tuple[Recording, s
     numbers = np.unique(car.stretch[car.stretch >= 0])
     number = max(numbers, key=lambda n: float(np.ptp(recording.psi[car.stretch == n])))
     rig, tyre = rig_of(car.vehicle, brakes=(brakes := car.brakes[number]))
-    own = replace(recording, rig=rig, tyre=tyre, standstills=replace(car, brakes=(brakes,)))
+    alone = replace(car, brakes=(brakes,))
+    own = replace(recording, rig=rig, tyre=tyre, standstills=alone)
     stood = at_samples(own, np.flatnonzero(car.stretch == number))
     note = (
         f"{recording.name}: of {numbers.size} standstills that from {stood.t[0]:.6g} to"
         f" {stood.t[-1]:.6g} s, in which it was steered farthest, is diagnosed"
     )
-    return replace(stood, M_z=stood.M_z - _gear(stood)), note * (numbers.size > 1)
+    return replace(stood, M_z=stood.M_z - _gear(stood, alone)), note * (numbers.size > 1)
 
 
-def _gear(recording: Recording) -> Array:
+def _gear(recording: Recording, car: Standstills) -> Array:
     """Torque of the gear's dry friction as declared [N m]."""
-    car = recording.standstills
-    if car is None:
-        return np.zeros_like(recording.psi)
     vehicle, psi = car.vehicle, recording.psi
     presliding = vehicle.presliding / vehicle.steering_arm
     angle, slip, slips = float(psi[0]), 0.0, []

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.signal_map import SignalSource, mending_map
+from identification.reading.signal_map import mending_map
 from identification.reading.table import Table
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
@@ -55,8 +55,7 @@ def _slopes(t: Array, psi: Array, at: NDArray[np.intp], first: NDArray[np.intp],
     normal = np.stack([(weighted * u**power).sum(axis=2) for power in range(3)])
     right = (weighted * (psi[near] - psi[at, None])).sum(axis=2)
     fits = np.linalg.solve(normal.transpose(2, 0, 1), right.T[..., None])
-    slopes: Array = fits[:, 1, 0] / reach[:, 0]
-    return slopes
+    return np.asarray(fits[:, 1, 0] / reach[:, 0])
 
 
 MAX_RATE_SCALE = 1.25
@@ -66,15 +65,10 @@ MIN_CORRELATION = 0.8
 
 
 def require_rate_of_angle(table: Table, psi: Array, psi_dot: Array) -> None:
-    """Refuse a measured rate of another unit or sign than the angle's derivative.
+    """Refuse a measured rate [rad/s] of another unit or sign than the derivative of the angle [rad].
 
     The rate is integrated and differentiated as the angle is, so that smoothing changes both alike.
     Where both have noise, the ratio lies between the two regressions of one on the other.
-
-    Args:
-        table: where they come from, for the message.
-        psi: angle [rad], shape (n,), without gaps.
-        psi_dot: measured rate [rad/s], shape (n,), without gaps.
     """
     t = table.columns["t"][-psi.size :]
     middle = (psi_dot[1:] + psi_dot[:-1]) / 2
@@ -98,7 +92,7 @@ def require_rate_of_angle(table: Table, psi: Array, psi_dot: Array) -> None:
 
 def _remedy(table: Table, scale: float) -> str:
     """The map under which the rate is the angle's derivative: by unit and sign, or else by a factor."""
-    psi, rate = (table.sources.get(c, SignalSource(channel=c)) for c in ("psi", "psi_dot"))
+    psi, rate = table.source("psi"), table.source("psi_dot")
     mended = replace(rate, factor=float(np.copysign(1.0, scale)) * rate.factor)
     changed = {"psi_dot": mended} if scale < 0 else {}
     for column, source, size in (("psi_dot", mended, 1 / abs(scale)), ("psi", psi, abs(scale))):

@@ -89,12 +89,11 @@ def addition_justified(
     effect clearly. Leaving training recordings out in turn is no evidence beyond the criterion,
     nor is an error that falls because a parameter of a held-out recording is fitted to it.
     """
-    if not error_falls(richer.judgement, present.judgement, criteria):
-        return False
-    if not present.nrmse**2 - richer.nrmse**2 > criteria.resolution**2:
+    falls = error_falls(richer.judgement, present.judgement, criteria)
+    if not (falls and present.nrmse**2 - richer.nrmse**2 > criteria.resolution**2):
         return False
     mean, error = advantage(richer.judgement, present.judgement, criteria.long_block)
-    predicted = richer.held_out is not None and _own_parameters(richer) == _own_parameters(present)
+    predicted = richer.held_out is not None and sum(richer.fitted.own) == sum(present.fitted.own)
     allowed = criteria.strong if predicted and mean > criteria.clear * error else 0.0
     return delta_bic(richer.fitted, present.fitted, training) < allowed
 
@@ -115,20 +114,12 @@ def exceeds_law_mismatch(
 
 
 def family_already_present(effects: Sequence[Effect]) -> bool:
-    """Whether another effect is a law of the last one's family.
-
-    What has values of each recording alone, such as a zero or where it begins, is no law.
-    """
+    """Whether another effect is a law of the last one's family; values of recordings alone are none."""
     *others, last = (
         None if {p.scope for p in effect.parameters} == {"recording"} else effect.family
         for effect in effects
     )
     return last in {*others} - {None, "other"}
-
-
-def _own_parameters(trial: Trial) -> int:
-    """Number of parameters that belong to a recording."""
-    return sum(trial.fitted.own)
 
 
 def removal_justified(
@@ -138,21 +129,14 @@ def removal_justified(
     criteria: SelectionCriteria,
     declared: Trial,
 ) -> bool:
-    """Whether an effect may be removed: adding it to the poorer model would not be justified.
-
-    The poorer model may have another effect of its family in its place, with fewer parameters, none of
-    them at the end of its range.
-    """
-    if len(poorer.effects) == len(present.effects) and last_effect_at_bound(poorer.fitted):
+    """Whether an effect would not be added any more; a simpler one of its family may replace it."""
+    exchanged = len(poorer.effects) == len(present.effects)
+    if exchanged and last_effect_at_bound(poorer.fitted):
         return False
+    if not addition_justified(present, poorer, training, criteria):
+        return True
     removed = next(effect for effect in present.effects if effect not in poorer.effects)
-    return not (
-        addition_justified(present, poorer, training, criteria)
-        and (
-            len(poorer.effects) == len(present.effects)
-            or exceeds_law_mismatch(removed, present, poorer, declared, criteria)
-        )
-    )
+    return not (exchanged or exceeds_law_mismatch(removed, present, poorer, declared, criteria))
 
 
 def exchange_justified(
@@ -161,9 +145,8 @@ def exchange_justified(
     """Whether the judged error is lower, and with more parameters the information criterion too."""
     if not error_falls(trial.judgement, present.judgement, criteria):
         return False
-    if len(trial.fitted.labels) <= len(present.fitted.labels):
-        return True
-    return delta_bic(trial.fitted, present.fitted, training) < 0
+    larger = len(trial.fitted.labels) > len(present.fitted.labels)
+    return not larger or delta_bic(trial.fitted, present.fitted, training) < 0
 
 
 def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> bool:
@@ -174,13 +157,9 @@ def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> b
 
 
 def overfits_judged(trial: Trial, other: Trial, training: Sequence[Recording]) -> bool:
-    """Whether a trial's lower error comes from parameters fitted to the judging recordings themselves.
-
-    It fits more to them than the other one, and its information criterion is higher.
-    """
-    if not _own_parameters(trial) > _own_parameters(other):
-        return False
-    return delta_bic(trial.fitted, other.fitted, training) > 0
+    """Whether a trial's lower error comes from more parameters fitted to the judging recordings."""
+    fits_more = sum(trial.fitted.own) > sum(other.fitted.own)
+    return fits_more and delta_bic(trial.fitted, other.fitted, training) > 0
 
 
 def error_falls(after: Judgement, before: Judgement, criteria: SelectionCriteria) -> bool:
@@ -191,11 +170,7 @@ def error_falls(after: Judgement, before: Judgement, criteria: SelectionCriteria
 
 
 def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float, float]:
-    """By how much the mean of (error / torque range)^2 falls, and the standard error of this fall [1].
-
-    Both models are compared block by block, `block` seconds each; with a single block the standard error
-    is infinite.
-    """
+    """Fall of the mean of (error / range)^2, and its standard error over blocks [s], inf for one."""
     difference = worse.block_errors(block) - better.block_errors(block)
     n = difference.size
     return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(n)) if n > 1 else np.inf

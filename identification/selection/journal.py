@@ -30,7 +30,8 @@ from symbolic import Model
 FORMAT = 5
 """Changes with whatever makes a kept trial differ from one run anew."""
 ARRAYS = ("jacobian", "scales", "bound_distances", "prior_weights", "prior_steps")
-"""What of a fit is an array, beside its residuals."""
+TEXTS = ("labels", "status", "converged")
+"""What of a fit is an array, and what is none, beside its residuals and its values."""
 DIGEST = hashlib.sha256().digest_size
 """Bytes in the beginning of a file that say whether the others are as they were written."""
 _LOG = logging.getLogger(__name__)
@@ -63,7 +64,11 @@ class Journal:
 
     def note(self, task: TrialTask, trial: Trial) -> None:
         """Keep the trial of this task, whole or not at all; where nothing can be written, not at all."""
-        arrays: dict[str, Any] = {"texts": json.dumps([_text(fitted) for fitted in trial.fits])}
+        texts = [
+            {"values": asdict(fitted.values), **{name: getattr(fitted, name) for name in TEXTS}}
+            for fitted in trial.fits
+        ]
+        arrays: dict[str, Any] = {"texts": json.dumps(texts)}
         for i, fitted in enumerate(trial.fits):
             arrays |= {f"{i}/residual/{name}": r for name, r in fitted.residuals.items()}
             arrays |= {f"{i}/{name}": getattr(fitted, name) for name in ARRAYS}
@@ -125,16 +130,6 @@ def _digest(recording: Recording) -> bytes:
     for values in (recording.t, recording.psi, recording.psi_dot, recording.M_z, recording.F_N):
         digest.update(values.tobytes())
     return digest.digest()
-
-
-def _text(fitted: Fit) -> dict[str, Any]:
-    """What of a fit is not an array."""
-    return {
-        "values": asdict(fitted.values),
-        "labels": fitted.labels,
-        "status": fitted.status,
-        "converged": fitted.converged,
-    }
 
 
 def _fit(task: TrialTask, text: Mapping[str, Any], arrays: Mapping[str, Any], i: int) -> Fit:

@@ -62,8 +62,7 @@ def _of_a_ground_alone(left: Recording, recordings: Sequence[Recording], owners:
     """Columns of the ground of a recording, where no other recording stands on it."""
     others = {ground_of(recording) for recording in recordings if recording is not left}
     ground = ground_of(left)
-    alone: Mask = (owners == ground) & (ground not in others)
-    return alone
+    return np.asarray((owners == ground) & (ground not in others))
 
 
 def _move_to_mean(step: Array, alone: Mask, fitted: Fit) -> None:

@@ -28,17 +28,16 @@ def promising_pairs(alone: SearchStep, training: Sequence[Recording]) -> list[Ef
     Those that judge do not confirm such an effect: it may take along what its partner would explain.
     """
     present = alone.before.effects
-    singles = {
-        t.effects[-1]: t.fitted
+    changes = {
+        t.effects[-1]: delta_bic(t.fitted, alone.coarse_before.fitted, training)
         for t in alone.trials
         if t.effects[:-1] == present and not family_already_present(t.effects)
     }
-    changes = {e: delta_bic(one, alone.coarse_before.fitted, training) for e, one in singles.items()}
-    firsts = sorted((e for e in singles if changes[e] < DEMANDED), key=lambda e: changes[e])[:FIRSTS]
+    firsts = sorted((e for e in changes if changes[e] < DEMANDED), key=lambda e: changes[e])[:FIRSTS]
     pairs = [
         (*present, first, e)
         for i, first in enumerate(firsts)
-        for e in singles
+        for e in changes
         if e not in firsts[: i + 1]
     ]
     return [pair for pair in pairs if not family_already_present(pair)]
@@ -51,16 +50,10 @@ def steps_to_pair(
     criteria: SelectionCriteria,
     declared: Trial,
 ) -> list[SearchStep]:
-    """Two steps to the first of these pairs that is clear on the whole recordings; none where none is.
+    """Steps to the first pair of these coarse trials that is clear on the whole recordings, if any is.
 
-    The gain of each effect is that beside the other.
-
-    Args:
-        alone: the step in which no effect was worth adding.
-        pairs: coarse trials, least judged error first.
-        runner: runs the trials on the whole recordings.
-        criteria: thresholds.
-        declared: the declared model.
+    The first is the step in which no effect was worth adding `alone`; the gain of each effect is that
+    beside the other.
     """
     before, thinned = alone.before, runner.thinned_training
     justified = [

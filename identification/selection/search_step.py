@@ -19,13 +19,11 @@ from symbolic import Effect
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SearchStep:
-    """One step of the search.
+    """One step of the search, from a model to the one after it, None in the last step.
 
     Attributes:
-        before: the model before it.
-        coarse_before: the same, fitted as coarsely as the candidates that it was compared with.
+        coarse_before: the model before, fitted as coarsely as the candidates that it was compared with.
         trials: of the models with one effect more or less, least judged error first, coarsely fitted.
-        after: the model after it; None in the last step.
         indistinguishable: effects that would have done as well as the one that was added.
         with_neither: where an effect took another one's place, the model with neither; else None.
     """

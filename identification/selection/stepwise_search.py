@@ -6,12 +6,15 @@ another; at last it tries the rival of the effect that was added last. An effect
 not return, so the search ends.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from identification.fits.fitting import last_effect_at_bound
+from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
+    DEFAULT_CRITERIA,
     SelectionCriteria,
     distinguishable,
     exchange_justified,
@@ -19,6 +22,7 @@ from identification.selection.criteria import (
     forward_step_justified,
     removal_justified,
 )
+from identification.selection.journal import Journal
 from identification.selection.pair_of_effects import promising_pairs, steps_to_pair
 from identification.selection.search_step import (
     RankedCandidate,
@@ -27,9 +31,9 @@ from identification.selection.search_step import (
     with_effect,
     without,
 )
-from identification.selection.trial_runner import Effects, TrialRunner, values_for
+from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, values_for, workers
 from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
-from symbolic import Effect
+from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
 Justified = Callable[[Trial, Trial, Sequence[Recording], SelectionCriteria, Trial], bool]
@@ -37,10 +41,7 @@ Justified = Callable[[Trial, Trial, Sequence[Recording], SelectionCriteria, Tria
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _PresentModel:
-    """The present model in two fits, beside the declared model.
-
-    `fine` is fitted to the whole recordings, `coarse` with `precision`, as its rivals.
-    """
+    """The present model, fitted to the whole recordings and `coarse` as its rivals."""
 
     fine: Trial
     coarse: Trial
@@ -117,22 +118,17 @@ class Search:
         return [e for e in allowed if e not in idle], [e for e in allowed if e in idle]
 
     def _changes(self, present: Effects, effect: Effect) -> bool:
-        """Whether adding the effect changes the model for these recordings.
-
-        One that gives every ground its own values needs a parameter to do that to, and two grounds.
-        """
+        """Whether adding the effect changes the model for these recordings."""
         if not effect.changes_scopes:
             return True
+        # It gives every ground its own values, for which it needs a parameter and two grounds.
         after, before = (model_of(effects).parameters for effects in ((*present, effect), present))
         return after != before and len({r.ground for r in self.runner.training} - {None}) > 1
 
     def _add(
         self, present: _PresentModel, effects: Sequence[Effect], earlier: Sequence[Trial]
     ) -> SearchStep:
-        """Add the best of these effects that is confirmed on the whole recordings, if there is one.
-
-        `earlier` are trials of other effects on top of the same model, which count too.
-        """
+        """Add the best of these effects, or of `earlier` trials, that the whole recordings confirm."""
         label = f"trying effects on top of {', '.join(present.fine.names) or 'the declared structure'}"
         sets = [with_effect(present.fine.effects, effect) for effect in effects]
         trials = [*earlier, *self._rank(present, sets, label)]
@@ -147,7 +143,7 @@ class Search:
             trials=tuple(ranked),
             after=after,
             indistinguishable=indistinguishable,
-            with_neither=self._lacking(after) if after and replaced else None,
+            with_neither=self._fitted_from(after, after.effects[:-1]) if after and replaced else None,
         )
 
     def _remove(self, present: _PresentModel) -> SearchStep | None:
@@ -168,15 +164,12 @@ class Search:
         return self._replaced(present, trials, removal_justified)
 
     def _exchange(self, present: _PresentModel, additions: Sequence[Trial]) -> SearchStep | None:
-        """Exchange one effect for one of the candidates that gained most, though not enough.
-
-        An exchange never adds a second law of a family, because an exchange is not tested for how much
-        more it explains.
-        """
+        """Exchange one effect for one of the candidates that gained most, though not enough."""
         effects = present.fine.effects
         least = (1 - self.criteria.least_gain) * present.coarse.nrmse
         helpful = [trial.effects[-1] for trial in additions if trial.nrmse < least]
         label = f"exchanging one of {', '.join(present.fine.names)}"
+        # Never for a second law of a family: how much more that explains is not tested here.
         sets = [
             exchanged
             for effect in helpful[: self.criteria.exchanges]
@@ -202,7 +195,8 @@ class Search:
         if rival is None or rival not in candidates:
             return None
         *others, chosen = present.fine.effects
-        if family_already_present((*others, rival)):
+        effects = (*others, rival)
+        if family_already_present(effects):
             return None
         hopeless = {rival, *added.idle(self.criteria)}
         sets = [(*others, rival, effect) for effect in candidates if effect not in hopeless]
@@ -210,9 +204,7 @@ class Search:
         found = self._replaced(present, self._rank(present, sets, label), exchange_justified)
         if found is None or found.after is None:
             return None
-        effects = (*others, rival)
-        after = self.runner.run_fine(effects, values_for(found.after, effects))
-        return replace(found, after=after, with_neither=None)
+        return replace(found, after=self._fitted_from(found.after, effects), with_neither=None)
 
     def _replaced(
         self, present: _PresentModel, trials: Sequence[Trial], justified: Justified
@@ -222,19 +214,18 @@ class Search:
         _, after = self._first_confirmed(best, present, justified)
         if after is None:
             return None
-        last = after.effects[-1] if after.effects else None
+        exchanged = bool(after.effects) and after.effects[-1] not in present.fine.effects
         return SearchStep(
             before=present.fine,
             coarse_before=present.coarse,
             trials=tuple(trials),
             after=after,
-            with_neither=None if last is None or last in present.fine.effects else self._lacking(after),
+            with_neither=self._fitted_from(after, after.effects[:-1]) if exchanged else None,
         )
 
-    def _lacking(self, after: Trial) -> Trial:
-        """The model without its last effect, which took the place of another one."""
-        effects = after.effects[:-1]
-        return self.runner.run_fine(effects, values_for(after, effects))
+    def _fitted_from(self, trial: Trial, effects: Effects) -> Trial:
+        """The model with these effects on the whole recordings, from the values of another trial."""
+        return self.runner.run_fine(effects, values_for(trial, effects))
 
     def _rank(self, present: _PresentModel, sets: Sequence[Effects], label: str) -> list[Trial]:
         """Coarse trials of these sets of effects, least judged error first."""
@@ -271,6 +262,39 @@ class Search:
         return at_bound
 
 
-def silent(message: str, done: int, total: int) -> None:
+def silent(*_: object) -> None:
     """Progress that nobody sees."""
-    del message, done, total
+
+
+def search(
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    *,
+    jobs: int | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    candidates: Iterable[str | Effect] = tuple(CANDIDATES),
+    criteria: SelectionCriteria = DEFAULT_CRITERIA,
+    loss: Loss = LEAST_SQUARES,
+    journal: Journal | None = None,
+) -> list[SearchStep]:
+    """Add effects one at a time, remove those that become superfluous; the last step chooses nothing.
+
+    Candidates are ranked on thinned recordings with coarse fits; the best are fitted again to the whole
+    recordings, where they have to be confirmed. A candidate that gained next to nothing in the last
+    steps is left out, then tried once more before an effect is removed, and where a law of its family is
+    added, or any where it has none.
+
+    The shared parameters are fitted to the training recordings; the held-out ones judge, or the training
+    recordings left out in turn where there are none. The other arguments are those of `diagnose`.
+
+    Raises:
+        InvalidInputError: a candidate is unknown, named twice, or processes cannot import its class.
+        BrushgripError: a process ended before its work was done.
+    """
+    effects, count = effects_named(candidates), jobs_of(jobs)
+    with workers(jobs, effects, executor) as submit:
+        runner = TrialRunner(
+            training=training, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=count
+        )
+        return Search(runner, effects, criteria, progress or silent).run()

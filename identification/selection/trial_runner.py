@@ -33,15 +33,10 @@ HEAP = {"MALLOC_MMAP_THRESHOLD_": str(2**25), "MALLOC_TRIM_THRESHOLD_": str(2**2
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrialRunner:
-    """Runs the trials of one search.
+    """Runs the trials of one search: fits to `training`, judged by `holdout`, which may be empty.
 
-    Attributes:
-        training: recordings that the shared parameters are fitted to.
-        holdout: recordings that judge, may be empty.
-        loss: what a residual costs.
-        submit: hands work to processes.
-        journal: keeps trials, None to keep none.
-        threads: recordings simulated at a time where no process has other work.
+    `submit` hands work to processes; where none has other work, so many recordings are simulated at a
+    time as there are `threads`. A journal keeps trials.
     """
 
     training: Sequence[Recording]
@@ -93,20 +88,20 @@ class TrialRunner:
     ) -> list[Trial]:
         """Coarse trials of these sets of effects, each from its own values; in the order given."""
         report(0)
-        tasks = [self._coarse_task(effects, start, precision) for effects, start in starts]
-        trials, futures = [], {}
-        for i, task in enumerate(tasks):
+        trials, futures = dict[int, Trial](), {}
+        for i, (effects, start) in enumerate(starts):
+            task = self._coarse_task(effects, start, precision)
             # To recall takes time, so the processes begin with the first that is missing.
-            trials.append(self._recall(task))
-            if trials[i] is None:
-                futures[self.submit(run_trial, task)] = i
-        done = len(tasks) - len(futures)
-        report(done)
+            if (kept := self._recall(task)) is not None:
+                trials[i] = kept
+            else:
+                futures[self.submit(run_trial, task)] = i, task
+        report(len(trials))
         for future in as_completed(futures):
-            i, done = futures[future], done + 1
-            trials[i] = self._note(tasks[i], future.result())
-            report(done)
-        return [trial for trial in trials if trial]
+            i, task = futures[future]
+            trials[i] = self._note(task, future.result())
+            report(len(trials))
+        return [trials[i] for i in range(len(starts))]
 
     def _coarse_task(self, effects: Effects, start: Values | None, precision: Precision) -> TrialTask:
         return TrialTask(
@@ -174,13 +169,8 @@ def workers(
 ) -> Iterator[Submit]:
     """Processes to which work can be submitted; with one job it runs in this process, at once.
 
-    An interruption ends the processes at once; unfinished trials are lost.
-
-    Args:
-        jobs: processes; None for one per core.
-        effects: those that the work may take to the processes.
-        executor: takes the work in place of processes of our own; it is left open. Work that another
-            one than `processes` has not begun is cancelled at the end.
+    An interruption ends the processes at once; unfinished trials are lost. An executor that is given
+    is left open, and what it has not begun is cancelled at the end unless it is of `processes`.
 
     Raises:
         InvalidInputError: jobs are given beside an executor, or another process cannot import the

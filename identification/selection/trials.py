@@ -55,11 +55,10 @@ class TrialTask:
     Attributes:
         effects: in order of selection.
         training: recordings that the shared parameters are fitted to.
-        holdout: recordings that judge; empty for leave-one-out over the training ones.
+        holdout: recordings that judge, with every shared parameter as fitted; empty for leave-one-out
+            over the training ones.
         start: values to begin with, of held-out recordings too where they are known; None for those of
             `initial_guess`.
-        precision: how finely the model is fitted.
-        loss: what a residual costs.
     """
 
     effects: tuple[Effect, ...]
@@ -74,10 +73,8 @@ class TrialTask:
 class Judgement:
     """The errors of a model on the recordings by which it is judged.
 
-    Attributes:
-        residuals: torque error of each recording [N m], outliers as small as the loss counts them.
-        ranges: torque range of each [N m].
-        times: time of each [s].
+    Of each the torque error [N m], outliers as small as the loss counts them, torque range [N m] and
+    times [s].
     """
 
     residuals: Mapping[str, Array]
@@ -172,11 +169,7 @@ def model_of(effects: Sequence[Effect], precision: Precision = FINE) -> Model:
 
 
 def run_trial(task: TrialTask, threads: int = 1) -> Trial:
-    """Fit a model and judge it, simulating so many recordings at a time.
-
-    With held-out recordings every shared parameter stays frozen on them. Without, each training
-    recording is left out in turn (two or more of them), and the judged errors are those.
-    """
+    """Fit a model and judge it, simulating so many recordings at a time."""
     model = model_of(task.effects, task.precision)
     options = replace(task.precision.options, loss=task.loss, threads=threads)
     names = [recording.name for recording in task.training]

@@ -68,19 +68,15 @@ class TyresResult:
     @property
     def parameters(self) -> dict[str, ParameterEstimate]:
         """All of them by name."""
-        return {name: getattr(self, name) for name in ("slide_factor", "stiffness")}
+        return {"slide_factor": self.slide_factor, "stiffness": self.stiffness}
 
 
 def identify_tyres(
     recordings: Sequence[Recording], vehicle: Vehicle, *, friction: float, tolerance: float
 ) -> TyresResult:
-    """Fit the mean wheel to recordings of a car on ground of known friction.
+    """Fit the mean wheel to recordings of a car that steers from lock to lock on one ground.
 
-    Args:
-        recordings: of the car that steers from lock to lock, on one ground.
-        vehicle: the car as declared.
-        friction: of the ground [1].
-        tolerance: of that, either way [1].
+    Friction of the ground is known to the tolerance, either way [1].
 
     Raises:
         InvalidInputError: full slide was not reached, or what was found is not to be relied on.
@@ -138,12 +134,10 @@ def _of_steering(recording: Recording) -> Recording:
 def _require_plausible(
     names: str, vehicle: Vehicle, factor: float, ratio: float, friction: float, tolerance: float
 ) -> float:
-    """Refuse what declared values cannot make, all of them at an end of their tolerances.
+    """Standard deviation of the factor by the declared values, the ground and the model [1].
 
-    A slide factor that was measured before is none of them: it may be what is wrong.
-
-    Returns:
-        Standard deviation of the factor by the declared values, the ground and the model [1].
+    What they cannot make, all of them at an end of their tolerances, is refused. A slide factor that was
+    measured before is none of them: it may be what is wrong.
     """
     before, load = "the vehicle file", vehicle.tolerances.load
     if vehicle.slide_factor is not None:
@@ -169,11 +163,7 @@ def _require_plausible(
 
 
 def _require_full_slide(fitted: Fit, recording: Recording) -> float:
-    """Refuse a recording whose torque never reaches full slide, or of another shape.
-
-    Returns:
-        Root mean square of what is left over the torque of full slide [1].
-    """
+    """Rms of what is left over the torque of full slide [1], which has to be reached and explained."""
     values = fitted.values.of(recording)
     rig, slide = recording.rig, values["mu"] * float(np.median(recording.F_N))
     slide *= float(full_slide_arm(rig.a, rig.e))

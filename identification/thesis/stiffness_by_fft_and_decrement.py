@@ -30,21 +30,12 @@ _FAINT, _WEAK = 3.0, 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class DecrementVibration:
-    """Frequency and damping of one recording.
-
-    Attributes:
-        name: the recording.
-        a: half-length of the contact patch [m].
-        omega_n: undamped natural frequency, (5.5) [rad/s].
-        zeta: relative damping, (5.4) [1].
-        periods: over which the decrement was taken [1].
-    """
+    """Of one recording the half-length [m], natural frequency, (5.5) [rad/s], and damping, (5.4) [1]."""
 
     name: str
     a: float
     omega_n: float
     zeta: float
-    periods: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +99,6 @@ def _decrement_of(vibration: FreeVibration) -> DecrementVibration:
         a=decay.rig.a,
         omega_n=omega_d / float(np.sqrt(1 - zeta**2)),
         zeta=zeta,
-        periods=periods,
     )
 
 

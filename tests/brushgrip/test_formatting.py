@@ -306,9 +306,9 @@ def found_model(training: int, holdout: int, **grades: str) -> FoundModel:
     [
         (
             found_model(1, 0, carcass_torsion="weak", torque_offset="strong"),
-            "carcass torsion (weak), k = 2.4·10⁶ N/m² and the error that observers allow the model, 3.00 % of the torque of"
-            " full slide; not torque offset, which belongs to a recording. It stands on 1 recording,"
-            " nothing judged it; 1 of 2 effects are weak or stand-ins",
+            "carcass torsion (weak), k = 2.4·10⁶ N/m² and the error that observers allow the model,"
+            " 3.00 % of the torque of full slide; not torque offset, which belongs to a recording. It"
+            " stands on 1 recording, nothing judged it; 1 of 2 effects are weak or stand-ins",
         ),
         (
             replace(

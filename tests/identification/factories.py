@@ -8,21 +8,8 @@ from scipy.signal import lfilter
 from identification import Decay, Fit, Recording, fit
 from identification.selection.trials import fit_own_parameters
 from reference_rig import Campaign, make_campaign
-from rig_recordings import as_decay, as_read
+from rig_recordings import as_read
 from symbolic import Rig, Tolerances, Tyre
-
-__all__ = [
-    "as_decay",
-    "as_read",
-    "autoregressive",
-    "decay",
-    "first_order",
-    "left_out_exactly",
-    "positions",
-    "read_campaign",
-    "recording",
-    "with_torque",
-]
 
 
 def read_campaign(

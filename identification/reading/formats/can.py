@@ -66,8 +66,9 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
             times, values, found = _decoded(path, log, message, bus)
         if not bus and len(found) > 1:
             raise InvalidInputError(
-                f"{path}: holds the frame {_title(message)} from several buses, {', '.join(found)}; say"
-                f" which, such as --map {_on_bus(found[0], message, places, signals)}"
+                f"{path}: holds the frame {message.name} ({message.frame_id:#x}) from several buses,"
+                f" {', '.join(found)}; say which, such as --map"
+                f" {_on_bus(found[0], message, places, signals)}"
             )
         return times, values
 
@@ -134,19 +135,14 @@ def _decoded(
         kinds = ("extended ", "a standard") if extended else ("standard ", "an extended")
         there = f" on bus {bus}; it is on {', '.join(buses)}" if buses else ""
         there += f", but {kinds[1]} one of that identifier" if other_kind else ""
-        raise InvalidInputError(
-            f"{path}: holds no {kinds[0] * other_kind}frame {_title(message)}{there}"
-        )
+        frame = f"frame {message.name} ({message.frame_id:#x})"
+        raise InvalidInputError(f"{path}: holds no {kinds[0] * other_kind}{frame}{there}")
     return np.array(times), {name: np.array(v) for name, v in columns.items()}, list(buses)
 
 
 def is_extended(message: Any) -> bool:
     """Whether a message has an extended identifier, also where the database does not say so."""
     return bool(message.is_extended_frame or message.frame_id > _MAX_STANDARD_ID)
-
-
-def _title(message: Any) -> str:
-    return f"{message.name} ({message.frame_id:#x})"
 
 
 def _on_bus(bus: str, message: Any, places: dict[str, Any], signals: SignalMap) -> str:

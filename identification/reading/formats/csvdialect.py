@@ -43,10 +43,7 @@ def delimiter_of(header: str) -> str:
 
 
 class NumberParser:
-    """Texts as numbers; the decimal sign is a point or, where no comma separates fields, a comma.
-
-    The first number with either decides for the whole file.
-    """
+    """Texts as numbers; the first one with a point, or a comma unless that separates fields, decides."""
 
     def __init__(self, delimiter: str) -> None:
         """Numbers of a file whose fields are separated so."""

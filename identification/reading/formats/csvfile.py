@@ -52,13 +52,11 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     a row below the header; without either, or a unit in the map, columns are in SI units.
     """
     lines = _lines(read_letters(path))
-    places: dict[int | str, int] = {}
-    heading = _Heading()
-    start = 0
+    heading, start = _Heading(), 0
     for start, line in enumerate(lines):
         if line.strip() and not line.lstrip().startswith("#"):
             break
-        _declare(path, start + 1, line, heading, places)
+        _declare(path, start + 1, line, heading)
     else:
         raise InvalidInputError(f"{path}: has no header; expected {','.join(needed)}")
     delimiter = delimiter_of(line)
@@ -80,7 +78,7 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     return replace(
         tabulate(path, file, needed, signals),
         faults=faults,
-        place=lambda of: f"row {numbers[of] if isinstance(of, int) else places[of]}",
+        place=lambda of: f"row {numbers[of] if isinstance(of, int) else heading.places[of]}",
         tolerances=heading.tolerances,
         ground=heading.ground,
     )
@@ -117,23 +115,24 @@ def _fields(path: Path, start: int, lines: Iterable[str], delimiter: str) -> Row
 
 @dataclass
 class _Heading:
-    """Declarations in the lines before the header."""
+    """Declarations in the lines before the header, and the rows of these."""
 
     declared: dict[str, float] = field(default_factory=dict)
     tolerances: dict[str, float] = field(default_factory=dict)
     ground: str | None = None
+    places: dict[str, int] = field(default_factory=dict)
 
 
-def _declare(path: Path, row: int, line: str, heading: _Heading, places: dict[int | str, int]) -> None:
-    found = _DECLARATION.fullmatch(line.strip())
-    if found is None:
+def _declare(path: Path, row: int, line: str, heading: _Heading) -> None:
+    if (found := _DECLARATION.fullmatch(line.strip())) is None:
         return
     name, text = found.groups()
-    if name in places:
+    if name in heading.places:
         raise InvalidInputError(
-            f"{path}: row {row}: {name} is given twice, first in row {places[name]}; allowed: once"
+            f"{path}: row {row}: {name} is given twice, first in row {heading.places[name]};"
+            " allowed: once"
         )
-    places[name] = row
+    heading.places[name] = row
     if name == GROUND:
         heading.ground = printable(text.strip())
         if not heading.ground:

@@ -84,10 +84,7 @@ def _require_unpacked(path: Path, name: str, dataset: Any) -> None:
 
 
 def _unpacked(path: Path, name: str, dataset: Any) -> Any:
-    """Numbers of a dataset by the CF conventions, NaN where one is missing.
-
-    Reference: CF Metadata Conventions 1.11, sections 2.5.1 and 8.1.
-    """
+    """Numbers by the CF Metadata Conventions 1.11, sections 2.5.1 and 8.1; NaN where one is missing."""
     values = np.asarray(dataset[()])
     attributes = {}
     for key, size in _SIZES.items():

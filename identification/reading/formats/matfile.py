@@ -115,11 +115,7 @@ class _Element(NamedTuple):
 def read_arrays(
     content: bytes, wanted: Container[str] | None = None
 ) -> dict[str, NDArray[np.float64] | None]:
-    """Variables by name, in their shape; None for what is not an array of real numbers.
-
-    Args:
-        content: the file.
-        wanted: names of the variables whose values matter; None for all. The others are None.
+    """Variables by name, in their shape; None for what is no array of real numbers, or is not wanted.
 
     Raises:
         DamagedFileError: the content is not that of a whole MATLAB 5 file.
@@ -148,7 +144,7 @@ def _variable(
         name, shape, parts = _head(element.data, order)
         if shape is None or not (wanted is None or name in wanted):
             return name, None
-        return name, _values(name, shape, next(parts, None), order)
+        return name, _values(name, shape, _part(parts), order)
     if element.kind != _COMPRESSED:
         raise DamagedFileError(f"element of type {element.kind} outside an array")
     inflater = zlib.decompressobj()
@@ -187,9 +183,7 @@ def _head(content: memoryview, order: str) -> tuple[str, tuple[int, ...] | None,
     return name, shape, parts
 
 
-def _values(name: str, shape: tuple[int, ...], part: _Element | None, order: str) -> NDArray[np.float64]:
-    if part is None:
-        raise DamagedFileError("an array that ends early")
+def _values(name: str, shape: tuple[int, ...], part: _Element, order: str) -> NDArray[np.float64]:
     values = _numbers(part, order)
     if min(shape, default=-1) < 0 or prod(shape) != values.size:
         raise DamagedFileError(f"{name} holds {values.size} numbers, its shape is {shape}")

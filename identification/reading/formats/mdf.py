@@ -25,10 +25,7 @@ TIME = 1
 
 @contextmanager
 def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
-    """Channels by their names; where there are several, `group/channel` by the number of the group.
-
-    Two in one group are `group.number/channel`.
-    """
+    """Channels by name; one of several is `group/channel`, of two in a group `group.number/channel`."""
     asammdf = import_library("asammdf", "mdf", path)
     import_library("asammdf.blocks.mdf_v4", "mdf", path).MDF4.__del__ = _close_quietly
     _require_ends(path)

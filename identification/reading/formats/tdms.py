@@ -49,8 +49,7 @@ def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
                 )
             late = starts[name] - min(starts.values()) if name in starts else np.timedelta64(0, "s")
             first = late / np.timedelta64(1, "s") + properties.get("wf_start_offset", 0.0)
-            times: Array = first + step * np.arange(size)
-            return times
+            return np.asarray(first + step * np.arange(size))
 
         def read(name: str) -> Samples:
             channel = channels[name]

@@ -5,7 +5,7 @@ from identification import Recording
 from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, Manoeuvre, Reach, reach_of
 from identification.experiments.manoeuvres import manoeuvres
 from reference_rig import RigTyre, make_recording
-from tests.identification.factories import as_read
+from rig_recordings import as_read
 
 REACH = Reach(low=-0.3, high=0.4, speed=0.3, loads=(380.0, 400.0, 430.0))
 

@@ -8,16 +8,9 @@ from identification.fits.problem import torque_range
 from identification.selection.trials import ROUGH, fit_own_parameters, thin
 from identification.selection.trials import model_of as ranked_model
 from reference_rig import Campaign
-from symbolic import (
-    DECLARED,
-    EFFECTS,
-    InvalidInputError,
-    Model,
-    Parameter,
-    effects_named,
-    full_slide_torque,
-)
-from tests.identification.factories import read_campaign, with_torque
+from symbolic import DECLARED, EFFECTS, Model, Parameter, effects_named, full_slide_torque
+from tests.identification.factories import positions, read_campaign, with_torque
+from tests.refusal import refused
 
 Given = tuple[Campaign, list[Recording]]
 
@@ -45,8 +38,7 @@ def offset() -> Given:
     ],
 )
 def test_faults_of_the_options(wrong: dict[str, float], fault: str) -> None:
-    with pytest.raises(InvalidInputError, match=fault):
-        FitOptions(**wrong)  # type: ignore[arg-type]
+    assert refused(FitOptions, **wrong) == fault
 
 
 def test_first_values(declared: Given) -> None:
@@ -115,7 +107,7 @@ def test_what_recordings_give_is_never_fitted() -> None:
 
 def test_recovers_stiffness_and_friction_as_well_as_it_says() -> None:
     apart = []
-    for seed in range(6):
+    for seed in range(4):
         made, recordings = read_campaign(None, seed)
         fitted = fit(model_of(), recordings)
         found, spread, truth = standing(fitted, made, recordings)
@@ -137,16 +129,13 @@ def standing(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Values found, their deviations, and the truth, in the order of the labels; no inverse ones."""
     truths = {recording.name: recording for recording in made.recordings}
-    found, truth = [], []
+    truth = []
     for owner, name in fitted.labels:
-        found.append((fitted.values.tyre if owner is None else fitted.values.own[owner])[name])
         recording = truths[owner or made.recordings[0].name]
-        if "." in name:
-            effect, parameter = name.split(".")
-            truth.append(recording.effects[effect][parameter])
-        else:
-            truth.append(getattr(recording.tyre, name))
-    return np.array(found), standard_deviations(fitted, recordings), np.array(truth)
+        effect, _, parameter = name.rpartition(".")
+        values = recording.effects[effect] if effect else vars(recording.tyre)
+        truth.append(values[parameter])
+    return positions(fitted), standard_deviations(fitted, recordings), np.array(truth)
 
 
 @pytest.mark.parametrize(
@@ -199,8 +188,8 @@ def test_with_everything_held_nothing_is_left_to_fit(declared: Given) -> None:
     _, recordings = declared
     start = initial_guess(model_of(), recordings)
     own = [(r.name, "mu") for r in recordings]
-    with pytest.raises(InvalidInputError, match="every parameter is fixed"):
-        fit(model_of(), recordings, start, FitOptions(free_shared=False, fixed=own))
+    everything = FitOptions(free_shared=False, fixed=own)
+    assert "every parameter is fixed" in refused(fit, model_of(), recordings, start, everything)
 
 
 def test_missing_samples_are_left_out(declared: Given) -> None:
@@ -223,9 +212,7 @@ def test_missing_samples_are_left_out(declared: Given) -> None:
 def test_a_constant_torque_is_a_fault(declared: Given, M_z: float) -> None:
     _, recordings = declared
     still = with_torque(recordings[0], np.full(recordings[0].t.size, M_z))
-    with pytest.raises(InvalidInputError, match="recording_a: M_z is constant") as caught:
-        fit(model_of(), [still, recordings[1]])
-    assert "\n" not in str(caught.value)
+    assert "recording_a: M_z is constant" in refused(fit, model_of(), [still, recordings[1]])
 
 
 @pytest.mark.parametrize(

@@ -93,15 +93,8 @@ def test_deviations_of_a_robust_fit_are_those_of_repeated_noise(
     rng = np.random.default_rng(5)
     found, deviations = [], []
     for seed in range(30):
-        noisy = [
-            with_torque(
-                r,
-                r.M_z
-                + reference.residuals[r.name]
-                + NOISE * torque_range(r) * rng.standard_normal(r.t.size),
-            )
-            for r in clean
-        ]
+        noise = {r.name: NOISE * torque_range(r) * rng.standard_normal(r.t.size) for r in clean}
+        noisy = [with_torque(r, r.M_z + reference.residuals[r.name] + noise[r.name]) for r in clean]
         spoilt = with_outliers(noisy, seed, 0.1)
         fitted = fit(reference.model, spoilt, reference.values, FitOptions(loss=HUBER))
         found.append(positions(fitted))

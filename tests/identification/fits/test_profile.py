@@ -10,8 +10,9 @@ from identification.fits.covariance import standard_deviations
 from identification.fits.loss import Huber
 from identification.fits.profile import CASTER, HALF_LENGTH, LIMIT, ModelParameter, ProfileAxis, profile
 from reference_rig import RigTyre, make_recording
+from rig_recordings import as_read
 from symbolic import InvalidInputError, Model, Rig, effects_named
-from tests.identification.factories import as_read, read_campaign
+from tests.identification.factories import read_campaign
 
 MODEL = Model(corners=16)
 

@@ -14,8 +14,9 @@ from identification.selection.criteria import delta_bic, effective_parameters
 from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trials import RANKING, model_of, thin
 from reference_rig import Campaign, make_campaign
+from rig_recordings import as_read
 from symbolic import Model, Tolerances, effects_named
-from tests.identification.factories import as_read, read_campaign
+from tests.identification.factories import read_campaign
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 OFF, TOLERANCE = 0.0015, 0.0025

@@ -14,8 +14,9 @@ from reference_rig import FOURTEEN_BIT_STEP, inertia, make_impact, make_impacts
 from reference_rig import FOURTEEN_BIT_STEP as STEP
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
+from rig_recordings import as_decay
 from symbolic import Rig
-from tests.identification.factories import as_decay, decay
+from tests.identification.factories import decay
 
 
 @pytest.fixture(scope="module")

@@ -21,10 +21,12 @@ from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
 from reference_rig import FOURTEEN_BIT_STEP, ImpactRecording, load_at, make_impacts
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
-from symbolic import InvalidInputError, Rig, Tolerances, Tyre
-from tests.identification.factories import as_decay
+from rig_recordings import as_decay
+from symbolic import InvalidInputError, Rig, Tolerances
+from tests.identification.factories import decay
 
 FEW = (0.036, 0.045, 0.054)
+NOISE = np.random.default_rng(0).normal(0, 10, 5000)
 
 
 def read(recordings: list[ImpactRecording]) -> list[Decay]:
@@ -49,6 +51,11 @@ def whole(campaign: list[Decay]) -> FreeDecay:
 @pytest.fixture(scope="module")
 def few() -> list[Decay]:
     return read(make_impacts(4, lengths=FEW, impacts=1))
+
+
+@pytest.fixture(scope="module")
+def of_few(few: list[Decay]) -> FreeDecay:
+    return identify_free_decay(few)
 
 
 def test_campaign(whole: FreeDecay) -> None:
@@ -118,9 +125,9 @@ def test_says_what_it_rests_on(whole: FreeDecay, few: list[Decay]) -> None:
     [(Tolerances(a=0.001, e=0.002), (0.001, 0.002)), (Tolerances(), (0.002,) * 2)],
 )
 def test_what_lengths_may_be_off_is_in_the_deviation_of_k(
-    few: list[Decay], tolerances: Tolerances, errors_by: tuple[float, float]
+    few: list[Decay], of_few: FreeDecay, tolerances: Tolerances, errors_by: tuple[float, float]
 ) -> None:
-    exact = identify_free_decay(few)
+    exact = of_few
     made = identify_free_decay([replace(d, rig=replace(d.rig, tolerances=tolerances)) for d in few])
     # Anywhere within the tolerances, K = 2 a k (e^2 + a^2/3) of (5.7) being what the swing tells.
     a, e = (
@@ -145,9 +152,9 @@ def _scaled(a: np.ndarray | float, e: np.ndarray | float) -> np.ndarray | float:
     return 1 / (a * (e**2 + a**2 / 3))
 
 
-def test_a_patch_that_sticks_would_be_off_by_percents(few: list[Decay]) -> None:
+def test_a_patch_that_sticks_would_be_off_by_percents(few: list[Decay], of_few: FreeDecay) -> None:
     k, b_t = errors(identify_free_decay(few, sliding=False))
-    k_sliding, b_t_sliding = errors(identify_free_decay(few))
+    k_sliding, b_t_sliding = errors(of_few)
 
     assert k < -0.01
     assert b_t > 0.04
@@ -190,10 +197,10 @@ def test_other_recordings(settings: dict[str, float]) -> None:
 def test_wrong_and_missing_readings(few: list[Decay]) -> None:
     rng = np.random.default_rng(8)
     spoiled = []
-    for decay in few:
-        psi, kept = decay.psi.copy(), rng.random(decay.psi.size) > 0.2
+    for one in few:
+        psi, kept = one.psi.copy(), rng.random(one.psi.size) > 0.2
         psi[rng.choice(psi.size, 10, replace=False)] += 0.01
-        spoiled.append(replace(decay, t=decay.t[kept], psi=psi[kept]))
+        spoiled.append(replace(one, t=one.t[kept], psi=psi[kept]))
 
     k, b_t = errors(identify_free_decay(spoiled))
 
@@ -201,26 +208,24 @@ def test_wrong_and_missing_readings(few: list[Decay]) -> None:
     assert abs(b_t) < 0.02
 
 
-def test_past_and_impact_do_not_matter(few: list[Decay]) -> None:
+def test_past_and_impact_do_not_matter(few: list[Decay], of_few: FreeDecay) -> None:
     # From the first turning point on: neither what struck it nor what the patch was before is seen.
     cut = [
         replace(d, t=d.t[r.first :], psi=d.psi[r.first :])
         for d, r in ((d, find_vibration(d)) for d in few)
     ]
 
-    whole, part = identify_free_decay(few), identify_free_decay(cut)
+    part = identify_free_decay(cut)
 
-    assert part.k.value == pytest.approx(whole.k.value, abs=3 * whole.k.std)
-    assert part.b_t.value == pytest.approx(whole.b_t.value, abs=3 * whole.b_t.std)
+    assert part.k.value == pytest.approx(of_few.k.value, abs=3 * of_few.k.std)
+    assert part.b_t.value == pytest.approx(of_few.b_t.value, abs=3 * of_few.b_t.std)
 
 
 def test_another_impact_is_named(few: list[Decay]) -> None:
-    decay, step = few[1], FOURTEEN_BIT_STEP
-    half = decay.psi[-1] + step * np.round((decay.psi - decay.psi[-1]) / (2 * step))
+    one, step = few[1], FOURTEEN_BIT_STEP
+    half = one.psi[-1] + step * np.round((one.psi - one.psi[-1]) / (2 * step))
     twice = replace(
-        decay,
-        t=np.concatenate([decay.t, decay.t[-1] + 0.001 + decay.t]),
-        psi=np.concatenate([decay.psi, half]),
+        one, t=np.concatenate([one.t, one.t[-1] + 0.001 + one.t]), psi=np.concatenate([one.psi, half])
     )
 
     made = identify_free_decay([twice])
@@ -261,9 +266,7 @@ def test_says_when_it_was_not_solved(few: list[Decay], monkeypatch: pytest.Monke
 def test_a_dozen_readings() -> None:
     t = np.arange(12) * 0.1
     psi = 0.01 * np.exp(-t) * np.cos(20 * t)
-    rough = Decay(name="run", t=t, psi=psi, rig=Rig(a=0.045, e=0.009, J_A=0.15), tyre=Tyre(k=2e6))
-
-    made = identify_free_decay([rough])
+    made = identify_free_decay([decay(t, psi)])
 
     # A linear vibration: no slip, and omega^2 + decay^2 = K / J_A.
     spring = 2 * 0.045 * made.k.value * (0.009**2 + 0.045**2 / 3)
@@ -271,22 +274,24 @@ def test_a_dozen_readings() -> None:
     assert made.b_t.value / (2 * 0.15) == pytest.approx(1, rel=1e-4)
 
 
-def test_one_length_said_of_all(few: list[Decay]) -> None:
-    # As without '# a = ...' in the files: the rig file's a holds for every recording.
-    same = [replace(decay, rig=replace(decay.rig, a=0.045)) for decay in few]
-
-    with pytest.raises(InvalidInputError, match=r"^a54_1: psi swings at .* a, e and J_A with the k"):
-        identify_free_decay(same)
-
-
-def test_noise_is_no_vibration(few: list[Decay]) -> None:
-    rng, step = np.random.default_rng(0), FOURTEEN_BIT_STEP
-    noise = replace(few[0], psi=step * np.round(rng.normal(0, 10, few[0].t.size)))
-
-    with pytest.raises(
-        InvalidInputError, match=r"^a36_1: psi (swings at|does not follow) .*: check that"
-    ):
-        identify_free_decay([noise])
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        # As without '# a = ...' in the files: the rig file's a holds for every recording.
+        (
+            lambda one: replace(one, rig=replace(one.rig, a=0.045)),
+            r"^a54_1: psi swings at .* a, e and J_A with the k",
+        ),
+        (
+            lambda one: replace(one, psi=FOURTEEN_BIT_STEP * np.round(NOISE[: one.t.size])),
+            r"^a36_1: psi (swings at|does not follow) .*: check that",
+        ),
+    ],
+    ids=["one length for all", "noise"],
+)
+def test_what_is_no_such_vibration(few: list[Decay], wrong: Callable[[Decay], Decay], said: str) -> None:
+    with pytest.raises(InvalidInputError, match=said):
+        identify_free_decay([wrong(one) for one in few])
 
 
 @pytest.mark.parametrize(
@@ -306,12 +311,11 @@ def test_wrong_units_are_named(few: list[Decay], wrong: Callable[[Decay], Decay]
 
 
 THREE = (0.030, 0.042, 0.054)
-RNG = np.random.default_rng(6)
 
 
 @pytest.fixture(scope="module")
 def decays() -> list[Decay]:
-    return [as_decay(made) for made in make_impacts(9, lengths=THREE, impacts=2)]
+    return read(make_impacts(9, lengths=THREE, impacts=2))
 
 
 def alone(k: float, std: float = 1.0, degrees_of_freedom: int = 20) -> StiffnessOfOneContact:
@@ -329,8 +333,9 @@ def test_agree() -> None:
 
 
 def test_seldom_wrong() -> None:
-    drawn = RNG.normal(100, 1, (4000, 5))
-    std = np.sqrt(RNG.chisquare(20, (4000, 5)) / 20)
+    rng = np.random.default_rng(6)
+    drawn = rng.normal(100, 1, (4000, 5))
+    std = np.sqrt(rng.chisquare(20, (4000, 5)) / 20)
     told = [
         stiffnesses_agree([alone(k, s) for k, s in zip(*row, strict=True)])
         for row in zip(drawn, std, strict=True)
@@ -340,14 +345,14 @@ def test_seldom_wrong() -> None:
 
 
 def test_each_contact_tells_k(decays: list[Decay]) -> None:
-    found = stiffness_by_contact(Likelihood([find_vibration(decay) for decay in decays]))
+    found = stiffness_by_contact(Likelihood([find_vibration(one) for one in decays]))
 
     assert list(found) == [(a, TYRE.e) for a in THREE]
     for one in found.values():
         assert abs(one.k - TYRE.k) < 4 * one.std
         assert one.std < 0.003 * TYRE.k
     assert stiffnesses_agree(found.values()) is True
-    assert stiffness_by_contact(Likelihood([find_vibration(decay) for decay in decays[:2]])) == {}
+    assert stiffness_by_contact(Likelihood([find_vibration(one) for one in decays[:2]])) == {}
 
 
 @pytest.mark.parametrize(
@@ -361,7 +366,7 @@ def test_each_contact_tells_k(decays: list[Decay]) -> None:
     ids=["a by 1 mm", "a by 3 %", "e by 3 mm", "J_A of one contact by 3 %"],
 )
 def test_shows_what_is_wrong(decays: list[Decay], wrong: Callable[[Rig], Rig]) -> None:
-    made = identify_free_decay([replace(decay, rig=wrong(decay.rig)) for decay in decays])
+    made = identify_free_decay([replace(one, rig=wrong(one.rig)) for one in decays])
     told = [c.k.value for c in made.contacts if c.k is not None]
 
     assert made.contacts_agree is False
@@ -369,17 +374,17 @@ def test_shows_what_is_wrong(decays: list[Decay], wrong: Callable[[Rig], Rig]) -
     assert made.identifiability[2].startswith("One contact at a time, k runs from -")
 
 
-def test_no_free_vibration_shows_the_inertia(decays: list[Decay]) -> None:
-    heavier = [replace(decay, rig=replace(decay.rig, J_A=1.05 * decay.inertia)) for decay in decays]
-    usual, made = identify_free_decay(decays), identify_free_decay(heavier)
+def test_no_free_vibration_shows_the_inertia(few: list[Decay], of_few: FreeDecay) -> None:
+    heavier = [replace(one, rig=replace(one.rig, J_A=1.05 * one.inertia)) for one in few]
+    made = identify_free_decay(heavier)
 
     assert made.contacts_agree is True
-    assert made.k.value / usual.k.value == pytest.approx(1.05, rel=1e-4)
-    assert made.b_t.value / usual.b_t.value == pytest.approx(1.05, rel=1e-3)
+    assert made.k.value / of_few.k.value == pytest.approx(1.05, rel=1e-4)
+    assert made.b_t.value / of_few.b_t.value == pytest.approx(1.05, rel=1e-3)
 
 
 def test_contacts_that_do_not_tell(decays: list[Decay], monkeypatch: pytest.MonkeyPatch) -> None:
-    likelihood = Likelihood([find_vibration(decay) for decay in decays])
+    likelihood = Likelihood([find_vibration(one) for one in decays])
 
     def singular(_: Likelihood) -> None:
         raise np.linalg.LinAlgError

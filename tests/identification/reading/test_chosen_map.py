@@ -16,6 +16,7 @@ from identification.reading.rigfile import signals_section
 from identification.reading.signal_map import SignalMap, parse_maps, parse_signals
 from identification.reading.units import unit_at_end
 from symbolic import InvalidInputError, Rig, Tyre
+from tests.columns import write_columns
 from tests.refusal import refused
 
 RIG = (Rig(a=0.045, e=0.009), Tyre(k=2.4e6))
@@ -26,10 +27,7 @@ LOG = "t=Time,psi=Angle,M_z=-Moment,F_N=Load"
 
 
 def write(path: Path, **columns: np.ndarray) -> Path:
-    np.savetxt(
-        path, np.column_stack([*columns.values()]), delimiter=",", header=",".join(columns), comments=""
-    )
-    return path
+    return write_columns(path, columns)
 
 
 @pytest.fixture

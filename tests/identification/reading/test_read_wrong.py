@@ -1,7 +1,7 @@
 """What files say beside their numbers counts: clocks, buses, ranges, scales, units, missing ends."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -104,18 +104,23 @@ def test_a_tdms_file_that_labview_left_open_is_read_with_a_remark(
     assert warnings_in(caplog).count("LabVIEW did not close the file") == 1
 
 
-def write_mdf(path: Path, groups: list[list[tuple[str, Any]]]) -> Path:
+def write_mdf(
+    folder: Path, channels: Iterable[tuple[str, Any]], times: Any = T, *, clock: bool = True, **more: Any
+) -> Path:
+    """One group of channels; `more` is what asammdf knows besides of some, or of all by `_`."""
     asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
     with asammdf.MDF(version="4.10") as file:
-        for signals in groups:
-            file.append([asammdf.Signal(values, T, name=name) for name, values in signals])
-        file.save(path, overwrite=True)
-    return path
+        file.append(
+            [asammdf.Signal(v, times, name=n, **more.get(n, more.get("_", {}))) for n, v in channels]
+        )
+        if not clock:
+            file.groups[0].channels[0].channel_type = 0
+        file.save(folder / "run.mf4", overwrite=True)
+    return folder / "run.mf4"
 
 
 def test_two_channels_of_a_name_in_one_group_are_told_apart(tmp_path: Path) -> None:
-    group = [*COLUMNS.items(), ("psi", 2 * COLUMNS["psi"])]
-    path = write_mdf(tmp_path / "run.mf4", [group])
+    path = write_mdf(tmp_path, [*COLUMNS.items(), ("psi", 2 * COLUMNS["psi"])])
 
     for signals in ("", "psi=psi"):
         assert "'psi' may be 0.1/psi, 0.4/psi; give the full name in --map" in refused(path, signals)
@@ -126,14 +131,8 @@ def test_two_channels_of_a_name_in_one_group_are_told_apart(tmp_path: Path) -> N
 def test_values_that_mdf_marks_invalid_are_missing(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
     invalid = (T > 0.1) & (T < 0.3)
-    marks = {"M_z": {"invalidation_bits": invalid}}
-    with asammdf.MDF(version="4.10") as file:
-        file.append([asammdf.Signal(v, T, name=n, **marks.get(n, {})) for n, v in COLUMNS.items()])
-        file.save(tmp_path / "run.mf4", overwrite=True)
-
-    recording = read(tmp_path / "run.mf4")
+    recording = read(write_mdf(tmp_path, COLUMNS.items(), M_z={"invalidation_bits": invalid}))
 
     np.testing.assert_allclose(recording.psi, COLUMNS["psi"])
     np.testing.assert_array_equal(np.isnan(recording.M_z), invalid)
@@ -278,28 +277,28 @@ def test_too_little_behind_the_first_load_is_refused(tmp_path: Path) -> None:
     assert "at least 10 samples are needed from there on" in refused(path, causal=True)
 
 
+def write_hdf5(folder: Path, columns: Mapping[str, Any], **attributes: Mapping[str, Any]) -> Path:
+    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
+    with h5py.File(folder / "run.h5", "w") as file:
+        for name, values in {"t": T, **COLUMNS, **columns}.items():
+            file[name] = values
+            file[name].attrs.update(attributes.get(name, {}))
+    return folder / "run.h5"
+
+
 @pytest.mark.parametrize("attributes", [
     {"scale_factor": 0.001, "add_offset": -1.0, "_FillValue": np.int16(-32768)},
     {"scale_factor": [0.001], "add_offset": [-1.0], "missing_value": np.array([-32768, -1], np.int16)},
 ])  # fmt: skip
 def test_hdf5_is_unpacked_by_the_cf_conventions(attributes: dict[str, Any], tmp_path: Path) -> None:
-    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
-    with h5py.File(tmp_path / "run.h5", "w") as file:
-        for name, values in {"t": T, **COLUMNS}.items():
-            file[name] = values
-        packed = np.round((COLUMNS["M_z"] + 1) / 0.001).astype(np.int16)
-        packed[5] = -32768
-        del file["M_z"]
-        file["M_z"] = packed
-        file["M_z"].attrs.update(attributes)
-
-    torque = read(tmp_path / "run.h5").M_z
+    packed = np.round((COLUMNS["M_z"] + 1) / 0.001).astype(np.int16)
+    packed[5] = -32768
+    torque = read(write_hdf5(tmp_path, {"M_z": packed}, M_z=attributes)).M_z
 
     assert np.flatnonzero(np.isnan(torque)).tolist() == [5]
     np.testing.assert_allclose(np.delete(torque, 5), np.delete(COLUMNS["M_z"], 5), atol=6e-4)
-    with h5py.File(tmp_path / "run.h5", "a") as file:
-        file["M_z"].attrs["scale_factor"] = "milli"
-    assert "scale_factor of M_z must be a number" in refused(tmp_path / "run.h5")
+    wrong = write_hdf5(tmp_path, {}, M_z=attributes | {"scale_factor": "milli"})
+    assert "scale_factor of M_z must be a number" in refused(wrong)
 
 
 def write_parquet(path: Path, t: Any, **more: Any) -> Path:
@@ -356,15 +355,9 @@ def test_every_error_of_a_unit_or_a_sign_prints_a_map_that_mends_it(
 
 @pytest.mark.parametrize("kind", [2, 3, 4, None])
 def test_a_master_of_mdf_that_is_no_time_is_none(kind: int | None, tmp_path: Path) -> None:
-    asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
-    path = tmp_path / "run.mf4"
-    with asammdf.MDF(version="4.10") as file:
-        given = {} if kind is None else {"master_metadata": ("angle", kind)}
-        signals = [asammdf.Signal(v, 2 * T, name=n, **given) for n, v in {**COLUMNS, "clock": T}.items()]
-        file.append(signals)
-        if kind is None:
-            file.groups[0].channels[0].channel_type = 0
-        file.save(path, overwrite=True)
+    given = {} if kind is None else {"master_metadata": ("angle", kind)}
+    channels = {**COLUMNS, "clock": T}.items()
+    path = write_mdf(tmp_path, channels, 2 * T, clock=kind is not None, _=given)
 
     assert "channel t missing" in refused(path)
     np.testing.assert_allclose(read(path, "t=clock").t, T, atol=1e-12)
@@ -372,14 +365,10 @@ def test_a_master_of_mdf_that_is_no_time_is_none(kind: int | None, tmp_path: Pat
 
 @pytest.mark.parametrize("key", ["unit", "Units", "UNIT"])
 def test_a_unit_is_a_unit_however_its_key_is_spelt(key: str, tmp_path: Path) -> None:
-    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
     arrow = pytest.importorskip("pyarrow", reason="needs brushgrip[parquet]")
     parquet = pytest.importorskip("pyarrow.parquet", reason="needs brushgrip[parquet]")
     columns = {"t": T, **COLUMNS, "psi": np.degrees(COLUMNS["psi"])}
-    with h5py.File(tmp_path / "run.h5", "w") as file:
-        for name, values in columns.items():
-            file[name] = values
-        file["psi"].attrs[key] = ["deg"]
+    write_hdf5(tmp_path, columns, psi={key: ["deg"]})
     fields = [
         arrow.field(name, arrow.float64(), metadata={key: "deg"} if name == "psi" else {})
         for name in columns
@@ -391,13 +380,10 @@ def test_a_unit_is_a_unit_however_its_key_is_spelt(key: str, tmp_path: Path) -> 
 
 
 def test_a_time_of_hdf5_may_be_counted_from_an_instant(tmp_path: Path) -> None:
-    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
-    with h5py.File(tmp_path / "run.h5", "w") as file:
-        for name, values in {"t": 1e3 * T, **COLUMNS}.items():
-            file[name] = values
-        file["t"].attrs["units"] = "milliseconds since 2026-01-01 00:00:00"
+    units = {"units": "milliseconds since 2026-01-01 00:00:00"}
+    path = write_hdf5(tmp_path, {"t": 1e3 * T}, t=units)
 
-    np.testing.assert_allclose(read(tmp_path / "run.h5").t, T, rtol=1e-12)
+    np.testing.assert_allclose(read(path).t, T, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -412,15 +398,9 @@ def test_a_time_of_hdf5_may_be_counted_from_an_instant(tmp_path: Path) -> None:
 def test_values_of_hdf5_beyond_their_valid_range_are_missing(
     ranges: dict[str, Any], scale: float, tmp_path: Path
 ) -> None:
-    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
     torque = np.round(COLUMNS["M_z"] / scale).astype("i2" if scale < 1 else "f8")
     torque[20:25] = -9999
-    with h5py.File(tmp_path / "run.h5", "w") as file:
-        for name, values in {"t": T, **COLUMNS, "M_z": torque}.items():
-            file[name] = values
-        file["M_z"].attrs.update(ranges)
-        if scale < 1:
-            file["M_z"].attrs["scale_factor"] = scale
+    scaled = ranges | ({"scale_factor": scale} if scale < 1 else {})
+    missing = np.isnan(read(write_hdf5(tmp_path, {"M_z": torque}, M_z=scaled)).M_z)
 
-    missing = np.isnan(read(tmp_path / "run.h5").M_z)
     assert np.flatnonzero(missing).tolist() == [20, 21, 22, 23, 24]

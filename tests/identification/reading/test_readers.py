@@ -14,7 +14,7 @@ from identification.reading.formats import csvfile
 from identification.reading.formats.csvfile import read_csv
 from observers import Ekf, from_files
 from symbolic import InvalidInputError, Rig, Tyre
-from tests.refusal import refused
+from tests.refusal import fault_of, refused
 
 RIG = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=2.4e6))
 T = np.arange(20) / 100
@@ -66,20 +66,12 @@ def test_readers_are_not_changed_in_place() -> None:
         READERS[".log"] = read_columns  # type: ignore[index]
 
 
-def test_a_pipe_does_not_block(tmp_path: Path) -> None:
+def test_a_pipe_does_not_block_and_a_device_is_not_read_for_ever(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.toml"
     os.mkfifo(pipe)
-    with pytest.raises(
-        InvalidInputError, match=r"pipe\.toml: is a pipe or a device; allowed: a regular"
-    ):
-        read_bytes(pipe)
-    with pytest.raises(InvalidInputError, match=r"pipe\.toml: is a folder, a pipe or a device; allowed"):
-        from_files(Ekf, pipe)
-
-
-def test_a_device_is_not_read_for_ever() -> None:
-    with pytest.raises(InvalidInputError, match=r"^/dev/zero: is a pipe or a device"):
-        read_bytes(Path("/dev/zero"))
+    for path in (pipe, Path("/dev/zero")):
+        assert fault_of(read_bytes, path).startswith("is a pipe or a device; allowed: a regular")
+    assert "pipe.toml: is a folder, a pipe or a device; allowed" in refused(from_files, Ekf, pipe)
 
 
 def test_a_file_that_is_too_large(tmp_path: Path) -> None:
@@ -97,13 +89,13 @@ def test_a_file_that_is_too_large(tmp_path: Path) -> None:
 def test_a_table_is_not_held_twice(tmp_path: Path) -> None:
     row = "0.0101,0.2002,-3.5003,400.4\n"
     path = tmp_path / "long.csv"
-    path.write_text("t,psi,M_z,F_N\n" + 20_000 * row)
+    path.write_text("t,psi,M_z,F_N\n" + 5_000 * row)
     tracemalloc.start()
     columns = read_csv(path, ("t", "psi")).columns
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
 
-    assert columns["t"].size == 20_000
+    assert columns["t"].size == 5_000
     assert peak < 5 * path.stat().st_size
 
 

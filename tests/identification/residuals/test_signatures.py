@@ -9,7 +9,14 @@ import pytest
 
 from identification import Recording, fit
 from identification.fits.problem import torque_range
-from identification.residuals.correlation import correlation, noise_of, orthonormal_basis, rows_of
+from identification.residuals.correlation import (
+    additional_basis,
+    correlation,
+    noise_of,
+    orthogonal_part,
+    orthonormal_basis,
+    rows_of,
+)
 from identification.residuals.signals import (
     RESIDUAL_SIGNALS,
     Signal,
@@ -20,8 +27,9 @@ from identification.residuals.signals import (
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.selection.trials import model_of
 from reference_rig import RigTyre, make_recording
+from rig_recordings import as_read
 from symbolic import EFFECTS, Effect, InvalidInputError, ResidualSignature
-from tests.identification.factories import as_read, first_order, read_campaign, recording, with_torque
+from tests.identification.factories import first_order, read_campaign, recording, with_torque
 
 CONSTANT, ANGLE, RATE = "a constant of each recording", "the angle", "the yaw rate"
 DIRECTION = "the direction of turning"
@@ -117,38 +125,41 @@ def test_the_band_of_two_slow_series(
     recordings: list[Recording], of_residual: float, of_signal: float
 ) -> None:
     """The oracle is simulation: of independent series, one in a hundred leaves the band."""
-    outside, white = 0, 0
+    values, bands = drawn(recordings, of_residual, of_signal)
+
+    assert np.mean(values > bands) <= MOST
+    samples = sum(r.t.size for r in recordings)
+    assert np.mean(values > 2.576 / np.sqrt(samples)) > 0.2, "a band for white noise would not do"
+
+
+def drawn(
+    recordings: list[Recording],
+    of_residual: float,
+    of_signal: float,
+    *,
+    own: bool = False,
+    holes: bool = False,
+) -> np.ndarray:
+    """Size of the correlation of independent series in many trials, and its band, shape (2, trials)."""
+    found = []
     for seed in range(TRIALS):
-        rng = np.random.default_rng([seed, 12])
+        rng = np.random.default_rng([seed, 13 if holes else 12])
         residuals = {r.name: first_order(of_residual, r.t.size, rng) for r in recordings}
+        for residual in residuals.values() if holes else ():
+            residual[rng.random(residual.size) < 0.2] = np.nan
+            residual[300:400] = np.nan
         rows = rows_of(residuals, recordings)
         signal = rows.columns([first_order(of_signal, r.t.size, rng) for r in recordings])
-        value, band, _ = correlation(
-            signal.sum(axis=1, keepdims=True), orthonormal_basis(rows.means()), noise_of(rows)
-        )
-        outside += abs(value) > band
-        white += abs(value) > 2.576 / np.sqrt(rows.residual.size)
-
-    assert outside / TRIALS <= MOST
-    assert white / TRIALS > 0.2, "a band for white noise would not have done"
+        columns = signal if own else signal.sum(axis=1, keepdims=True)
+        found.append(correlation(columns, orthonormal_basis(rows.means()), noise_of(rows))[:2])
+    return np.abs(found).T
 
 
 @pytest.mark.parametrize("own", [pytest.param(False, marks=pytest.mark.long), True])
 def test_the_band_holds_for_several_columns_and_holes(recordings: list[Recording], own: bool) -> None:
-    outside = 0
-    for seed in range(TRIALS):
-        rng = np.random.default_rng([seed, 13])
-        residuals = {r.name: first_order(0.95, r.t.size, rng) for r in recordings}
-        for residual in residuals.values():
-            residual[rng.random(residual.size) < 0.2] = np.nan
-            residual[300:400] = np.nan
-        rows = rows_of(residuals, recordings)
-        signal = rows.columns([first_order(0.95, r.t.size, rng) for r in recordings])
-        columns = signal if own else signal.sum(axis=1, keepdims=True)
-        value, band, _ = correlation(columns, orthonormal_basis(rows.means()), noise_of(rows))
-        outside += abs(value) > band
+    values, bands = drawn(recordings, 0.95, 0.95, own=own, holes=True)
 
-    assert outside / TRIALS <= MOST
+    assert np.mean(values > bands) <= MOST
 
 
 @pytest.mark.parametrize(
@@ -260,19 +271,19 @@ def test_a_cause_is_usual_and_what_was_tried_or_overdone_is_named() -> None:
     assert reading_of(by_name[SIZE], -0.5, (), either).startswith("usually friction differs")
 
 
-def test_nothing_but_noise_where_nothing_is_missing() -> None:
-    found = looked(None, 3)
+@pytest.mark.parametrize(
+    ("missing", "reading"),
+    [
+        (None, "The residual is noise: it follows none of the signals."),
+        ("slide_oscillation", "follows none of the signals significantly"),
+    ],
+)
+def test_what_no_signal_shows(missing: str | None, reading: str) -> None:
+    found = looked(missing, 3)
 
     assert found.followed == ()
-    assert found.reading == "The residual is noise: it follows none of the signals."
-    assert found.autocorrelation.memory < 0.1
-
-
-def test_a_missing_effect_that_no_signal_shows() -> None:
-    found = looked("slide_oscillation", 3)
-
-    assert found.followed == ()
-    assert "follows none of the signals significantly" in found.reading
+    assert reading in found.reading
+    assert missing or found.autocorrelation.memory < 0.1
 
 
 def test_the_fit_hides_what_it_has_absorbed() -> None:
@@ -293,23 +304,14 @@ def test_a_direction_that_was_fitted_tells_nothing() -> None:
     assert (found.correlation, found.band) == (0.0, 1.0)
 
 
-def test_the_result_is_json(recordings: list[Recording]) -> None:
-    rng = np.random.default_rng(16)
-    found = signatures(*with_residual(recordings, lambda r: r.psi + rng.standard_normal(r.t.size), 0.02))
-    content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
-
-    assert set(content) == {"rms", "autocorrelation", "signatures", "followed", "reading"}
-    assert [s["signal"] for s in content["signatures"]] == [s.name for s in RESIDUAL_SIGNALS]
-    assert content["followed"][0]["signal"] == ANGLE
-    assert content["reading"] == found.reading
-
-
 def test_a_perfect_model_leaves_nothing(recordings: list[Recording]) -> None:
     found = signatures({r.name: np.zeros(r.t.size) for r in recordings}, recordings)
+    content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
 
     assert found.rms == 0
     assert found.followed == ()
-    json.dumps(found.to_dict(), allow_nan=False)
+    assert set(content) == {"rms", "autocorrelation", "signatures", "followed", "reading"}
+    assert [s["signal"] for s in content["signatures"]] == [s.name for s in RESIDUAL_SIGNALS]
 
 
 def test_every_effect_is_pointed_at_by_a_signal() -> None:
@@ -403,3 +405,23 @@ def test_the_band_of_a_constant_allows_for_few_low_frequencies(recordings: list[
     ]
 
     assert named(signatures(residuals, made), CONSTANT).band == pytest.approx(band)
+
+
+DIRECTIONS = np.random.default_rng(5).standard_normal((400, 3))
+
+
+def test_what_is_absorbed_already_adds_no_direction() -> None:
+    """Rounding leaves something of it, which points anywhere."""
+    absorbed = orthonormal_basis(DIRECTIONS)
+
+    assert np.any(orthogonal_part(DIRECTIONS @ np.ones((3, 2)), absorbed) != 0)
+    assert additional_basis(DIRECTIONS @ np.ones((3, 2)), absorbed).shape == (400, 0)
+
+
+def test_only_what_is_new_is_new_directions() -> None:
+    absorbed = orthonormal_basis(DIRECTIONS[:, :2])
+    new = additional_basis(DIRECTIONS, absorbed)
+
+    assert new.shape == (400, 1)
+    np.testing.assert_allclose(absorbed.T @ new, 0, atol=1e-14)
+    np.testing.assert_allclose(orthogonal_part(DIRECTIONS, np.hstack([absorbed, new])), 0, atol=1e-12)

@@ -11,7 +11,8 @@ from identification.fits.problem import torque_range
 from identification.residuals.residual_tests import Unexplained, unexplained, white_noise
 from identification.residuals.signatures import signatures
 from reference_rig import RigTyre, make_recording
-from tests.identification.factories import as_read, with_torque
+from rig_recordings import as_read
+from tests.identification.factories import with_torque
 
 COLUMNS = ("t", "psi", "psi_dot", "M_z", "F_N")
 
@@ -28,9 +29,12 @@ def noise_of(recording: Recording, seed: int = 1) -> np.ndarray:
 
 def rest(recording: Recording, residual: np.ndarray) -> Unexplained:
     """What is said of a residual left by a model that was right but for it."""
-    shown = with_torque(recording, recording.M_z - residual + noise_of(recording))
-    residuals = {recording.name: residual}
-    return unexplained(residuals, [shown], signatures(residuals, [shown]))
+    return said_of(with_torque(recording, recording.M_z - residual + noise_of(recording)), residual)
+
+
+def said_of(shown: Recording, residual: np.ndarray, *loss: Huber) -> Unexplained:
+    residuals = {shown.name: residual}
+    return unexplained(residuals, [shown], signatures(residuals, [shown]), *loss)
 
 
 @pytest.mark.parametrize("level", [0.01, 0.2])
@@ -89,9 +93,8 @@ def test_structure_has_to_stand_above_the_noise(
     level = np.sqrt(max(0.0, (ratio * floor) ** 2 - np.mean(residual**2)) / np.mean(wave**2))
     residual = residual + level * wave
     residual *= ratio * floor / np.sqrt(np.mean(residual**2))
-    found = signatures({recording.name: residual}, [shown])
 
-    assert unexplained({recording.name: residual}, [shown], found).present is present
+    assert said_of(shown, residual).present is present
 
 
 @pytest.mark.parametrize("frequency", [23.0, 25.0, 49.7, 50.0])
@@ -100,10 +103,7 @@ def test_a_fast_oscillation_is_no_noise(recording: Recording, frequency: float, 
     """Mains hum has larger second differences than its size, and no slow correlation."""
     t, span = recording.t, torque_range(recording)
     hum = 0.015 * span * np.sin(2 * np.pi * frequency * t + 1)
-    residual = hum + slow * span * np.sin(2 * np.pi * 0.3 * t) + noise_of(recording)
-    residuals = {recording.name: residual}
-    shown = with_torque(recording, recording.M_z - residual + noise_of(recording))
-    said = unexplained(residuals, [shown], signatures(residuals, [shown]))
+    said = rest(recording, hum + slow * span * np.sin(2 * np.pi * 0.3 * t) + noise_of(recording))
 
     assert said.present
     assert "predictable from the samples before" in said.evidence
@@ -116,9 +116,7 @@ def test_white_noise_of_short_recordings_is_never_structure(recording: Recording
     for size in (100, 400, recording.t.size):
         short = replace(recording, **{n: getattr(recording, n)[:size] for n in COLUMNS})
         noise = 0.01 * torque_range(short) * rng.standard_normal(size)
-        shown = with_torque(short, short.M_z + noise)
-        residuals = {short.name: noise}
-        assert not unexplained(residuals, [shown], signatures(residuals, [shown])).present
+        assert not said_of(with_torque(short, short.M_z + noise), noise).present
 
 
 @pytest.mark.parametrize(("order", "cut"), [(2, 0.6), (2, 0.8), (4, 0.8), (4, 0.9)])
@@ -126,10 +124,8 @@ def test_noise_behind_a_filter_is_no_structure(recording: Recording, order: int,
     """A logger's anti-aliasing filter leaves samples correlated, in no line of the spectrum."""
     rng, b_a = np.random.default_rng(order), butter(order, cut)
     noise = 0.01 * torque_range(recording) * lfilter(*b_a, rng.standard_normal(recording.t.size))
-    residuals = {recording.name: noise}
-    shown = with_torque(recording, recording.M_z + noise)
 
-    assert not unexplained(residuals, [shown], signatures(residuals, [shown])).present
+    assert not said_of(with_torque(recording, recording.M_z + noise), noise).present
 
 
 def test_structure_finer_than_the_model_is_not_reported(recording: Recording) -> None:
@@ -153,11 +149,8 @@ def test_outliers_hide_no_structure_from_a_robust_loss(recording: Recording) -> 
     spiked = slow + noise_of(recording)
     spiked[::100] += torque_range(recording)
     shown = with_torque(recording, recording.M_z - spiked + noise_of(recording))
-    residuals = {recording.name: spiked}
-    found = signatures(residuals, [shown])
 
-    assert unexplained(residuals, [shown], found, Huber(threshold=0.01)).present
+    assert said_of(shown, spiked, Huber(threshold=0.01)).present
     quiet = noise_of(recording)
     quiet[::100] += torque_range(recording)
-    residuals = {recording.name: quiet}
-    assert not unexplained(residuals, [recording], found, Huber(threshold=1e-3)).present
+    assert not said_of(recording, quiet, Huber(threshold=1e-3)).present

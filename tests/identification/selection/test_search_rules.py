@@ -153,7 +153,7 @@ def test_a_flexible_law_takes_the_place_of_its_family(pair: Pair) -> None:
 
 
 def test_of_equals_a_second_law_of_a_family_comes_last(pair: Pair) -> None:
-    second, other = (with_effects(t, n) for t, n in zip(trials(pair, 0, 1.5), ("sf", "st"), strict=True))
+    second, other = both(pair, 0, 1.5, ("sf", "st"))
     first = with_effects(second, "f")
     for flexible, leader in ((first, "f"), (second, "st")):
         best, *_ = rank_for_confirmation([flexible, other], pair[1][:1], DEFAULT_CRITERIA)
@@ -265,9 +265,7 @@ def test_a_rival_with_more_parameters_is_not_tried(pair: Pair) -> None:
     step = SearchStep(
         before=pair[0],
         coarse_before=pair[0],
-        trials=tuple(
-            with_effects(trial, name) for trial, name in zip(trials(pair, 0.0, 1.5), "ab", strict=True)
-        ),
+        trials=both(pair, 0.0, 1.5),
         after=with_effects(pair[0], "b"),
         indistinguishable=(effect_of("a"),),
     )
@@ -290,42 +288,40 @@ def test_large_errors_are_ranked_with_few_bristles(
     assert set(runner.precisions) == {expected}
 
 
-def test_the_best_goes_on_where_it_is_distinguishable(pair: Pair) -> None:
-    best, other = (with_effects(t, n) for t, n in zip(trials(pair, 0.0, 2.5), "ab", strict=True))
-    ranked = rank_for_confirmation([best, other], pair[1][:1], DEFAULT_CRITERIA)
-
-    assert [candidate.trial for candidate in ranked] == [best, other]
-    assert [candidate.indistinguishable for candidate in ranked] == [(), ()]
+def both(pair: Pair, bic: float, error: float, names: Sequence[str] = "ab") -> tuple[Trial, Trial]:
+    """Trials of these names, the first with one more parameter, see `trials`."""
+    first, second = trials(pair, bic, error)
+    return with_effects(first, names[0]), with_effects(second, names[1])
 
 
-def test_of_equals_the_one_with_the_fewest_parameters_goes_on(pair: Pair) -> None:
-    dearer, other = (with_effects(t, n) for t, n in zip(trials(pair, 0.0, 1.5), "ab", strict=True))
+@pytest.mark.parametrize("distinguishable", [True, False])
+def test_of_equals_the_one_with_the_fewest_parameters_goes_on(pair: Pair, distinguishable: bool) -> None:
+    dearer, other = both(pair, 0.0, 2.5 if distinguishable else 1.5)
     ranked = rank_for_confirmation([dearer, other], pair[1][:1], DEFAULT_CRITERIA)
+    expected = [(other, (effect_of("a"),)), (dearer, ())]
+    if distinguishable:
+        expected = [(dearer, ()), (other, ())]
 
-    assert [candidate.trial for candidate in ranked] == [other, dearer]
-    assert [candidate.indistinguishable for candidate in ranked] == [(effect_of("a"),), ()]
+    assert [(candidate.trial, candidate.indistinguishable) for candidate in ranked] == expected
 
 
 def test_one_that_is_fitted_to_the_judging_recordings_does_not_go_on(pair: Pair) -> None:
     """Its judged error is far lower, but what it fits to each recording costs more than it gains."""
     training = pair[1][:1]
-    for bic, expected in ((1.0, "b"), (-1.0, "a")):
-        best, other = (with_effects(t, n) for t, n in zip(trials(pair, bic, 9.0), "ab", strict=True))
-        labels = (*other.fitted.labels, (training[0].name, "more"))
+    # Of the tyre, nothing of the parameter is fitted to the recordings that judge.
+    for bic, owner, expected in (
+        (1.0, training[0].name, "b"), (-1.0, training[0].name, "a"), (1.0, None, "a"), (-1.0, None, "a"),
+    ):  # fmt: skip
+        best, other = both(pair, bic, 9.0)
+        labels = (*other.fitted.labels, (owner, "more"))
         best = replace(best, fitted=replace(best.fitted, labels=labels))
         (first, *_) = rank_for_confirmation([best, other], training, DEFAULT_CRITERIA)
-        assert "".join(first.trial.names) == expected
-        # The same parameter, of the tyre: nothing is fitted to the recordings that judge.
-        shared = replace(
-            best, fitted=replace(best.fitted, labels=(*other.fitted.labels, (None, "more")))
-        )
-        (first, *_) = rank_for_confirmation([shared, other], training, DEFAULT_CRITERIA)
-        assert "".join(first.trial.names) == "a"
+        assert first.trial.names == (expected,)
 
 
 def test_a_difference_of_no_worth_does_not_distinguish(pair: Pair) -> None:
     """Every block has a lower error, but by one per cent only; then by three."""
-    best, other = (with_effects(t, n) for t, n in zip(trials(pair, 0.0, 2.5), "ab", strict=True))
+    best, other = both(pair, 0.0, 2.5)
     sizes = 0.05 * (1 + 0.01 * np.random.default_rng(2).standard_normal(SECONDS))
     for factor, alike in ((1.01, True), (1.03, False)):
         one = replace(best, judgement=judgement(sizes))

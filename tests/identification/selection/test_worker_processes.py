@@ -1,4 +1,4 @@
-"""Processes that are killed, at work or while they send, and one whose parent is killed."""
+"""Processes that are killed, or whose parent is, and executors of the user's in their place."""
 
 import os
 import signal
@@ -6,12 +6,16 @@ import struct
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from identification import Recording, diagnose
 from identification.selection.trial_runner import workers
 from identification.selection.worker_processes import WorkerProcesses
 from symbolic import BrushgripError, InvalidInputError
@@ -141,3 +145,86 @@ def busy(folder: str) -> None:
     (Path(folder) / str(os.getpid())).touch()
     while True:
         sum(range(100))
+
+
+FEW = ("torque_offset", "contact_damping", "steering_return")
+
+
+class Losing(Executor):
+    """Loses whatever it is given."""
+
+    def submit(self, *_: Any, **__: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.cancel()
+        return future
+
+
+def test_an_executor_stands_in_for_processes() -> None:
+    with ThreadPoolExecutor(1) as pool:
+        with workers(None, (), pool) as submit:
+            assert submit(pow, 2, 10).result() == 1024
+        assert pool.submit(pow, 2, 3).result() == 8  # It is left open.
+
+
+def test_work_that_an_executor_loses_is_said() -> None:
+    with (
+        pytest.raises(BrushgripError, match="the executor lost work that it was given: CancelledError"),
+        workers(None, (), Losing()) as submit,
+    ):
+        submit(pow, 2, 10).result()
+
+
+def test_what_has_not_begun_is_cancelled() -> None:
+    future: Future[int] = Future()
+
+    class Sleeping(Executor):
+        def submit(self, *_: Any, **__: Any) -> Future[Any]:
+            return future
+
+    def interrupted() -> None:
+        with workers(None, (), Sleeping()) as submit:
+            submit(pow, 2, 10)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert future.cancelled()
+
+
+def test_an_executor_has_processes_of_its_own() -> None:
+    with (
+        ThreadPoolExecutor(1) as pool,
+        pytest.raises(InvalidInputError, match="leave jobs out"),
+        workers(2, (), pool),
+    ):
+        pass
+
+
+@pytest.fixture
+def cluster() -> Iterator[Any]:
+    """Two workers of Dask, each a process."""
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as local:
+        yield local
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("killed", [False, True])
+def test_a_cluster_finds_the_same_to_the_last_digit(
+    cluster: Any, damped: list[Recording], killed: bool
+) -> None:
+    alone, victims = diagnose(damped, candidates=FEW, jobs=1), []
+
+    def kill(_: str, done: int, total: int) -> None:
+        if killed and not victims and 0 < done < total:
+            victims.extend(client.run(os.getpid).values())
+            os.kill(victims[0], signal.SIGKILL)
+
+    with cluster.get_client() as client, client.get_executor() as executor:
+        result = diagnose(damped, candidates=FEW, executor=executor, progress=kill)
+
+    assert bool(victims) == killed
+    assert result.effects
+    assert result.to_dict() == alone.to_dict()

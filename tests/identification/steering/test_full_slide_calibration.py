@@ -2,6 +2,7 @@
 
 import tomllib
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,24 +17,34 @@ from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import InvalidInputError, Vehicle, full_slide_arm, rig_of, vehicle_from_tables
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 from tests.columns import write_columns
-from tests.simulated_car import SimulatedCar, declared_vehicle, steering
+from tests.simulated_car import Array, SimulatedCar, declared_vehicle, steering
 
 CAR = declared_vehicle(brakes="true")
 MU = 0.8
 """Friction of the ground [1]."""
 
 
+@cache
+def force_of(car: SimulatedCar, reach: float) -> Array:
+    return car.force(steering(reach=reach)[1])
+
+
 def lock_to_lock(
     folder: Path, vehicle: Vehicle = CAR, *, reach: float = 0.06, **of_car: object
 ) -> Recording:
     t, rack = steering(reach=reach)
-    force = SimulatedCar(**{"mu": (MU, MU)} | of_car).force(rack)  # type: ignore[arg-type]
+    force = force_of(SimulatedCar(**{"mu": (MU, MU)} | of_car), reach)  # type: ignore[arg-type]
     path = write_columns(folder / "c.csv", {"t": t, "rack": rack, "F_rack": force})
     return read_recording(path, vehicle=vehicle)
 
 
 def identified(recording: Recording, vehicle: Vehicle = CAR, friction: float = MU) -> TyresResult:
     return identify_tyres([recording], vehicle, friction=friction, tolerance=0.05 * friction)
+
+
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory: pytest.TempPathFactory) -> TyresResult:
+    return identified(lock_to_lock(tmp_path_factory.mktemp("car")))
 
 
 def test_load_half_length_and_stiffness_come_back_as_product_and_k(tmp_path: Path) -> None:
@@ -53,17 +64,19 @@ def test_load_half_length_and_stiffness_come_back_as_product_and_k(tmp_path: Pat
     assert 0.68 * 0.05 < found.slide_factor.std / found.slide_factor.value < 0.06
 
 
-def test_a_car_that_was_identified_is_identified_as_such_again(tmp_path: Path) -> None:
-    first = identified(lock_to_lock(tmp_path))
-    vehicle = replace(CAR, slide_factor=first.slide_factor.value, stiffness=first.stiffness.value)
+def test_a_car_that_was_identified_is_identified_as_such_again(
+    tmp_path: Path, usual: TyresResult
+) -> None:
+    vehicle = replace(CAR, slide_factor=usual.slide_factor.value, stiffness=usual.stiffness.value)
     again = identified(lock_to_lock(tmp_path, vehicle), vehicle)
 
-    assert again.slide_factor.value == pytest.approx(first.slide_factor.value, rel=2e-3)
-    assert again.stiffness.value == pytest.approx(first.stiffness.value, rel=0.01)
+    assert again.slide_factor.value == pytest.approx(usual.slide_factor.value, rel=2e-3)
+    assert again.stiffness.value == pytest.approx(usual.stiffness.value, rel=0.01)
 
 
-def test_a_factor_from_a_ground_told_wrong_is_corrected_by_the_right_one(tmp_path: Path) -> None:
-    right = identified(lock_to_lock(tmp_path))
+def test_a_factor_from_a_ground_told_wrong_is_corrected_by_the_right_one(
+    tmp_path: Path, usual: TyresResult
+) -> None:
     wrong = identified(lock_to_lock(tmp_path), friction=0.6)
     # The tolerance of the load is from then on what it may change by.
     written = replace(
@@ -73,10 +86,10 @@ def test_a_factor_from_a_ground_told_wrong_is_corrected_by_the_right_one(tmp_pat
     again = identified(lock_to_lock(tmp_path, written), written)
 
     assert wrong.slide_factor.value > 1.3
-    assert abs(right.deviations) < 1
+    assert abs(usual.deviations) < 1
     assert 2 < wrong.deviations < 4
-    assert again.slide_factor.value == pytest.approx(right.slide_factor.value, rel=0.01)
-    assert again.deviations == pytest.approx(right.deviations, abs=0.1)
+    assert again.slide_factor.value == pytest.approx(usual.slide_factor.value, rel=0.01)
+    assert again.deviations == pytest.approx(usual.deviations, abs=0.1)
     # The same ground told again is as doubtful as before.
     told = identified(lock_to_lock(tmp_path, written), written, friction=0.6)
     assert told.deviations == pytest.approx(wrong.deviations, rel=0.02)
@@ -92,7 +105,7 @@ def test_a_clipped_force_is_refused_and_one_in_steps_of_10_n_is_not(
     vehicle = replace(CAR, handwheel_inertia=None if column == "F_rack" else 0.0)
     gain = 1.0 if column == "F_rack" else vehicle.rack_gain
     t, rack = steering()
-    force = SimulatedCar(mu=(MU, MU), noise=noise).force(rack)
+    force = force_of(SimulatedCar(mu=(MU, MU), noise=noise), 0.06)
 
     def read(shown: np.ndarray) -> Recording:
         path = write_columns(tmp_path / "c.csv", {"t": t, "rack": rack, column: gain * shown})
@@ -118,12 +131,11 @@ def test_the_motor_is_judged_and_not_the_coarse_steps_of_the_torsion_bar() -> No
     assert shares_at_limits(columns, 0 * speed) == {}
 
 
-def test_what_is_unexplained_is_told_and_judged(tmp_path: Path) -> None:
-    found = identified(lock_to_lock(tmp_path))
+def test_what_is_unexplained_is_told_and_judged(tmp_path: Path, usual: TyresResult) -> None:
     noisy = identified(lock_to_lock(tmp_path, noise=150.0))
-    full = 2 * MU * found.slide_factor.value * rig_slide(CAR)
+    full = 2 * MU * usual.slide_factor.value * rig_slide(CAR)
 
-    assert found.rest == pytest.approx(2 * found.rms / full, rel=0.01)
+    assert usual.rest == pytest.approx(2 * usual.rms / full, rel=0.01)
     assert 0.05 < noisy.rest < 0.07
     with pytest.raises(InvalidInputError, match="is left unexplained; allowed: up to 7 %"):
         identified(lock_to_lock(tmp_path, noise=230.0))
@@ -139,13 +151,13 @@ def rig_slide(vehicle: Vehicle) -> float:
     "off", [{"gear_friction": 400.0}, {"inclination": 0.15}, {"front_axle_load": 8800.0}]
 )
 def test_gear_friction_and_return_torque_are_not_taken_for_the_tyres(
-    tmp_path: Path, off: dict[str, float]
+    tmp_path: Path, usual: TyresResult, off: dict[str, float]
 ) -> None:
     vehicle = declared_vehicle(brakes="true")
     wrong = replace(vehicle, **off)  # type: ignore[arg-type]
     found = identified(lock_to_lock(tmp_path, wrong), wrong).slide_factor
     share = vehicle.front_axle_load / wrong.front_axle_load
-    true = identified(lock_to_lock(tmp_path)).slide_factor.value * share
+    true = usual.slide_factor.value * share
 
     assert found.std is not None
     assert abs(found.value - true) < found.std

@@ -1,3 +1,5 @@
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,9 @@ from reference_rig import Towing, make_tows
 from symbolic import InvalidInputError
 
 
-def found(seed: int, towing: Towing, loads: tuple[float, ...] = LOADS) -> TowedFriction:
-    tows = [Tow(F_x=x, F_y=y, F_z=z) for x, y, z in make_tows(seed, towing, loads)]
-    return friction_by_towing(tows)
+@cache
+def found(seed: int, towing: Towing) -> TowedFriction:
+    return friction_by_towing([Tow(F_x=x, F_y=y, F_z=z) for x, y, z in make_tows(seed, towing, LOADS)])
 
 
 @pytest.mark.parametrize(

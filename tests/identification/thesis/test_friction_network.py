@@ -1,6 +1,7 @@
 """A network learns what its inputs tell, and says what it was taught."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,8 @@ from numpy.typing import NDArray
 
 from identification import Recording
 from identification.thesis.friction_network import Activation, Design, LabelMean, label_mean, train
-from symbolic import InvalidInputError, Rig, Tyre
+from symbolic import InvalidInputError, Tyre
+from tests.identification.factories import recording
 
 Array = NDArray[np.float64]
 
@@ -17,16 +19,8 @@ def made(mu: float | None, samples: int = 400, seed: int = 0) -> Recording:
     """A recording whose load and torque together tell its mu; k, which it also shows, does not."""
     rng = np.random.default_rng(seed)
     F_N = rng.uniform(100.0, 500.0, samples)
-    return Recording(
-        name=f"mu {mu}",
-        t=np.arange(samples) * 0.01,
-        psi=rng.uniform(-1.0, 1.0, samples),
-        psi_dot=np.zeros(samples),
-        M_z=np.full(samples, -(mu or 0.0)),
-        F_N=F_N,
-        rig=Rig(a=0.045, e=0.009),
-        tyre=Tyre(k=2.4e6, mu=mu),
-    )
+    plain = recording(f"mu {mu}", psi=rng.uniform(-1.0, 1.0, samples))
+    return replace(plain, M_z=0 * F_N - (mu or 0.0), F_N=F_N, tyre=Tyre(k=2.4e6, mu=mu))
 
 
 def telling(recording: Recording) -> Array:

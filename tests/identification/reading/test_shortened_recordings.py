@@ -1,31 +1,22 @@
 """Fewer samples of long recordings: the reversals stay, and so does the answer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from identification import Recording
 from identification.reading.shortened_recordings import thin_recordings
-from symbolic import Rig, Tyre
+from tests.identification.factories import recording
 
 
-def recording(psi: np.ndarray, M_z: np.ndarray, name: str = "long") -> Recording:
-    t = 1e-3 * np.arange(psi.size)
-    return Recording(
-        name=name,
-        t=t,
-        psi=psi,
-        psi_recorded=np.ones(psi.size, dtype=bool),
-        psi_dot=np.gradient(psi, t),
-        M_z=M_z,
-        F_N=400 + t,
-        M=2 * M_z,
-        rig=Rig(a=0.045, e=0.009),
-        tyre=Tyre(k=2.4e6, mu=1.2),
-    )
+def recorded(psi: np.ndarray, M_z: np.ndarray) -> Recording:
+    one = recording("long", psi=psi, period=1e-3)
+    return replace(one, psi_recorded=psi < np.inf, M_z=M_z, F_N=400 + one.t, M=2 * M_z)
 
 
 def test_what_is_short_stays_as_it_is() -> None:
-    short = recording(np.sin(np.arange(200.0)), np.arange(200.0))
+    short = recorded(np.sin(np.arange(200.0)), np.arange(200.0))
 
     kept, line = thin_recordings([short, short], most=400)
     assert kept == [short, short]
@@ -43,7 +34,7 @@ def test_every_reversal_is_kept_and_no_noise_of_the_encoder() -> None:
     noisy = psi.copy()
     noisy[::3] += 1e-5
     noisy[corners] = psi[corners] + 2e-5 * np.sign(psi[corners] - psi[corners - 1])
-    long = recording(noisy, np.arange(float(psi.size)))
+    long = recorded(noisy, np.arange(float(psi.size)))
 
     (kept,), line = thin_recordings([long], most=psi.size // 20)
     # Room for the corners, where the turning begins, and the ends.
@@ -67,7 +58,7 @@ def test_every_reversal_is_kept_and_no_noise_of_the_encoder() -> None:
 def test_a_sparse_torque_is_not_missed(every: int) -> None:
     torque = np.full(1000, np.nan)
     torque[3::every] = 1.0
-    long = recording(np.linspace(0, 1, 1000), torque)
+    long = recorded(np.linspace(0, 1, 1000), torque)
 
     (kept,), _ = thin_recordings([long], most=104)
     assert np.isfinite(kept.M_z).sum() == 100
@@ -77,7 +68,7 @@ def test_a_trembling_wheel_does_not_exceed_the_bound() -> None:
     # Every second sample reverses by 1.5 mrad; every fiftieth by 30 mrad.
     n = 2000
     psi = 0.75e-3 * np.resize([1.0, -1.0], n) + 0.015 * np.resize([1.0, -1.0], n // 50).repeat(50)
-    long = recording(psi, np.arange(float(n)))
+    long = recorded(psi, np.arange(float(n)))
 
     kept, line = thin_recordings([long, long], most=400)
     assert sum(r.t.size for r in kept) <= 400
