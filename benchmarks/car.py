@@ -13,7 +13,6 @@ About five seconds a car on one core.
 
 import argparse
 import csv
-import sys
 import tempfile
 import tomllib
 from dataclasses import dataclass
@@ -23,8 +22,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.car_bound import BOUNDS, VEHICLE_FIELDS, bounds_by_case
 from benchmarks.car_files import (
@@ -38,9 +35,9 @@ from benchmarks.car_files import (
 from observers import Status
 from reference_rig import TOLERANCES, CarRecording, FleetCar, draw_car
 from symbolic import vehicle_from_tables
+from symbolic.array_alias import Array
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 
-Array = NDArray[np.float64]
 TUNING_SEED, JUDGING_SEED = 0, 10_000
 BANDS = (0.05, 0.11, 0.245, 0.54, 1.2)
 """Edges of the bands of mu, even in its logarithm."""
@@ -48,8 +45,6 @@ HALF_TURN = 180.0
 """Way of the handwheel after which the band is read [deg]."""
 NEAR_LOCKS = 0.9
 """Share of the way from stop to stop that counts as lock to lock [1]."""
-MEASURED = ("axle_load", "half_length")
-"""What a workshop measures, with scales and a print of the contact."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,14 +115,10 @@ def floor_of(text: str, *, brake: bool) -> float:
 
 
 def judge(
-    seed: int, sensing: str, observer: str, *, full: bool, split: float, bound: bool = False,
-    measured: float | None = None, calibrated: bool = False,
-) -> Judged:  # fmt: skip
+    seed: int, sensing: str, observer: str, *, full: bool, split: float, bound: bool, calibrated: bool
+) -> Judged:
     """Draw a car, steer it, estimate."""
-    tolerances = {**TOLERANCES, **(dict.fromkeys(MEASURED, measured) if measured else {})}
-    drawn = draw_car(
-        seed, assisted=sensing != "handwheel", full_tolerance=full, split=split, tolerances=tolerances
-    )
+    drawn = draw_car(seed, assisted=sensing != "handwheel", full_tolerance=full, split=split)
     text = declared_toml(drawn, sensing)
     if calibrated:
         text, drawn = calibrated_toml(drawn, sensing, full=full)
@@ -211,7 +202,6 @@ def main() -> None:
     parser.add_argument("--observer", choices=["ekf", "mhe"], default="ekf")
     parser.add_argument("--full-tolerance", action="store_true", help="every value off by all of it")
     parser.add_argument("--split", type=float, default=1.0, help="mu right over mu left")
-    parser.add_argument("--measured", type=float, help="tolerance of load and half-length, as a share")
     parser.add_argument("--calibrated", action="store_true", help="tyres identified on known ground")
     parser.add_argument("--bound", action="store_true", help="also the least sigma that is possible")
     given = parser.parse_args()
@@ -222,9 +212,8 @@ def main() -> None:
           f"  >3s,%  >4s,%  refused as")  # fmt: skip
     cars = []
     for seed in range(given.seed, given.seed + given.cars):
-        chosen = {"split": given.split, "bound": given.bound, "measured": given.measured}
-        chosen["calibrated"] = given.calibrated
-        cars.append(judge(seed, given.sensing, given.observer, full=given.full_tolerance, **chosen))
+        how = {"full": given.full_tolerance, "split": given.split, "bound": given.bound}
+        cars.append(judge(seed, given.sensing, given.observer, **how, calibrated=given.calibrated))
         print(row(cars[-1]), flush=True)
     summary(cars)
 

@@ -5,19 +5,18 @@ with the variance of its tolerance, the bound of [van Trees 1968]. A real car di
 more than noise: an error of the model, a share of the tyres' force, may be added.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers import Tuning
 from symbolic import Model, Vehicle, full_slide_arm, rig_of, simulate
+from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
 
-Array = NDArray[np.float64]
 RELATIVE_STEP = 1e-3
 """Relative step of the derivatives [1]."""
 VAGUE = 2.0
@@ -77,18 +76,14 @@ def least_deviations(
         returned: standard deviation of the return torque as a share of it, beside what the vehicle's
             angles and lengths make it off by [1]; 0 lets it weigh the car as well as those are known.
     """
-    slopes, stds = [], [VAGUE]
-    up, down = (
-        force_on_rack(vehicle, mu * (1 + step), rack) for step in (RELATIVE_STEP, -RELATIVE_STEP)
-    )
-    slopes.append((up - down) / (2 * RELATIVE_STEP))
+    slopes, stds = [_slope(lambda factor: force_on_rack(vehicle, mu * factor, rack))], [VAGUE]
     for name, tolerance in tolerances.items():
-        value = getattr(vehicle, name)
-        up, down = (
-            force_on_rack(replace(vehicle, **{name: value * (1 + step)}), mu, rack)
-            for step in (RELATIVE_STEP, -RELATIVE_STEP)
-        )
-        slopes.append((up - down) / (2 * RELATIVE_STEP))
+
+        def force_with(factor: float, name: str = name) -> Array:
+            changed = replace(vehicle, **{name: factor * getattr(vehicle, name)})
+            return force_on_rack(changed, mu, rack)
+
+        slopes.append(_slope(force_with))
         stds.append(EVEN * tolerance)
     # The sensor's zero, with what the gear's friction differs by direction.
     slopes.append(np.ones_like(rack))
@@ -106,6 +101,11 @@ def least_deviations(
     weighed = jacobian * weight[:, None]
     informations = (prior + jacobian[:end].T @ weighed[:end] for end in ends)
     return [float(np.sqrt(np.linalg.inv(each)[0, 0])) for each in informations]
+
+
+def _slope(of: Callable[[float], Array]) -> Array:
+    """Derivative of a force by the logarithm of what is multiplied by a factor."""
+    return (of(1 + RELATIVE_STEP) - of(1 - RELATIVE_STEP)) / (2 * RELATIVE_STEP)
 
 
 def bounds_by_case(

@@ -19,17 +19,13 @@ the estimate there, predicted its sigma/mu there.
 """
 
 import argparse
-import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from observers import PROFILES, AligningTorque, Ekf, Loop, Plan, Probe, Sample, SteeringLimits, plan
 from reference_rig import FOURTEEN_BIT_STEP, RigTyre, SteeredWheel
@@ -160,25 +156,36 @@ def led(probe: Probe) -> Command:
     return command
 
 
+def in_every_way(
+    observer: Ekf, park: Callable[[], Any], mu: float, target: float, planned: Plan, probe: Probe,
+    known: Plan, *, pulse: float,
+) -> dict[str, Reached]:  # fmt: skip
+    """Where the target is reached along each of `PATHS`, each with a wheel of its own.
+
+    known is the plan for this mu, pulse the sine's [rad/s].
+    """
+    commands: tuple[Command, ...] = (
+        along(planned),
+        led(probe),
+        along(known),
+        lambda t, *_: (0.4 * np.sin(pulse * t), False),
+        lambda t, *_: (min(0.1 * t, 0.5), t > 5),
+    )
+    return {
+        name: steered(observer, park(), mu, target, command, decides=name == "probe")
+        for name, command in zip(PATHS, commands, strict=True)
+    }
+
+
 def run(task: tuple[int, str, float]) -> tuple[float, dict[str, Reached]]:
     """One wheel, steered in every way."""
     seed, rig, target = task
     rng = np.random.default_rng([seed, 1])
     mu = float(np.exp(rng.uniform(*np.log([*GROUNDS.values()][seed % len(GROUNDS)]))))
     observer = observer_of(rig)
-    commands: dict[str, Command] = {
-        "plan": along(plan_over_grounds(rig, target)),
-        "probe": led(prepared(rig, target)),
-        "known": along(plan(observer, target, LIMITS, LOAD, mus=(mu,), coarse=True)),
-        "sine": lambda t, *_: (0.4 * np.sin(0.75 * t), False),
-        "ramp": lambda t, *_: (min(0.1 * t, 0.5), t > 5),
-    }
-    return mu, {
-        name: steered(
-            observer, RigWheel(seed, mu, rig), mu, target, commands[name], decides=name == "probe"
-        )
-        for name in PATHS
-    }
+    known = plan(observer, target, LIMITS, LOAD, mus=(mu,), coarse=True)
+    plans = (plan_over_grounds(rig, target), prepared(rig, target), known)
+    return mu, in_every_way(observer, lambda: RigWheel(seed, mu, rig), mu, target, *plans, pulse=0.75)
 
 
 def report(outcomes: Sequence[tuple[float, dict[str, Reached]]]) -> None:

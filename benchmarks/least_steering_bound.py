@@ -12,13 +12,8 @@ deviation is within the target, and that at which it is usable too, as its model
 them the least travel that the rule of confirmation alone allows on any path.
 """
 
-import sys
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.least_steering import DT, LIMITS, LOAD, NOISE, OFF, SLIDE, K, observer_of
 from observers import plan
