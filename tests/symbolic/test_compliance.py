@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reference_rig import RigTyre, build_effects, hand_path, simulate_bristles
-from symbolic import EFFECTS, Model, effects_named
+from symbolic import Model, effects_named
 from symbolic.effects.backlash import ROUNDING
 from tests.symbolic.oracles import (
     GEOMETRY,
@@ -104,29 +104,6 @@ def test_turn_balances_elements_and_patch(discretised: bool, values: Values, pat
     if not discretised:
         (reference,) = grid_torque(there)
         np.testing.assert_allclose(torque, reference, rtol=0, atol=1e-6 * np.ptp(reference))
-
-
-@REALISATIONS
-def test_rigid_carcass_does_not_twist(discretised: bool) -> None:
-    path, model = turns(2, steps=20), model_of({K_T: np.inf}, discretised)
-
-    angle, torque = solve(model, path, theta_of(model, {K_T: np.inf}))
-
-    np.testing.assert_allclose(angle, path.psi, rtol=0, atol=1e-15)
-    rigid = run(Model(discretised=discretised), path).M_z
-    np.testing.assert_allclose(torque, rigid, rtol=0, atol=1e-12 * np.ptp(rigid))
-
-
-def test_compliances_add() -> None:
-    path, one, two = (
-        turns(3, steps=100),
-        *(Model(effects=n * (EFFECTS["carcass_torsion"],)) for n in (1, 2)),
-    )
-
-    _, torque = solve(two, path, np.array([TYRE.mu, TYRE.k, 1 / 400, 1 / 150]))
-
-    _, expected = solve(one, path, np.array([TYRE.mu, TYRE.k, 1 / 400 + 1 / 150]))
-    np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-9)
 
 
 def test_no_torque_while_the_gap_is_crossed() -> None:
