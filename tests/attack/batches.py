@@ -9,15 +9,15 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
 
 from identification import read_recording, read_rig
 from tests.attack.attack_class import Effort, Tried, one_by_one
-from tests.attack.faults import ENDED_BY_FAULT, attempt, ended_well, two_at_once
 from tests.attack.faults import FAULTS as RUNS
+from tests.attack.faults import Fault, attempt, ended_well, two_at_once
 from tests.attack.whole_runs import ROOT, Sandbox
 from tests.attack.workplace import workplace
 from tests.identification.reading.logs import MAP, OWN_CLOCK, WRITERS, as_logged
@@ -106,7 +106,7 @@ def over_quota(sandbox: Sandbox, chance: random.Random) -> str | None:
     """The quota is used up at any byte."""
     left = chance.choice((0, 300, 3000, 10_000, 30_000, 100_000))
     ended = sandbox.run({"LD_PRELOAD": str(_quota()), "ATTACK_QUOTA": str(left)})
-    wrong = ended_well(ended, most=3) or (f"left {names}" if (names := sandbox.left()) else None)
+    wrong = ended_well(ended, most=3) or sandbox.nothing_left()
     return wrong and f"{left} bytes: {wrong}"
 
 
@@ -158,12 +158,10 @@ def loses_its_scheduler(sandbox: Sandbox, chance: random.Random) -> str | None:
             process.send_signal(chance.choice((signal.SIGKILL, signal.SIGTERM)))
             time.sleep(chance.choice((0, 1)))
         ended = sandbox.finish(run, 120)
-    return ended_well(ended, ENDED_BY_FAULT, most=1) or (
-        f"left {names}" if (names := sandbox.left()) else None
-    )
+    return ended_well(ended, most=1) or sandbox.nothing_left()
 
 
-FAULTS: dict[str, Callable[[Sandbox, random.Random], str | None]] = {
+FAULTS: dict[str, Fault] = {
     "batch_killed": RUNS["run_killed"],
     "batch_interrupted": RUNS["run_interrupted"],
     "batch_two_at_once": two_at_once,
@@ -171,7 +169,7 @@ FAULTS: dict[str, Callable[[Sandbox, random.Random], str | None]] = {
 }
 
 
-def _attempt(fault: Callable[[Sandbox, random.Random], str | None], number: int) -> str | None:
+def _attempt(fault: Fault, number: int) -> str | None:
     """Files with a channel of time and files with a clock in turn."""
     return attempt(fault, number, quick=bool(number % 2), kind=Batch)
 
