@@ -123,7 +123,9 @@ def make_ground_recording(
     drive = drive or hand_path(seed, duration, rate=STEP_RATE)
     if times is None:
         times = drive.t[0] + sample_instants(drive.t[-1] - drive.t[0], rate)
-    drive = _with_instants(drive, times)
+    require_instants(times, drive.t)
+    # Instants are among the steps, so that samples are exact.
+    drive = drive.at(np.union1d(drive.t, times))
     mu = friction(drive.t)
     seen = np.searchsorted(drive.t, times)
     M_z = simulate_ground(drive, mu, tyre or RigTyre(), bristles=bristles)[seen]
@@ -145,17 +147,4 @@ def make_ground_recording(
         mu_true=mu[seen],
         tyre=replace(tyre or RigTyre(), mu=float(mu[seen[0]])),
         effects={},
-    )
-
-
-def _with_instants(drive: RigDrive, times: Array) -> RigDrive:
-    """The drive with the sampling instants among its steps, so that samples are exact."""
-    require_instants(times, drive.t)
-    t = np.union1d(drive.t, times)
-    return RigDrive(
-        t=t,
-        psi=np.interp(t, drive.t, drive.psi),
-        psi_dot=np.interp(t, drive.t, drive.psi_dot),
-        F_N=np.interp(t, drive.t, drive.F_N),
-        psi_virgin=drive.psi_virgin,
     )

@@ -49,22 +49,19 @@ TEMPO = 2.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SteeredMotion:
-    """Motion of the wheel at every step; arrays of shape (n,)."""
+    """Motion of the wheel at every step; arrays of shape (n,).
+
+    Time [s], yaw angle [rad] and rate [rad/s], steering torque `M` and moment of the ground `M_z` [N m],
+    load [N], friction coefficient [1].
+    """
 
     t: Array
-    """Time [s]."""
     psi: Array
-    """Yaw angle [rad]."""
     psi_dot: Array
-    """Yaw rate [rad/s]."""
     M: Array
-    """Steering torque [N m]."""
     M_z: Array
-    """Moment of the ground on the wheel [N m]."""
     F_N: Array
-    """Vertical load [N]."""
     mu: Array
-    """Friction coefficient [1]."""
 
     def at(self, times: Array) -> "SteeredMotion":
         """The motion at other times [s], linear between the steps."""
@@ -77,33 +74,26 @@ class SteeredMotion:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SteeringRecording:
-    """Channels of the sensors with the true values beside them; arrays of shape (n,)."""
+    """Channels of the sensors with the true values beside them; arrays of shape (n,).
+
+    Time `t` [s], yaw angle `psi` in steps of the encoder [rad], and with noise the steering torque `M`
+    [N m] and the load `F_N` [N]. The true values are as in `SteeredMotion`; tyre, whose `mu` is the
+    friction at the first sample, and wheel are true too.
+    """
 
     name: str
     t: Array
-    """Time [s]."""
     psi: Array
-    """Yaw angle in steps of the encoder [rad]."""
     M: Array
-    """Steering torque with noise [N m]."""
     F_N: Array
-    """Vertical load with noise [N]."""
     psi_true: Array
-    """Yaw angle [rad]."""
     psi_dot_true: Array
-    """Yaw rate [rad/s]."""
     M_true: Array
-    """Steering torque [N m]."""
     F_N_true: Array
-    """Vertical load [N]."""
     M_z_true: Array
-    """Moment of the ground on the wheel [N m]."""
     mu_true: Array
-    """Friction coefficient [1]."""
     tyre: RigTyre
-    """The true tyre; `mu` is the friction at the first sample."""
     wheel: Wheel
-    """The true wheel."""
 
 
 def full_slide_moment(tyre: RigTyre, friction_force: float) -> float:
@@ -207,10 +197,13 @@ def make_steering_recording(
     instants = sample_instants(duration, rate)
     if torque is None:
         grip = grip or Grip()
-        command = _hand_command(path, t, grip)
+        followed = path.at(t)
+        command = grip.stiffness * followed.psi + grip.damping * followed.psi_dot
     else:
         grip = LOOSE
-        command = torque(t) if callable(torque) else _linear(t, instants, torque)
+        if not callable(torque) and np.shape(torque) != instants.shape:
+            raise ValueError(f"the torque needs {len(instants)} samples, not shape {np.shape(torque)}")
+        command = torque(t) if callable(torque) else np.interp(t, instants, torque)
     mu = (friction or constant_friction(tyre.mu))(t)
     F_N = np.interp(t, path.t, path.F_N)
     motion = simulate_steering(
@@ -240,16 +233,3 @@ def make_steering_recording(
 def _quick_path(seed: int, duration: float, hand: Hand, load: float) -> RigDrive:
     path = hand_path(seed, duration * TEMPO, hand=hand, load=load, rate=STEP_RATE)
     return replace(path, t=path.t / TEMPO, psi_dot=path.psi_dot * TEMPO)
-
-
-def _hand_command(path: RigDrive, t: Array, grip: Grip) -> Array:
-    """Torque of the grip at angle and rate zero [N m]."""
-    psi = np.interp(t, path.t, path.psi)
-    psi_dot = np.interp(t, path.t, path.psi_dot)
-    return grip.stiffness * psi + grip.damping * psi_dot
-
-
-def _linear(t: Array, instants: Array, torque: Array) -> Array:
-    if np.shape(torque) != instants.shape:
-        raise ValueError(f"the torque needs {len(instants)} samples, not shape {np.shape(torque)}")
-    return np.interp(t, instants, torque)

@@ -35,23 +35,20 @@ QUIET = (0.05, 0.15)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ImpactRecording:
-    """Encoder channel of one impact with the true values beside it; arrays of shape (n,)."""
+    """Encoder channel of one impact with the true values beside it; arrays of shape (n,).
+
+    Time `t` [s]; yaw angle `psi` in steps of the encoder, from its own zero, and `psi_true` since rest
+    [rad]; `zero`, the angle of the encoder at rest before quantisation [rad]; load `F_N` [N].
+    """
 
     name: str
     t: Array
-    """Time [s]."""
     psi: Array
-    """Yaw angle in steps of the encoder, from its own zero [rad]."""
     psi_true: Array
-    """Yaw angle since rest [rad]."""
     zero: float
-    """Angle of the encoder at rest, before quantisation [rad]."""
     F_N: float
-    """Vertical load [N]."""
     tyre: RigTyre
-    """The true tyre."""
     wheel: Wheel
-    """The true wheel."""
 
 
 def inertia(e: float) -> float:
@@ -198,17 +195,14 @@ def make_impacts(
     ]
 
 
-def impact_csv(recording: ImpactRecording) -> str:
-    """The recording as the tool reads it: its contact length, then t and psi, no torque."""
-    rows = (f"{t:.6g},{psi + 0.0:.8g}" for t, psi in zip(recording.t, recording.psi, strict=True))
-    return "\n".join([f"# a = {recording.tyre.a:.6g}", "t,psi", *rows]) + "\n"
-
-
 def write_impacts(folder: Path, recordings: Sequence[ImpactRecording]) -> list[Path]:
-    """Write a file for every recording."""
-    paths = [folder / f"{recording.name}.csv" for recording in recordings]
-    for path, recording in zip(paths, recordings, strict=True):
-        path.write_text(impact_csv(recording), encoding="utf-8", newline="\n")
+    """Write a file for every recording, as the tool reads it: its contact length, then t and psi."""
+    paths = []
+    for made in recordings:
+        rows = (f"{t:.6g},{psi + 0.0:.8g}" for t, psi in zip(made.t, made.psi, strict=True))
+        text = "\n".join([f"# a = {made.tyre.a:.6g}", "t,psi", *rows]) + "\n"
+        paths.append(folder / f"{made.name}.csv")
+        paths[-1].write_text(text, encoding="utf-8", newline="\n")
     return paths
 
 

@@ -3,13 +3,12 @@
 A function of its parameters each, which are neutral by default.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import exp, log1p
 
 import numpy as np
 
-from reference_rig.hooks import Array, PlantedEffect, RigDrive, RigHistory
+from reference_rig.hooks import Array, PlantedEffect, RigDrive, RigHistory, by_name
 
 
 def play(gap: float = 0.0) -> PlantedEffect:
@@ -122,11 +121,7 @@ def _play_operator(signal: Array, half_gap: float, start: float) -> Array:
     return follower
 
 
-UNMODELLED_EFFECTS: dict[str, Callable[..., PlantedEffect]] = {
-    effect.__name__: effect
-    for effect in (
-        play, slide_oscillation, gust, free_branch, encoder_eccentricity, sensor_hysteresis,
-        contact_ageing,
-    )
-}  # fmt: skip
-"""By name."""
+UNMODELLED_EFFECTS = by_name(
+    play, slide_oscillation, gust, free_branch, encoder_eccentricity, sensor_hysteresis,
+    contact_ageing,
+)  # fmt: skip

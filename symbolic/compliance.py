@@ -35,7 +35,7 @@ def advance_in_series(
     coefficients: Expression,
     deflection: ca.Function | None,
     elements: Expression,
-    steps: int = SEARCH_STEPS,
+    steps: int,
 ) -> tuple[Expression, Expression]:
     """The turn t with t = rigid_turn + d(M_z(t)) [rad], and the patch memory after it.
 

@@ -28,13 +28,13 @@ from functools import cache
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.array_alias import Array
 from symbolic.patch_interface import Expression
 
 
 @cache
-def unit_gauss_legendre(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def unit_gauss_legendre(order: int) -> tuple[Array, Array]:
     """Nodes and weights on [0, 1], exact for polynomials up to degree 2 * order - 1.
 
     Args:

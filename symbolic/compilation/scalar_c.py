@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.array_alias import Array
 from symbolic.compilation.c_comments import (
     NO_COMMENTS,
     Comments,
@@ -218,7 +218,7 @@ def _definition(
     return f"static void {name}({', '.join([*inputs, *outputs])}) {{\n{body}\n}}\n"
 
 
-def c_records(name: str, columns: Mapping[str, NDArray[np.float64]], real: str) -> str:
+def c_records(name: str, columns: Mapping[str, Array], real: str) -> str:
     """A type with a field a column, and a constant array of it: `name_t` and `name_of`."""
     count = len(next(iter(columns.values())))
     rows = [

@@ -25,9 +25,9 @@ import numpy as np
 from symbolic.array_alias import Array
 from symbolic.deformation import full_slide_arm, unit_corner_moment
 from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
+from symbolic.patch_interface import Expression
 from symbolic.vehicle.kingpin import Contact, growth_to_full_lock, kingpin_axis, pressures_and_arms
 from symbolic.vehicle.steering import (
-    Expression,
     jacking_torque,
     lever,
     lever_growth,
