@@ -32,7 +32,7 @@ from identification import (
     recording_from_raw,
 )
 from identification.loop_plot import matplotlib_text
-from observers import Ekf, RootObserver, ZoneHistory, run, zone_history
+from observers import Ekf, Observer, RootObserver, ZoneHistory, run, zone_history
 from symbolic import Model, Rig, Tyre, simulate
 
 Array = NDArray[np.float64]
@@ -97,19 +97,16 @@ def preprocessing() -> None:
     ):
         recording = recording_from_raw(label, channels, pipelines, RIG, TYRE)
         psi, M_z = (rms(getattr(recording, n) - truth[n][::every]) for n in ("psi", "M_z"))
-        ekf, root = (friction_error(recording, kind) for kind in ("ekf", "root"))
+        observers = (Ekf(model=Model(), values={"k": TYRE.k}, rig=RIG), RootObserver(rig=RIG, k=TYRE.k))
+        ekf, root = (friction_error(recording, observer) for observer in observers)
         print(
             f"{label}: psi off by {1e3 * psi:.3f} mrad, M_z by {M_z:.4f} N m;"
             f" mu off by {ekf:.4f} (EKF), {root:.4f} (root)"
         )
 
 
-def friction_error(recording: Recording, kind: str) -> float:
+def friction_error(recording: Recording, observer: Observer) -> float:
     """RMSE of mu over the second half."""
-    k = recording.tyre.k
-    observer = (
-        Ekf(model=Model(), values={"k": k}, rig=RIG) if kind == "ekf" else RootObserver(rig=RIG, k=k)
-    )
     mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
     return rms(mu[mu.size // 2 :] - TYRE.mu)
 

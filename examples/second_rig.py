@@ -125,6 +125,14 @@ def place_in_gap(model: Model, values: Mapping[str, float], recording: Recording
     return {"pretwist.psi_0": -float(deflection(recording.M_z[0], elements))}
 
 
+def lacks(folder: Path, names: Sequence[str], published: str) -> bool:
+    """Whether a folder lacks one of these recordings, which is printed with how to get them."""
+    absent = [name for name in names if not (folder / f"{name}.npz").is_file()]
+    if absent:
+        print(f"skipped: no {absent[0]}.npz in {folder}; 'brushgrip fetch {published}' gets it")
+    return bool(absent)
+
+
 def print_progress(message: str, done: int, total: int) -> None:
     """What is being done, on standard error."""
     if done == 0:
@@ -216,9 +224,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--trials", type=Path)
     options = parser.parse_args(arguments)
     folder = options.folder or (BESIDE if BESIDE.is_dir() else damper_folder())
-    absent = [n for n in (*HARMONIC, *EARTHQUAKES) if not (folder / f"{n}.npz").is_file()]
-    if absent:
-        print(f"skipped: no {absent[0]}.npz in {folder}; 'brushgrip fetch friction-damper' gets it")
+    if lacks(folder, (*HARMONIC, *EARTHQUAKES), "friction-damper"):
         return
     groups = ([name for name in HARMONIC if name not in JUDGES], JUDGES, EARTHQUAKES)
     training, judges, unseen = ([read(folder, name) for name in names] for names in groups)

@@ -30,6 +30,13 @@ ENCODER, NOISE = 2 * np.pi / 2**14, 0.03
 """Step of the encoder [rad]; standard deviation of the torque sensor [N m]."""
 MODEL = Model()
 PATCH = compiled(MODEL.step)
+EKF = Ekf(
+    model=MODEL,
+    values={"k": K},
+    rig=RIG,
+    tuning=Tuning(mu=GUESS, noise=0.03, error=float("inf")),
+    measurement_model=SteeringTorque(),
+)
 KNOWN = 1.0
 """Time after which friction has been found [s]; the controller acts on a guess before."""
 MUS = np.linspace(0.05, 3.0, 60)
@@ -112,14 +119,7 @@ def gains() -> Array:
 
 def observer() -> control.NonlinearIOSystem:
     """Friction by the sensors, up to the last sample: the torque of this one is yet to be chosen."""
-    ekf = Ekf(
-        model=MODEL,
-        values={"k": K},
-        rig=RIG,
-        tuning=Tuning(mu=GUESS, noise=0.03, error=float("inf")),
-        measurement_model=SteeringTorque(),
-    )
-    return as_system(ekf, Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=STEP), direct=False)
+    return as_system(EKF, Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=STEP), direct=False)
 
 
 def run(compensates: bool = True, mu: float | None = None) -> tuple[float, float, float]:

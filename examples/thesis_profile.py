@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from identification import Recording
 from observers import zone_history
-from published import simulation_folder
+from published import published_simulation, simulation_folder
 from symbolic import Rig, TorqueProfile, Tyre, simulate_motion
 
 Array = NDArray[np.float64]
@@ -87,9 +87,8 @@ def main() -> None:
             )
     print(f"the thesis, mu = 1: angle to {PEAKS[0]} rad, torque to {PEAKS[1]} N m")
     for mu in FACTORS:
-        file = folder / f"sim_mu_{10 * mu:02.0f}.csv"
-        if file.exists():
-            psi = np.genfromtxt(file, delimiter=",", skip_header=1)[:, 1]
+        if columns := published_simulation(folder, mu):
+            psi = columns["psi"]
             off = np.abs(steered(mu).psi - psi).max() / np.ptp(psi)
             print(f"mu = {mu:g}: angle within {off:.1%} of the published range")
 

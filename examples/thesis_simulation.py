@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, legend_above, picture
-from published import simulation_folder
+from published import published_simulation, simulation_folder
 from symbolic import (
     Rig,
     TorqueProfile,
@@ -39,7 +39,7 @@ INSTANTS = (0.5, 1.75, 3.0, 5.1)
 """Of the figure of the deformation [s]. The second is the thesis's 2.75 s, see the page."""
 RATE = 1000.0
 BRISTLES = 201
-PUBLISHED = {"sim_mu_05": (0.5, 1.0), "sim_mu_18": (1.8, 3.0)}
+PUBLISHED = {0.5: 1.0, 1.8: 3.0}
 """Friction of the published files, and how many times the torque below they were driven with [1]."""
 DRIVEN = TorqueProfile(t=(0.0, 1.99, 3.99, 4.99), M=(0.4, 0.8, -0.9, 0.2))
 
@@ -107,15 +107,13 @@ def share(values: Array, exact: Array) -> float:
 def published(folder: Path) -> Iterator[str]:
     """How far both schemes are from the published files."""
     rig = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827)
-    for name, (mu, times) in PUBLISHED.items():
-        path = folder / f"{name}.csv"
-        if not path.exists():
+    for mu, times in PUBLISHED.items():
+        columns = published_simulation(folder, mu)
+        if columns is None:
             return
-        t, psi, _, late = np.genfromtxt(path, delimiter=",", skip_header=1).T[:4]
-        profile, tyre = (
-            TorqueProfile(t=DRIVEN.t, M=tuple(times * M for M in DRIVEN.M)),
-            Tyre(k=6e4, mu=mu),
-        )
+        t, psi, late = (columns[name] for name in ("t", "psi", "M_z"))
+        profile = TorqueProfile(t=DRIVEN.t, M=tuple(times * M for M in DRIVEN.M))
+        tyre = Tyre(k=6e4, mu=mu)
         exact = simulate_motion(rig, tyre, profile, LOAD, duration=float(t[-1]), rate=100.0)
         fine = np.arange(10 * (t.size - 1) + 1) / RATE
         rows = second_order(rig, tyre, LOAD, profile.at(fine), 1 / RATE, BRISTLES)
@@ -124,8 +122,8 @@ def published(folder: Path) -> Iterator[str]:
             ("exact", exact.psi, exact.M_z),
             (f"{BRISTLES} bristles", angle, M_z),
         ):
-            errors = f"psi {share(values, psi):.1e}, M_z {share(torque[:-1], -late[1:]):.1e} of range"
-            yield f"{name} against {scheme}: {errors}"
+            errors = f"psi {share(values, psi):.1e}, M_z {share(torque[:-1], late[1:]):.1e} of range"
+            yield f"sim_mu_{10 * mu:02.0f} against {scheme}: {errors}"
 
 
 def draw(path: Path, motion: WheelMotion) -> None:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
 from observers import Ekf, Mhe, Observer, RootObserver, Tuning, run
-from published import simulation_folder
+from published import published_simulation, simulation_folder
 from symbolic import Model, Tyre, effects_named
 from thesis_profile import DT, FACTORS, NESTED, RIG, SETTLED, K, rmse, steered, zones
 
@@ -54,17 +54,6 @@ def ours(kind: type[Ekf] | type[Mhe], *, delayed: bool = False, tuning: Tuning =
     return kind(model=Model(), values={"k": K}, rig=RIG, tuning=tuning, acquire=False)
 
 
-def published(file: Path, mu: float) -> tuple[Recording, Array]:
-    """A published simulation as it stands, and the author's estimate beside it [1]."""
-    columns = np.genfromtxt(file, delimiter=",", skip_header=1).T
-    t, psi, torque, F_N, estimate = columns[[0, 1, 3, 5, 8]]
-    simulation = Recording(
-        name=file.stem, t=t, psi=psi, psi_dot=np.gradient(psi, t), M_z=-torque, F_N=F_N, rig=RIG,
-        tyre=Tyre(k=K, mu=mu),
-    )  # fmt: skip
-    return simulation, estimate
-
-
 def in_time(late: Recording) -> Recording:
     """The recording with its torque a sample earlier; the last sample has none."""
     return replace(late, M_z=np.append(late.M_z[1:], np.nan))
@@ -78,9 +67,10 @@ def published_table(folder: Path) -> None:
     print("|---|" + "---:|" * 8)
     worst = []
     for mu in FACTORS:
-        file = folder / f"sim_mu_{10 * mu:02.0f}.csv"
-        if file.exists():
-            late, author = published(file, mu)
+        if columns := published_simulation(folder, mu):
+            author, rate = columns.pop("mu"), np.gradient(columns["psi"], columns["t"])
+            tyre = Tyre(k=K, mu=mu)
+            late = Recording(name=f"mu = {mu:g}", **columns, psi_dot=rate, rig=RIG, tyre=tyre)
             shifted = in_time(late)
             errors = [
                 rmse(late, author),

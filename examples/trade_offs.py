@@ -93,7 +93,7 @@ def draw_profile(path: Path, profiles: Mapping[str, tuple[Profile, str]]) -> Non
         artists: list[Artist] = []
         for (above, below), (title, (profile, partner)) in zip(panels.T, profiles.items(), strict=True):
             artists = _deviance(above, profile)
-            above.set_title(f"{matplotlib_text(title)}\n{_interval_text(profile)}")
+            above.set_title(f"{matplotlib_text(title)}\n{interval_sentence(profile)}")
             artists += below.plot(
                 profile.grid,
                 profile.paths[partner],
@@ -129,17 +129,6 @@ def _shade(axes: Axes, profile: Profile) -> Artist:
     )
     label = "95 % interval, up to the grid's end where open"
     return axes.axvspan(*ends, color=AFTER, alpha=0.1, lw=0, label=label)
-
-
-def _interval_text(profile: Profile) -> str:
-    low, high = profile.interval
-    if low is None and high is None:
-        return "every value shown fits"
-    if low is None:
-        return f"95 %: at most {high:.4g}"
-    if high is None:
-        return f"95 %: at least {low:.4g}"
-    return f"95 %: {low:.4g} to {high:.4g}"
 
 
 def _with_unit(name: str, unit: str) -> str:
