@@ -14,15 +14,6 @@ VEHICLE = "vehicle"
 """Section of a vehicle file."""
 REQUIRED = ("front_axle_load", "tyre", "pressure", "wheelbase", "track")
 """Keys that a vehicle file must have."""
-TOLERATED_BY = {
-    "front_axle_load": "load",
-    "half_length": "half_length",
-    "stiffness": "stiffness",
-    "slide_factor": "slide_factor",
-    "gear_friction": "gear_friction",
-    "damping": "damping",
-}
-"""Tolerance of each key that may be declared with one, `{ value = ..., tolerance = ... }`."""
 FULL_ASPECT, DEFLECTION, INCH = 82, 0.2, 0.0254
 """Height over width of a tyre whose size does not say [%]; share of the height by which it is squeezed
 under its load [1]; an inch [m]."""
@@ -33,6 +24,10 @@ _TYRE = re.compile(
 TOLERANCE_ALONE = ("geometry", "force_scale")
 """Tolerances without a value, as shares."""
 _KEYS = tuple(field.name for field in fields(Vehicle) if field.name not in ("tolerances", "tyre_width"))
+TOLERATED_BY = {"front_axle_load": "load"} | {
+    field.name: field.name for field in fields(VehicleTolerances) if field.name in _KEYS
+}
+"""Tolerance of each key that may be declared with one, `{ value = ..., tolerance = ... }`."""
 
 
 def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:

@@ -24,14 +24,7 @@ class Printed:
 
 
 def execute(example: str, folder: Path, *arguments: object, data: Path | None = None) -> Printed:
-    """Call the main function of a script as if it had been started in a folder.
-
-    Args:
-        example: the file's name.
-        folder: where it is started.
-        arguments: of the script.
-        data: folder of the published measurements; None hides them.
-    """
+    """Call a script's main function as if started in a folder; data are published measurements."""
     out, err = StringIO(), StringIO()
     line = [str(EXAMPLES / example), *map(str, arguments)]
     with pytest.MonkeyPatch.context() as place, redirect_stdout(out), redirect_stderr(err):
@@ -51,15 +44,7 @@ def execute(example: str, folder: Path, *arguments: object, data: Path | None = 
 def printed_by(
     example: str, tmp_path: Path, *arguments: str, data: Path | None = None, leaves: str = ""
 ) -> str:
-    """What the script prints, run from an empty folder, and nothing but this.
-
-    Args:
-        example: the script.
-        tmp_path: an empty folder to run it in.
-        arguments: of the script.
-        data: folder of the published measurements; None hides them.
-        leaves: the file or folder that it has to leave; a picture is checked for being one.
-    """
+    """What the script prints, run from an empty folder, in which it leaves this file or nothing."""
     printed = execute(example, tmp_path, *arguments, data=data)
     assert printed.status == 0, printed.err
     assert printed.err == ""
