@@ -22,7 +22,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from brushgrip.published.friction_damper import CHANGED, CONSTANT, changed_friction_folder
@@ -30,7 +29,6 @@ from identification import FoundModel, Recording, diagnose, model_text, read_mod
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Status, run, tuning_for
 from second_rig import CYCLES_RATE, LOAD, RIG, at_rate, lacks, print_diagnosis, print_progress, raw
 
-Array = NDArray[np.float64]
 BESIDE = Path("../shared/third_check")
 RATE, STROKE, PULLED = 100.0, 0.2, 3.0
 """Samples a second for the observers; least stroke [rad]; when actuators begin to pull [s]."""

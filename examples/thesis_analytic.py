@@ -14,7 +14,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS, legend_above, picture
@@ -24,7 +23,6 @@ from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_
 from symbolic import deformation_limit, full_slide_torque
 from thesis_profile import DT, FACTORS, LOAD, RIG, SETTLED, K, rmse, steered
 
-Array = NDArray[np.float64]
 BRISTLES = 201
 """As many as in the thesis's simulation."""
 MIN_REVERSAL = 5e-4
@@ -49,7 +47,7 @@ def remembered(recording: Recording, at: int) -> ZoneState:
     return state
 
 
-def analytic(recording: Recording, at: int, x: Array) -> Array:
+def analytic(recording: Recording, at: int, x: np.ndarray) -> np.ndarray:
     """q(x) of three or five zones [m]: [Györök 2022], (3.4) to (3.6), without solving for boundaries.
 
     From rest a bristle follows the turn up to its limit; since a reversal, up to twice its limit.
@@ -59,7 +57,7 @@ def analytic(recording: Recording, at: int, x: Array) -> Array:
     return np.clip(-turn * (x - RIG.e), -most, most) + np.clip(-back * (x - RIG.e), -2 * most, 2 * most)
 
 
-def stepped(recording: Recording, at: int, x: Array) -> Array:
+def stepped(recording: Recording, at: int, x: np.ndarray) -> np.ndarray:
     """q(x) by bristles that take the samples one by one, [Györök 2022], (2.15) and (2.16) [m]."""
     q, most = np.zeros(x.size), deformation_limit(x, LOAD, RIG, recording.tyre)
     for turn in np.diff(recording.psi[: at + 1]):
@@ -80,7 +78,7 @@ def states_of(recording: Recording, smoothing: float = 0.0) -> list[ZoneRootStat
     return states
 
 
-def mu_of(states: list[ZoneRootState]) -> Array:
+def mu_of(states: list[ZoneRootState]) -> np.ndarray:
     """The estimates [1]."""
     return np.array([state.mu for state in states])
 
@@ -96,7 +94,7 @@ def noisy(recording: Recording) -> Recording:
     return replace(recording, M_z=recording.M_z + noise)
 
 
-def angle(recording: Recording) -> Array:
+def angle(recording: Recording) -> np.ndarray:
     """The yaw angle from the torque and the known mu, figure 3.6 [rad]."""
     mu, state, estimate = float(recording.tyre.mu or 0), ZoneState(), []
     reach = np.ptp(recording.psi)
@@ -132,8 +130,7 @@ def draw_deformation(path: Path, recording: Recording) -> None:
             (dots,) = axes.plot(
                 1e3 * x[::6], 1e3 * bristles[::6], "o", ms=3, color=BEFORE, label="bristles, stepped"
             )
-            axes.set_title(f"t = {instant} s, {count} zones")
-            axes.set_xlabel("x [mm]")
+            axes.set(title=f"t = {instant} s, {count} zones", xlabel="x [mm]")
         figure.axes[0].set_ylabel("lateral deformation q [mm]")
         legend_above(figure, [line, dots, bound])
 

@@ -24,7 +24,6 @@ from observers import zone_history
 from published import published_simulation, simulation_folder
 from symbolic import Rig, TorqueProfile, Tyre, simulate_motion
 
-Array = NDArray[np.float64]
 RIG, K, LOAD = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827), 6e4, 180.0
 KNOTS = ((0.0, 0.4), (2.0, 0.8), (4.0, -0.9), (6.0, 1.3))
 NESTED = ((0.0, 0.4), (1.4, 0.8), (2.4, -0.4), (3.4, 0.5), (4.3, -0.2), (6.0, 0.8))
@@ -64,12 +63,12 @@ def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Record
     )
 
 
-def rmse(recording: Recording, mu: Array, settled: float = SETTLED) -> float:
+def rmse(recording: Recording, mu: np.ndarray, settled: float = SETTLED) -> float:
     """Root mean square of the error of mu from a time [s] on [1]."""
     return float(np.sqrt(np.mean((mu - recording.tyre.mu)[recording.t >= settled] ** 2)))
 
 
-def zones(psi: Array) -> NDArray[np.int_]:
+def zones(psi: np.ndarray) -> NDArray[np.int_]:
     """How many zones the patch has at every angle: 3, and 2 more for every turn not yet wiped out."""
     return zone_history(psi, least_turn=0.0).true_zones
 

@@ -40,7 +40,6 @@ from symbolic import Model, full_slide_torque
 from thesis_profile import DT, LOAD, RIG, K, steered
 from thesis_table import CLEAN
 
-Array = NDArray[np.float64]
 REACH = (0.75, 1.5)
 """The mesh goes this far to either side: yaw angle [rad], torque M = -M_z [N m]."""
 PRIOR = Tuning(
@@ -67,7 +66,7 @@ class Surface:
         informed: where it answers.
     """
 
-    mu: Array
+    mu: np.ndarray
     informed: NDArray[np.bool_]
 
     @property
@@ -76,12 +75,12 @@ class Surface:
         return self.informed & (np.abs(self.mu - 1) <= NEAR)
 
 
-def always(mu: Array) -> Surface:
+def always(mu: np.ndarray) -> Surface:
     """The surface of a method that always answers."""
     return Surface(mu=mu, informed=np.full(mu.shape, True))
 
 
-def root(psi: Array, M: Array) -> Array:
+def root(psi: np.ndarray, M: np.ndarray) -> np.ndarray:
     """The root solve in five zones, from the last estimate, which is right."""
     close, psi_max = CLOSE * full_slide_torque(LOAD, RIG.a), SIMULATION.psi[TURN]
     roots = []
@@ -91,7 +90,9 @@ def root(psi: Array, M: Array) -> Array:
     return np.array(roots)
 
 
-def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, measured: bool) -> Surface:
+def filtered(
+    observer: Ekf | Mhe, psi: np.ndarray, M: np.ndarray, after: int, *, measured: bool
+) -> Surface:
     """Estimates after one sample of the mesh; the simulation up to `after` goes before it.
 
     Args:
@@ -119,7 +120,7 @@ def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, measured:
     )
 
 
-def surfaces(psi: Array, M: Array) -> dict[str, Surface]:
+def surfaces(psi: np.ndarray, M: np.ndarray) -> dict[str, Surface]:
     """Every method on these points."""
     training = [steered(0.5), steered(1.8)]
     plain, correcting = neural_network(training), corrected_root(training)
@@ -148,7 +149,7 @@ def surfaces(psi: Array, M: Array) -> dict[str, Surface]:
     }
 
 
-def tolerated(psi: Array, M: Array, right: NDArray[np.bool_]) -> float:
+def tolerated(psi: np.ndarray, M: np.ndarray, right: NDArray[np.bool_]) -> float:
     """Least torque error that takes a method out of `NEAR`, median over the line [N m].
 
     Args:
@@ -166,7 +167,7 @@ def tolerated(psi: Array, M: Array, right: NDArray[np.bool_]) -> float:
     return float(np.median(wide))
 
 
-def draw(path: Path, psi: Array, M: Array, results: dict[str, Surface]) -> None:
+def draw(path: Path, psi: np.ndarray, M: np.ndarray, results: dict[str, Surface]) -> None:
     """The estimate over the mesh, the right tenth outlined, what is not answered left white."""
     with picture(path, 6.6) as figure:
         panels: list[Axes] = list(figure.subplots(2, 3, sharex=True, sharey=True).ravel())

@@ -17,7 +17,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, legend_above, picture
 from published import published_simulation, simulation_folder
@@ -32,7 +31,6 @@ from symbolic import (
     zone_boundaries,
 )
 
-Array = NDArray[np.float64]
 RIG, TYRE, LOAD = Rig(a=0.02, e=0.01, J_A=0.1, b_t=0.4827), Tyre(k=6e4, mu=0.5), 180.0
 PROFILE = TorqueProfile(t=(0.0, 0.7, 1.3, 5.1), M=(0.0, 0.5, 0.0, 0.5))
 INSTANTS = (0.5, 1.75, 3.0, 5.1)
@@ -67,8 +65,8 @@ class Bristles:
 
 
 def first_order(
-    rig: Rig, tyre: Tyre, load: float, torque: Array, step: float, count: int
-) -> tuple[Array, Array]:
+    rig: Rig, tyre: Tyre, load: float, torque: np.ndarray, step: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Angle and M_z by the semi-implicit Euler rule; torque at every step, shape (n,)."""
     patch, J_A, b_t = Bristles(rig, tyre, load, count), rig.J_A or 1.0, rig.b_t or 0.0
     psi, M_z = np.zeros(len(torque)), np.zeros(len(torque))
@@ -82,8 +80,8 @@ def first_order(
 
 
 def second_order(
-    rig: Rig, tyre: Tyre, load: float, torque: Array, step: float, count: int
-) -> tuple[Array, Array]:
+    rig: Rig, tyre: Tyre, load: float, torque: np.ndarray, step: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """The same by velocity Verlet: half a kick, a turn, half a kick; one turn a step too."""
     patch, J_A, b_t = Bristles(rig, tyre, load, count), rig.J_A or 1.0, rig.b_t or 0.0
     psi, M_z = np.zeros(len(torque)), np.zeros(len(torque))
@@ -99,7 +97,7 @@ def second_order(
     return psi, M_z
 
 
-def share(values: Array, exact: Array) -> float:
+def share(values: np.ndarray, exact: np.ndarray) -> float:
     """Largest difference over the exact range [1]."""
     return float(np.max(np.abs(values - exact)) / np.ptp(exact))
 
@@ -164,8 +162,7 @@ def draw(path: Path, motion: WheelMotion) -> None:
             dots = axes.plot(1e3 * ends, 1e3 * np.interp(ends, x, q), "o", color=BEFORE, ms=3.5)
             axes.set_ylim(-12, 24)
             axes.axvline(1e3 * RIG.e, color=QUIET, lw=0.8)
-            axes.set_title(f"t = {instant:g} s: {motion.zones[i]} zones")
-            axes.set_ylabel("q [mm]")
+            axes.set(title=f"t = {instant:g} s: {motion.zones[i]} zones", ylabel="q [mm]")
             axes.tick_params(labelbottom=row == len(INSTANTS) - 1)
             if not lines:
                 bound[0].set_label("friction's limit ± $q_{cr}$")

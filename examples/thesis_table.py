@@ -16,7 +16,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
@@ -25,7 +24,6 @@ from published import published_simulation, simulation_folder
 from symbolic import Model, Tyre, effects_named
 from thesis_profile import DT, FACTORS, NESTED, RIG, SETTLED, K, rmse, steered, zones
 
-Array = NDArray[np.float64]
 CLEAN = Tuning(noise=1e-3, error=1e-3, error_travel=0.0, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
 """Tuning for a simulated torque: without noise, by the same model."""
 DELAYED = Model(effects=effects_named(["sensor_delay"]))
@@ -35,7 +33,7 @@ STEADY = 10
 """Samples after the zones have become more than five, until errors count."""
 
 
-def estimated(observer: Observer, recording: Recording) -> Array:
+def estimated(observer: Observer, recording: Recording) -> np.ndarray:
     """Friction over the recording, causally [1]."""
     channels = (recording.t, recording.psi, recording.F_N, recording.M_z)
     return run(observer, *channels).mu
@@ -85,11 +83,11 @@ def published_table(folder: Path) -> None:
     print(f"\nthe author's largest errors: {', '.join(worst)}")
 
 
-def nested_table() -> dict[str, Array]:
+def nested_table() -> dict[str, np.ndarray]:
     """Print everyone's error beyond five zones; returns the tracks for `DRAWN`."""
     print("\nmore than five zones, own simulation: greatest error of mu there, and RMSE\n")
     print("| mu | zones | root | EKF | MHE |\n|---|---|---:|---:|---:|")
-    tracks: dict[str, Array] = {}
+    tracks: dict[str, np.ndarray] = {}
     for mu in FACTORS:
         recording = steered(mu, NESTED)
         count = zones(recording.psi)
@@ -105,7 +103,7 @@ def nested_table() -> dict[str, Array]:
     return tracks
 
 
-def draw(path: Path, tracks: dict[str, Array]) -> None:
+def draw(path: Path, tracks: dict[str, np.ndarray]) -> None:
     """Angle and zones, and mu by everyone, over the nested profile."""
     recording = steered(DRAWN, NESTED)
     count = zones(recording.psi)

@@ -103,8 +103,10 @@ def draw_profile(path: Path, profiles: Mapping[str, tuple[Profile, str]]) -> Non
                 label="the other, refitted at every value",
             )
             _shade(below, profile)
-            below.set_ylabel(_with_unit(partner, profile.units[partner]))
-            below.set_xlabel(_with_unit(profile.name, profile.unit))
+            below.set(
+                ylabel=_with_unit(partner, profile.units[partner]),
+                xlabel=_with_unit(profile.name, profile.unit),
+            )
         panels[0, 0].set_ylabel("deviance n ln(cost / least) [1]")
         figure.align_ylabels()
         legend_above(figure, artists)

@@ -49,7 +49,6 @@ def test_eighty_bristles_follow_the_zones() -> None:
 
     errors = [worst(run(Model(discretised=True), path).M_z, run(Model(), path).M_z) for path in paths]
 
-    print(f"80 bristles against zones: worst {max(errors):.1e} of range")
     assert max(errors) <= 1.5e-3
 
 

@@ -102,7 +102,6 @@ def test_machine_code_gives_the_interpreters_numbers(
             error[i] = max(error[i], float(np.max(np.abs(slow[i] - quick[i]))))
         state = slow[:2]
     relative = [e / s for e, s in zip(error, scale, strict=True)]
-    print(f"machine code against interpreter: {max(relative):.1e}")
     assert max(relative) <= 1e-12
 
 

@@ -96,7 +96,6 @@ def test_turn_balances_elements_and_patch(discretised: bool, values: Values, pat
     there = replace(path, psi=angle)
 
     off = np.max(np.abs(angle - path.psi - twist(values, torque, path.F_N)))
-    print(f"residual of the compliant turn, {dict(values)}: {off:.1e} rad")
     assert off < 1e-9
     # Bristles move along their slopes in the last step, so that their residual is zero anyhow.
     rigid = run(Model(discretised=discretised), there).M_z

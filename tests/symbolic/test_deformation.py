@@ -74,5 +74,4 @@ def test_virgin_curve_is_the_closed_form(e: float) -> None:
     ]
 
     closed = [virgin_torque(psi, load, tyre, Decimal) for psi in turns]
-    print(f"virgin curve, e = {e}: {np.max(np.abs(np.array(torques) / closed - 1)):.1e} relative")
     np.testing.assert_allclose(torques, closed, rtol=1e-12)

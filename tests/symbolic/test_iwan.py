@@ -65,7 +65,6 @@ def test_bristles_are_many_stops_added_up(shape: Shape) -> None:
 
     error = worst(torque(psi, shape), sum_of_stops(psi, slip_turns(*shape)))
 
-    print(f"early, late, plateau {shape}: {error:.1e} of range off 20,000 stops")
     assert error <= 4e-3
 
 

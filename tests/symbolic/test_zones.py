@@ -114,7 +114,6 @@ def test_special_paths_follow_the_grid() -> None:
         for (name, path), reference in zip(SPECIAL.items(), references, strict=True)
     }
 
-    print("special paths:", {name: f"{error:.1e}" for name, error in errors.items()})
     assert {name: error for name, error in errors.items() if not error <= 1e-6} == {}
 
 
