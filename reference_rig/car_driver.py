@@ -19,17 +19,10 @@ NEAR_LOCK = 0.97
 def handwheel_path(
     seed: int, lock: float, *, step: float = CAR_STEP, locks: bool = True, by_hand: bool = True
 ) -> Array:
-    """Angle of a handwheel turned by a driver [rad], positive to the left, from straight ahead.
+    """Angle of a handwheel turned by a driver [rad], an entry a step [s], positive to the left.
 
-    First a turn by half a turn or more, with short ways back; then, with `locks`, from one stop to
-    nearly the other.
-
-    Args:
-        seed: of the generator.
-        lock: angle at the stop [rad].
-        step: between two entries [s].
-        locks: whether the wheel goes from lock to lock.
-        by_hand: False for a machine: no strokes, no tremor.
+    From straight ahead first by half a turn or more, with short ways back; then, with `locks`, from one
+    stop at the angle `lock` [rad] to nearly the other. Not by hand there are no strokes and no tremor.
     """
     rng = np.random.default_rng([seed, 21])
     knots, angles, here = [0.0, QUIET], [0.0, 0.0], 0.0

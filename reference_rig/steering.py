@@ -119,17 +119,8 @@ def simulate_steering(
     """Move a wheel from rest on a virgin patch with the torque M = command - K_p psi - K_d psi'.
 
     Velocity Verlet; the damping is taken with the velocity at both ends of the step in turn, which
-    keeps the second order and is solved in closed form.
-
-    Args:
-        command: torque at angle and rate zero [N m], shape (n,).
-        F_N: vertical load [N], shape (n,).
-        mu: friction coefficient [1], shape (n,).
-        step: between two entries of these [s].
-        tyre: a, e and k; None for the rig's usual ones.
-        wheel: inertia and damping; None for the usual ones.
-        grip: K_p and K_d; by default none, so that the command is the torque.
-        bristles: number of bristles.
+    keeps the second order and is solved in closed form. Command [N m], load [N] and friction [1] have
+    the shape (n,), an entry a step [s]; the grip gives K_p and K_d.
     """
     wheel, patch, n = wheel or Wheel(), InPlacePatch(tyre or RigTyre(), bristles), len(command)
     damping, half = wheel.b_t + grip.damping, 0.5 * step / wheel.J_A
@@ -169,10 +160,10 @@ def make_steering_recording(
     bristles: int = BRISTLES,
     name: str = "steering",
 ) -> SteeringRecording:
-    """Steer the wheel and record it.
+    """Steer the wheel and record it; seed, load, noise and encoder are as in `make_recording`.
 
     Args:
-        seed: of the hand's path, the load and the noise; equal arguments give equal recordings.
+        seed: of the hand's path, the load and the noise.
         friction: friction over time; None for the tyre's.
         tyre: the tyre; None for the rig's usual one.
         wheel: inertia and damping; None for the usual ones.
@@ -180,15 +171,14 @@ def make_steering_recording(
             [s]; None for a hand that follows a path.
         hand: how that path runs, at double tempo; None for turns into full slide.
         grip: how hard the hand follows it; None for the usual way.
-        load: mean vertical load [N]; it wanders by 5 % at most.
+        load: mean vertical load [N].
         duration: length [s].
         rate: samples a second [Hz].
         times: sampling instants [s], increasing, in place of the rate.
-        noise: standard deviation of the torque channel in shares of the torque's range [1];
-            0 also silences the load.
-        encoder_step: angle step of the encoder [rad]; 0 for none.
+        noise: of the torque channel.
+        encoder_step: of the angle [rad].
         step: of the motion [s].
-        bristles: number of bristles.
+        bristles: their number.
         name: of the recording.
     """
     tyre = tyre or RigTyre()

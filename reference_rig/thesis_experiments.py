@@ -72,23 +72,11 @@ def simulate_impact(
     step: float = IMPACT_STEP,
     bristles: int = BRISTLES,
 ) -> tuple[Array, Array]:
-    """Strike the resting wheel on a virgin patch and let it swing.
+    """Time [s] and yaw angle [rad] of a resting wheel that is struck on a virgin patch and swings, (n,).
 
     Only the ends of the patch slide, and little of them, so the bristles stand at Gauss-Legendre nodes,
-    which crowd there. Velocity Verlet, as in `simulate_steering`.
-
-    Args:
-        tyre: the tyre.
-        wheel: inertia and damping.
-        impulse: time integral of the torque of the impact, half a sine [N m s].
-        load: vertical load [N]; infinite for a patch that sticks.
-        at: when the impact begins [s].
-        duration: of it all [s].
-        step: of the motion [s].
-        bristles: number of bristles.
-
-    Returns:
-        Time [s] and yaw angle [rad], shape (n,).
+    which crowd there. Velocity Verlet, as in `simulate_steering`. The impulse [N m s] is the time
+    integral of half a sine that begins at a time [s]; with an infinite load [N] the patch sticks.
     """
     t = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     struck = (t >= at) & (t < at + IMPACT_PULSE)
@@ -133,23 +121,11 @@ def make_impact(
     bristles: int = BRISTLES,
     name: str = "impact",
 ) -> ImpactRecording:
-    """Record one impact.
+    """Record one impact of the thesis's wheel, by default under the load of its contact length.
 
-    Args:
-        seed: of the strength and the side of the impact, the encoder's zero and the noise; equal
-            arguments give equal recordings.
-        tyre: the tyre.
-        wheel: inertia and damping; None for those of the thesis.
-        swing: angle to which the impact would throw the wheel without friction and damping [rad]; it
-            is between 0.7 and 1.3 of that.
-        load: vertical load [N]; None for that of the contact length.
-        duration: length [s].
-        rate: samples a second [Hz].
-        noise: standard deviation of the angle before the encoder counts it [rad].
-        encoder_step: angle step of the encoder [rad]; 0 for none.
-        step: of the motion [s].
-        bristles: number of bristles.
-        name: of the recording.
+    The seed decides on its strength and side, the encoder's zero and the noise. Without friction and
+    damping it would throw the wheel to between 0.7 and 1.3 of `swing` [rad]; the noise is that of the
+    angle before the encoder counts it [rad].
     """
     rng = np.random.default_rng([seed, 21])
     wheel = wheel or Wheel(J_A=inertia(tyre.e), b_t=THESIS_DAMPING)

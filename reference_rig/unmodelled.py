@@ -55,9 +55,7 @@ def gust(level: float = 0.0, time: float = 0.6, seed: int = 0) -> PlantedEffect:
 def free_branch(stiffness: float = 0.0, time: float = 0.5) -> PlantedEffect:
     """A Maxwell branch beside the whole patch: its torque relaxes, and friction does not bound it.
 
-    Args:
-        stiffness: of its spring [N m/rad].
-        time: in which its torque falls to 1/e [s].
+    Its spring has a stiffness [N m/rad], and its torque falls to 1/e in a time [s].
     """
 
     def torque(history: RigHistory) -> Array:
@@ -78,10 +76,7 @@ def encoder_eccentricity(
 ) -> PlantedEffect:
     """An encoder off its axis reads psi where the wheel is at psi + A sin(n psi + phi).
 
-    Args:
-        amplitude: A [rad].
-        cycles: turns n of the encoder, which is geared, in one of the wheel [1].
-        phase: phi [rad].
+    A and phi are in rad; n is how often the geared encoder turns in a turn of the wheel.
     """
 
     def error(psi: Array | float) -> Array:

@@ -48,13 +48,7 @@ def virgin_torque(
 
 
 def branch_torque(psi: Expression, branch: Expression, *constants: Expression) -> Expression:
-    """M_z on the present branch [N m].
-
-    Args:
-        psi: yaw angle [rad].
-        branch: angle [rad] and torque [N m] at its beginning, and its scale, as `TurningPoints.branch`.
-        constants: F_N, mu, k, a and e as for `virgin_torque`.
-    """
+    """M_z [N m] on a branch as of `TurningPoints.branch`; constants are F_N, mu, k, a and e."""
     psi_r, M_r, scale = ca.vertsplit(branch)
     return M_r + scale * virgin_torque((psi - psi_r) / scale, *constants)
 
