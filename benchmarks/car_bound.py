@@ -64,17 +64,11 @@ def least_deviations(
 ) -> list[float]:  # fmt: skip
     """Least standard deviations of ln mu [1] from the samples before each of the ends.
 
-    Args:
-        vehicle: the car as it is.
-        mu: its friction [1].
-        rack: way of the rack [m], shape (n,).
-        tolerances: of fields of the vehicle, as shares of them.
-        ends: numbers of samples.
-        noise: white error of a sample's force [N].
-        error: of the model as a share of the tyres' force of full slide, independent after the turn
-            `Tuning.error_travel` [1].
-        returned: standard deviation of the return torque as a share of it, beside what the vehicle's
-            angles and lengths make it off by [1]; 0 lets it weigh the car as well as those are known.
+    The rack's way has the shape (n,) [m], tolerances are shares of the vehicle's fields, the noise is
+    the white error of a sample's force [N]. An error of the model is a share of the tyres' force of full
+    slide, independent after the turn `Tuning.error_travel`; `returned` is the share that the return
+    torque is off by beside what the vehicle's angles and lengths make it off by, and 0 lets it weigh the
+    car as well as those are known.
     """
     slopes, stds = [_slope(lambda factor: force_on_rack(vehicle, mu * factor, rack))], [VAGUE]
     for name, tolerance in tolerances.items():

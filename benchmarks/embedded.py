@@ -87,13 +87,7 @@ def adversarial(count: int = 300) -> np.ndarray:
 
 @dataclass(frozen=True, kw_only=True)
 class Counted:
-    """What a step takes on a board.
-
-    Attributes:
-        mean, ordinary: instructions in ordinary steering, in the mean and at most.
-        most: instructions at most, see above.
-        flash, state, stack: bytes.
-    """
+    """What a step takes on a board: bytes, and instructions, also at most in ordinary steering."""
 
     mean: float
     ordinary: int

@@ -67,15 +67,7 @@ class FaultCase:
 
 @dataclass(frozen=True, kw_only=True)
 class RunBeforeFault:
-    """A recording before its fault.
-
-    Attributes:
-        inputs: of the observer.
-        t: time (n,) [s].
-        truth: mu_eff, one number or (n,) [1].
-        effects: of the model.
-        values: of its effect.
-    """
+    """A recording before its fault: time [s] and the true mu_eff [1] have the shape (n,)."""
 
     inputs: Inputs
     t: Any

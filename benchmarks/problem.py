@@ -23,11 +23,7 @@ TUNING = Tuning(noise=0.02, error=float("inf"), gate=float("inf"), zero_walk=0.0
 
 @dataclass(frozen=True, kw_only=True)
 class TimedProblem:
-    """A path with reversals under a load that varies.
-
-    Attributes:
-        count: number of samples.
-    """
+    """So many samples of a path with reversals under a load that varies."""
 
     count: int = 1000
 

@@ -79,11 +79,7 @@ def estimator(do_mpc: Any, problem: TimedProblem, window: int, options: Mapping[
 
 
 class Running:
-    """The estimator on its way through the problem.
-
-    Attributes:
-        solver_times: what IPOPT took for every sample [s].
-    """
+    """The estimator on its way through the problem; what IPOPT took for every sample [s]."""
 
     def __init__(self, problem: TimedProblem, window: int, options: Mapping[str, Any]) -> None:
         """Stand before the last sample of the first full window.

@@ -40,12 +40,7 @@ PEAKS = (0.7126, 1.5129)
 
 @cache
 def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Recording:
-    """The recording that the thesis's simulation makes, without noise.
-
-    Args:
-        mu: coefficient of friction [1], one of `FACTORS`.
-        knots: corners of the profile before it is multiplied.
-    """
+    """The recording that the thesis's simulation makes with one of `FACTORS`, without noise."""
     profile = TorqueProfile(t=tuple(t for t, _ in knots), M=tuple(FACTORS[mu] * M for _, M in knots))
     tyre = Tyre(k=K, mu=mu)
     motion = simulate_motion(RIG, tyre, profile, LOAD, duration=SECONDS, rate=1 / DT)

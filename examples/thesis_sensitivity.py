@@ -59,12 +59,7 @@ BACK = slice(TURN + 1, int(np.argmin(SIMULATION.psi)) + 1)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surface:
-    """What a method makes of a set of points, arrays of shape (points,).
-
-    Attributes:
-        mu: its estimates [1].
-        informed: where it answers.
-    """
+    """What a method makes of points, shape (points,): estimates [1], and where it answers."""
 
     mu: np.ndarray
     informed: NDArray[np.bool_]
@@ -93,14 +88,9 @@ def root(psi: np.ndarray, M: np.ndarray) -> np.ndarray:
 def filtered(
     observer: Ekf | Mhe, psi: np.ndarray, M: np.ndarray, after: int, *, measured: bool
 ) -> Surface:
-    """Estimates after one sample of the mesh; the simulation up to `after` goes before it.
+    """Estimates after one sample of the mesh, its angle [rad] and torque [N m], shape (points,) each.
 
-    Args:
-        observer: the filter.
-        psi: the sample's angle, shape (points,) [rad].
-        M: its torque, shape (points,) [N m].
-        after: last sample before it.
-        measured: whether the torques before it are measured.
+    The simulation up to the sample `after` goes before it, with its torques or without.
     """
     state = None
     for angle, rate, M_z in zip(
@@ -152,10 +142,7 @@ def surfaces(psi: np.ndarray, M: np.ndarray) -> dict[str, Surface]:
 def tolerated(psi: np.ndarray, M: np.ndarray, right: NDArray[np.bool_]) -> float:
     """Least torque error that takes a method out of `NEAR`, median over the line [N m].
 
-    Args:
-        psi: angles of the mesh, shape (n,) [rad].
-        M: its torques, shape (n,) [N m].
-        right: shape (n, n), torques along the rows.
+    psi and M are those of the mesh, shape (n,); where it is right has the shape (n, n), rows by torque.
     """
     along = np.argsort(SIMULATION.psi[BACK])
     back, torque = SIMULATION.psi[BACK][along], -SIMULATION.M_z[BACK][along]

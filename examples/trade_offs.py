@@ -82,12 +82,7 @@ def interval_sentence(result: Profile) -> str:
 
 
 def draw_profile(path: Path, profiles: Mapping[str, tuple[Profile, str]]) -> None:
-    """Draw the deviance along one parameter, and below it another one refitted; a column a profile.
-
-    Args:
-        path: of the picture, PNG.
-        profiles: title of each column, its profile, and the parameter whose path stands below it.
-    """
+    """Draw columns: the deviance along one parameter, and below it the named one, refitted."""
     with picture(path, 5.0) as figure:
         panels = figure.subplots(2, len(profiles), squeeze=False, sharex="col")
         artists: list[Artist] = []

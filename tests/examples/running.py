@@ -1,6 +1,7 @@
 """Runs an example in the process of the tests: what is imported and compiled once serves all of them."""
 
 import importlib
+import re
 import sys
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -39,6 +40,11 @@ def execute(example: str, folder: Path, *arguments: object, data: Path | None = 
             except SystemExit as exit_:
                 return Printed(status=int(exit_.code or 0), out=out.getvalue(), err=err.getvalue())
     return Printed(status=0, out=out.getvalue(), err=err.getvalue())
+
+
+def numbers(text: str, pattern: str) -> list[float]:
+    """What the groups of a pattern match in a text, one after the other."""
+    return [float(each) for found in re.finditer(pattern, text, re.MULTILINE) for each in found.groups()]
 
 
 def printed_by(
