@@ -136,12 +136,9 @@ SEARCH_STEPS = 14
 class Campaign:
     """Recordings of one tyre; every recording carries its own truth."""
 
-    name: str | None
     recordings: tuple[RigRecording, ...]
     nominal: RigTyre
     """First guesses: a and e are true, k and mu are up to 20 % off."""
-    share: float
-    """Change of the first recording's torque by the effect, rms over range [1]."""
 
 
 def plant_effect(
@@ -186,7 +183,6 @@ def make_campaign(
     also: EffectValues | None = None,
     off: float = 0.0,
     grounds: Sequence[str] = (),
-    shares: tuple[float, float] | None = None,
 ) -> Campaign:
     """Recordings of one tyre on different days: same k and effect, other path, load and mu.
 
@@ -200,8 +196,6 @@ def make_campaign(
             inflation or a coarse ruler.
         grounds: names of grounds, on which the recordings stand in turn; on each, mu is by another
             factor of up to 30 %.
-        shares: least and greatest change of the torque that the effect is drawn for, rms over the
-            range [1]; None for 3 % to 10 %.
     """
     rng = np.random.default_rng([seed, 4])
     tyre = RigTyre(
@@ -211,9 +205,8 @@ def make_campaign(
     )
     nominal = replace(tyre, k=tyre.k * rng.uniform(0.8, 1.2), mu=tyre.mu * rng.uniform(0.8, 1.2))
     load = 400.0 * rng.uniform(0.85, 1.15)
-    share = None if shares is None else float(np.random.default_rng([seed, 9]).uniform(*shares))
     hand = STRENGTHS[name].hand if name else USUAL
-    first = plant_effect(name, seed, tyre=tyre, load=load, duration=duration, share=share)
+    first = plant_effect(name, seed, tyre=tyre, load=load, duration=duration)
     recorded = tuple(
         make_recording(
             seed + 1000 * number,
@@ -227,8 +220,7 @@ def make_campaign(
         for number in range(recordings)
     )
     recorded = _elsewhere(recorded, seed, off, grounds, hand, duration)
-    moved = _share(name, seed, tyre, load, duration, first.effects[name]) if name else 0.0
-    return Campaign(name=name, recordings=recorded, nominal=nominal, share=moved)
+    return Campaign(recordings=recorded, nominal=nominal)
 
 
 def _elsewhere(

@@ -20,7 +20,6 @@ from reference_rig import (
     contact_age,
     free_path,
     hand_path,
-    make_campaign,
     simulate_bristles,
 )
 
@@ -210,9 +209,3 @@ def test_a_rested_contact_holds_more() -> None:
     assert np.abs(rested).max() > 1.03 * np.abs(rested[-1])
     age = RENEWAL / 0.05
     assert rested[-1] / bare[-1] == pytest.approx(1 + 0.2 * np.log1p(age), rel=1e-2)
-
-
-def test_a_weak_effect_is_as_weak_as_asked() -> None:
-    weak = make_campaign("bearing_friction", 3, 1, duration=5.0, shares=(0.01, 0.03))
-
-    assert 0.009 < weak.share < 0.031
