@@ -50,9 +50,7 @@ class SteeredCar:
         rate, place = (rack - self._way) / dt, CHANNELS.index("F_rack")
         for _ in range(steps):
             self._way += rate * CAR_STEP
-            row = advance_car(
-                self._car, self._state, self._way, rate, self._brake, True, CAR_STEP, self._car.mu
-            )
+            row = advance_car(self._car, self._state, self._way, rate, self._brake, True, CAR_STEP)
             forces.append(row[place])
         self.rack = self._state.rack
         last = forces[-round(AVERAGING_TIME / CAR_STEP) :]
