@@ -217,11 +217,7 @@ class Towing:
 
 
 def make_tows(seed: int, towing: Towing, loads: tuple[float, ...] = TOWING_LOADS) -> list[Array]:
-    """Tow the block once at every load, each time at another slant to the sensor's axes.
-
-    Returns:
-        F_x, F_y, F_z of every tow as rows [N], shape (3, n) each.
-    """
+    """F_x, F_y, F_z of a block towed once at every load [N], (3, n), each time at another slant."""
     rng = np.random.default_rng([seed, 11])
     t = np.arange(round(towing.duration * TOWING_RATE)) / TOWING_RATE
     tows = []

@@ -69,14 +69,9 @@ class BristleTraits:
 class BristlePatch:
     """Bristles at Gauss-Legendre nodes over the length, and over the half-width where there is one.
 
-    The memory holds q / a of every bristle and, with relaxation, the stress of its Maxwell branch in the
-    same unit.
-
-    Attributes:
-        traits: deviations from the declared patch.
-        columns: bristles over the length of the patch; half as many where rows smooth the sum [1].
-        rows: bristles over the half-width, where the patch has one [1].
-        search: takes the place of `symbolic.slip.slip_search`.
+    `columns` stand over the length, half as many where `rows` over the half-width smooth the sum. The
+    memory holds q/a of every bristle and, with relaxation, the stress of its Maxwell branch in the same
+    unit. `search` takes the place of `symbolic.slip.slip_search`.
     """
 
     traits: BristleTraits

@@ -29,11 +29,7 @@ FOUND = 4
 
 @dataclass(frozen=True, kw_only=True)
 class OneBristle(BristlePatch):
-    """One bristle, whose place and weight are expressions.
-
-    Attributes:
-        place: x / a, y / half_width, and weight over u.
-    """
+    """One bristle, whose place x / a and y / half_width, and weight over u, are expressions."""
 
     place: tuple[Expression, Expression, Expression]
 

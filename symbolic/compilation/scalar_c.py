@@ -138,12 +138,9 @@ def c_function(
 ) -> str:  # fmt: skip
     """A static C function: scalars by value, vectors by pointer, one pointer an output.
 
-    Args:
-        name: of the C function.
-        function: its inputs and outputs are columns, and their names those of the parameters.
-        real: the type of every number.
-        vectors: inputs that are vectors even if they have one element, as an effect's own memory may.
-        comments: beside its statements.
+    Inputs and outputs of the Function are columns, and their names those of the parameters. `real` is
+    the type of every number. Of the inputs, `vectors` are vectors even if they have one element, as an
+    effect's own memory may.
 
     Raises:
         BrushgripError: an operation has no C here.

@@ -107,12 +107,10 @@ def rig_and_tyre(
     nominal: tuple[Rig, Tyre] | None = None,
     tolerances: Mapping[str, float] | None = None,
 ) -> tuple[Rig, Tyre]:
-    """Rig and tyre from values by name; missing values are taken from the nominal ones.
+    """Rig and tyre from values out of `RIG_KEYS` by name.
 
-    Args:
-        values: out of `RIG_KEYS`; with the nominal ones, those of `REQUIRED_KEYS` must be known.
-        nominal: rig and tyre, whose values are overridden; None for none.
-        tolerances: by name, out of `TOLERATED`; they override those of the nominal rig.
+    They override those of the nominal ones, of which only `REQUIRED_KEYS` must be known, and tolerances
+    out of `TOLERATED` those of the nominal rig.
 
     Raises:
         InvalidInputError: a value is outside its range, or a length is one in millimetres; the message
