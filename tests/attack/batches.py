@@ -1,6 +1,5 @@
-"""Batches over every format: killed, interrupted, two at once, over quota, without their cluster."""
+"""Batches over every format: killed, interrupted, two at once, without their cluster."""
 
-import ctypes.util
 import json
 import os
 import random
@@ -15,7 +14,7 @@ from functools import cache, partial
 from pathlib import Path
 
 from identification import read_recording, read_rig
-from tests.attack.attack_class import Effort, Tried, one_by_one
+from tests.attack.attack_class import one_by_one
 from tests.attack.faults import FAULTS as RUNS
 from tests.attack.faults import Fault, attempt, ended_well, two_at_once
 from tests.attack.whole_runs import ROOT, Sandbox
@@ -68,53 +67,6 @@ def _written(own_clock: bool) -> Path:
         if signals == (OWN_CLOCK if own_clock else MAP):
             write(folder / name, columns)
     return folder
-
-
-QUOTA = r"""
-#define _GNU_SOURCE
-#include <dlfcn.h>
-#include <errno.h>
-#include <stdlib.h>
-#include <sys/stat.h>
-#include <unistd.h>
-static long left = -1;
-ssize_t write(int file, const void *data, size_t size)
-{
-    static ssize_t (*usual)(int, const void *, size_t);
-    struct stat what;
-    if (!usual) { usual = dlsym(RTLD_NEXT, "write"); left = atol(getenv("ATTACK_QUOTA")); }
-    if (!fstat(file, &what) && S_ISREG(what.st_mode) && file > 2 && (left -= (long)size) < 0) {
-        errno = EDQUOT;
-        return -1;
-    }
-    return usual(file, data, size);
-}
-"""
-"""Each process may write so many bytes into files, and then is told that the quota is used up."""
-
-
-@cache
-def _quota() -> Path | None:
-    folder = workplace()
-    (folder / "quota.c").write_text(QUOTA)
-    line = ["cc", "-shared", "-fPIC", "-o", "quota.so", "quota.c", "-ldl"]
-    made = shutil.which("cc") and not subprocess.run(line, cwd=folder, check=False).returncode
-    return folder / "quota.so" if made and ctypes.util.find_library("c") else None
-
-
-def over_quota(sandbox: Sandbox, chance: random.Random) -> str | None:
-    """The quota is used up at any byte."""
-    left = chance.choice((0, 300, 3000, 10_000, 30_000, 100_000))
-    ended = sandbox.run({"LD_PRELOAD": str(_quota()), "ATTACK_QUOTA": str(left)})
-    wrong = ended_well(ended, most=3) or sandbox.nothing_left()
-    return wrong and f"{left} bytes: {wrong}"
-
-
-def over_quota_class(kind: type[Sandbox], effort: Effort) -> Iterator[Tried]:
-    """An attack by quota; without a compiler none."""
-    if _quota() is None:
-        return iter([Tried(0, note="(not tried: no compiler for the library that counts)")])
-    return one_by_one(partial(attempt, over_quota, kind=kind))(effort)
 
 
 @contextmanager
@@ -174,8 +126,4 @@ def _attempt(fault: Fault, number: int) -> str | None:
     return attempt(fault, number, quick=bool(number % 2), kind=Batch)
 
 
-CLASSES = {
-    **{name: one_by_one(partial(_attempt, fault)) for name, fault in FAULTS.items()},
-    "batch_over_quota": partial(over_quota_class, Batch),
-    "run_over_quota": partial(over_quota_class, Sandbox),
-}
+CLASSES = {name: one_by_one(partial(_attempt, fault)) for name, fault in FAULTS.items()}

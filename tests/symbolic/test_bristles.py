@@ -125,14 +125,6 @@ def test_too_few_bristles_are_refused(counts: dict[str, int]) -> None:
         BristlePatch(traits=BristleTraits(), **counts)
 
 
-def test_rows_fill_the_width_and_a_line_has_none() -> None:
-    wide = BristlePatch(traits=BristleTraits(half_width=0.02), rows=3)
-
-    assert BristlePatch(traits=BristleTraits()).bristles == 80
-    assert wide.bristles % wide.rows == 0
-    assert wide.bristles > wide.rows
-
-
 def test_patch_at_rest_keeps_its_torque() -> None:
     psi = np.concatenate([np.linspace(0, 0.2, 30), np.full(30, 0.2)])
     path = constant(psi, replace(TYRE, e=0.0))

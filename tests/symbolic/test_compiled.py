@@ -450,18 +450,6 @@ def test_the_folder_in_its_place_goes_with_the_process(tmp_path: Path, repositor
     assert [list((tmp_path / name).iterdir()) for name in ("cache", "temporary")] == [[], []]
 
 
-def test_many_exponentials_at_a_time(tmp_path: Path) -> None:
-    x = ca.MX.sym("x", 64)
-    function = ca.Function("many", [x], [ca.exp(x) + ca.log(1 + x**2)])
-    at = np.linspace(-30, 30, 64)
-
-    quick = compiled(function, vectorised=True)
-
-    assert quick is not function
-    assert len(libraries(tmp_path)) == 1
-    np.testing.assert_allclose(np.asarray(quick(at)), np.asarray(function(at)), rtol=1e-14)
-
-
 def test_without_such_a_library_one_at_a_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(module, "VECTORISED", ("-lno-such-library",))
     function = small(7.0)
@@ -478,10 +466,6 @@ def test_cache_folder_is_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert cache_directory() == tmp_path / ".cache" / "brushgrip"
-
-
-def test_source_that_does_not_compile_is_no_library() -> None:
-    assert compiled_source("broken", "this is no C") is None
 
 
 def test_source_of_ours_is_a_library_of_the_cache(tmp_path: Path) -> None:

@@ -12,7 +12,6 @@ from tests.symbolic.oracles import (
     constant,
     grid_torque,
     masing_torque,
-    random_path,
     run,
     straight,
     worst,
@@ -86,14 +85,3 @@ def test_load_that_grows_while_creeping_costs_corners_and_little_torque() -> Non
 
     assert errors[0] <= 1e-2
     assert errors[1] <= 5e-5
-
-
-def test_random_nests_stay_near_with_eight_corners() -> None:
-    paths = [random_path(seed) for seed in range(100, 120)]
-
-    errors = [
-        worst(run(Model(corners=8), path).M_z, reference)
-        for path, reference in zip(paths, grid_torque(*paths), strict=True)
-    ]
-
-    assert max(errors) <= 5e-2
