@@ -5,7 +5,6 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification.fits.autocorrelation import autocorrelation_time
 from observers import PROFILES, Ekf, Status, causal_rate, run, tuning_for
@@ -30,8 +29,8 @@ from symbolic import (
     full_slide_torque,
     simulate,
 )
+from symbolic.array_alias import Array
 
-Array = NDArray[np.float64]
 RATE, SECONDS = 0.1, 25.0
 """Full slide of which mu_eff is the torque [rad/s], [s]."""
 NOT_OF_THE_GROUND = {
@@ -126,20 +125,13 @@ def _found(task: tuple[str, int]) -> tuple[float, bool]:
     planted, tyre = recording.effects[name], recording.tyre
     values = {"k": tyre.k, **{f"{name}.{p}": v for p, v in planted.items()}}
     # Another path and another noise of the same tyre and effect.
-    other = _again(recording, name, seed + 500)
+    other = make_recording(seed + 500, recording.effects, **vars(tyre), bristles=800)
     found = found_model(name, other, values)
     observer = Ekf(
         model=found.model, values=found.values_for_estimation(),
         rig=Rig(a=tyre.a, e=tyre.e), tuning=tuning_for(found, STAYS),
     )  # fmt: skip
     return judged(observer, recording, own=True)
-
-
-def _again(recording: RigRecording, name: str, seed: int) -> RigRecording:
-    tyre = recording.tyre
-    return make_recording(
-        seed, {name: recording.effects[name]}, a=tyre.a, e=tyre.e, k=tyre.k, mu=tyre.mu, bristles=800
-    )
 
 
 def found_models(runs: int) -> None:

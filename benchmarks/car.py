@@ -7,13 +7,11 @@ Seeds from TUNING_SEED on are for tuning, those from JUDGING_SEED on for judging
 Every declared value is off within its tolerance; `--full-tolerance` puts each true value at an end of
 what is declared.
 `--calibrated` first identifies the tyres of every car on ground of known friction.
-`--bound` prints the least deviation that any estimate can have beside those reached, see `car_bound`.
 About five seconds a car on one core.
 """
 
 import argparse
 import csv
-import sys
 import tempfile
 import tomllib
 from dataclasses import dataclass
@@ -24,23 +22,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
-from benchmarks.car_bound import BOUNDS, VEHICLE_FIELDS, bounds_by_case
 from benchmarks.car_files import (
     COLUMNS,
     calibrated_toml,
     declared_toml,
     run_command,
-    vehicle_toml,
     write_recording,
 )
 from observers import Status
-from reference_rig import TOLERANCES, CarRecording, FleetCar, draw_car
+from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import vehicle_from_tables
+from symbolic.array_alias import Array
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 
-Array = NDArray[np.float64]
 TUNING_SEED, JUDGING_SEED = 0, 10_000
 BANDS = (0.05, 0.11, 0.245, 0.54, 1.2)
 """Edges of the bands of mu, even in its logarithm."""
@@ -48,8 +42,6 @@ HALF_TURN = 180.0
 """Way of the handwheel after which the band is read [deg]."""
 NEAR_LOCKS = 0.9
 """Share of the way from stop to stop that counts as lock to lock [1]."""
-MEASURED = ("axle_load", "half_length")
-"""What a workshop measures, with scales and a print of the contact."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,9 +59,6 @@ class Judged:
     """First sample after half a turn of the handwheel."""
     locks: int
     """First sample after both locks."""
-    bounds: Array
-    """Least standard deviations of ln mu by `BOUNDS`, after half a turn and after both locks, shape
-    (3, 2); NaN where they are not asked for."""
     floor: float
     """What the observer counts for declared values that no steering tells, over mu [1]."""
 
@@ -105,14 +94,6 @@ def estimate(text: str, recording: CarRecording, sensing: str, observer: str) ->
     return {key: np.array([float(row[key] or "nan") for row in rows]) for key in wanted}
 
 
-def bounds_of(drawn: FleetCar, rack: Array, ends: list[int]) -> Array:
-    """`Judged.bounds` of a car, its force on the rack measured."""
-    vehicle = vehicle_from_tables(tomllib.loads(vehicle_toml(drawn.true, brake=drawn.brake)))
-    noise = float(np.hypot(drawn.bus.force_noise, drawn.bus.force_step / np.sqrt(12)))
-    tolerances = {field: TOLERANCES[name] for field, name in VEHICLE_FIELDS.items()}
-    return bounds_by_case(vehicle, drawn.car.mu[0], rack, tolerances, ends, noise)
-
-
 def floor_of(text: str, *, brake: bool) -> float:
     """`Judged.floor` by a vehicle file."""
     shares = friction_uncertainties(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
@@ -120,14 +101,10 @@ def floor_of(text: str, *, brake: bool) -> float:
 
 
 def judge(
-    seed: int, sensing: str, observer: str, *, full: bool, split: float, bound: bool = False,
-    measured: float | None = None, calibrated: bool = False,
-) -> Judged:  # fmt: skip
+    seed: int, sensing: str, observer: str, *, full: bool, split: float, calibrated: bool
+) -> Judged:
     """Draw a car, steer it, estimate."""
-    tolerances = {**TOLERANCES, **(dict.fromkeys(MEASURED, measured) if measured else {})}
-    drawn = draw_car(
-        seed, assisted=sensing != "handwheel", full_tolerance=full, split=split, tolerances=tolerances
-    )
+    drawn = draw_car(seed, assisted=sensing != "handwheel", full_tolerance=full, split=split)
     text = declared_toml(drawn, sensing)
     if calibrated:
         text, drawn = calibrated_toml(drawn, sensing, full=full)
@@ -138,7 +115,6 @@ def judge(
     turned = np.maximum.accumulate(handwheel) - np.minimum.accumulate(handwheel)
     stops = degrees(2 * drawn.car.lock / drawn.car.pinion_radius)
     ends = [int(np.argmax(turned >= way)) for way in (HALF_TURN, NEAR_LOCKS * stops)]
-    rack = np.interp(got["t"], recording.t, recording.rack)
     return Judged(
         drawn=drawn,
         mu=float(np.mean(drawn.car.mu)),
@@ -148,7 +124,6 @@ def judge(
         status=got["status"].astype(int),
         half_turn=ends[0],
         locks=ends[1],
-        bounds=bounds_of(drawn, rack, ends) if bound else np.full((len(BOUNDS), 2), np.nan),
         floor=floor_of(text, brake=drawn.brake),
     )
 
@@ -181,16 +156,11 @@ def summary(cars: list[Judged]) -> None:
           f" {worst.drawn.seed}), more than 1 % in {bad} of {len(cars)} cars")  # fmt: skip
     far = [car.drawn.seed for car in cars if car.beyond(4) > 0]
     print(f"usable and beyond 4 sigma: {len(far)} cars {far[:12]}")
-    names = (("half_turn", "180 deg of handwheel"), ("locks", "lock to lock"))
-    for number, (name, label) in enumerate(names):
+    for name, label in (("half_turn", "180 deg of handwheel"), ("locks", "lock to lock")):
         at = [(car, getattr(car, name)) for car in cars]
         shares = [car.std[i] / car.estimate[i] for car, i in at if car.usable[i]]
         median = f"{100 * np.median(shares):.1f} %" if shares else "-"
         print(f"sigma/mu after {label}: median {median} over {len(shares)} usable of {len(cars)} cars")
-        leasts = np.transpose([c.bounds[:, number] for c in cars])
-        for case, least in zip(BOUNDS, leasts, strict=True):
-            if np.isfinite(least).all():
-                print(f"    least of any estimate, {case}: median {100 * np.median(least):.1f} %")
     floors = [car.floor for car in cars]
     print(f"by declared values that no steering tells: median {100 * np.median(floors):.1f} %")
     last = [(car.mu, car.estimate[-1], car.std[-1]) for car in cars if car.usable[-1]]
@@ -211,9 +181,7 @@ def main() -> None:
     parser.add_argument("--observer", choices=["ekf", "mhe"], default="ekf")
     parser.add_argument("--full-tolerance", action="store_true", help="every value off by all of it")
     parser.add_argument("--split", type=float, default=1.0, help="mu right over mu left")
-    parser.add_argument("--measured", type=float, help="tolerance of load and half-length, as a share")
     parser.add_argument("--calibrated", action="store_true", help="tyres identified on known ground")
-    parser.add_argument("--bound", action="store_true", help="also the least sigma that is possible")
     given = parser.parse_args()
     purpose = "judging" if given.seed >= JUDGING_SEED else "tuning"
     print(f"seeds {given.seed} to {given.seed + given.cars - 1} ({purpose}), {given.sensing},"
@@ -222,9 +190,8 @@ def main() -> None:
           f"  >3s,%  >4s,%  refused as")  # fmt: skip
     cars = []
     for seed in range(given.seed, given.seed + given.cars):
-        chosen = {"split": given.split, "bound": given.bound, "measured": given.measured}
-        chosen["calibrated"] = given.calibrated
-        cars.append(judge(seed, given.sensing, given.observer, full=given.full_tolerance, **chosen))
+        how = {"full": given.full_tolerance, "split": given.split, "calibrated": given.calibrated}
+        cars.append(judge(seed, given.sensing, given.observer, **how))
         print(row(cars[-1]), flush=True)
     summary(cars)
 

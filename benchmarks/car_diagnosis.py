@@ -12,15 +12,12 @@ ambiguous. Half a minute a diagnosis, ten seconds a drive.
 """
 
 import argparse
-import sys
 import tempfile
 from dataclasses import dataclass, replace
 from math import radians
 from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.car_files import vehicle_toml, write_recording
 from brushgrip.wording.diagnosis_in_words import headline
@@ -72,7 +69,7 @@ def write_drives(folder: Path, kind: str, seed: int) -> None:
     mu = float(np.random.default_rng([seed, 31]).uniform(0.6, 1.0))
     drawn = replace(drawn, car=replace(drawn.car, mu=(mu, mu)))
     car = planted(kind, drawn)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir()
     (folder / "car.toml").write_text(vehicle_toml(drawn.declared, brake=True), encoding="utf-8")
     for number, name in enumerate(DRIVES):
         own = 1000 * seed + number
@@ -105,15 +102,13 @@ def main() -> None:
     parser.add_argument("--cars", type=int, default=5)
     parser.add_argument("--seed", type=int, default=41_000, help="first of the cars' seeds")
     parser.add_argument("--kinds", nargs="+", choices=list(PLANTED), default=list(PLANTED))
-    parser.add_argument("--keep", type=Path, help="folder in which the drives stay")
     given = parser.parse_args()
     outcomes: dict[str, list[CarOutcome]] = {kind: [] for kind in given.kinds}
     with tempfile.TemporaryDirectory() as name:
         for seed in range(given.seed, given.seed + given.cars):
             for kind in given.kinds:
-                folder = (given.keep or Path(name)) / f"{kind}_{seed}"
-                if not folder.is_dir():
-                    write_drives(folder, kind, seed)
+                folder = Path(name) / f"{kind}_{seed}"
+                write_drives(folder, kind, seed)
                 outcomes[kind].append(judge(folder, kind))
                 print(f"{seed} {kind}: {outcomes[kind][-1].said}", flush=True)
     print(f"\n{'planted':14}{'cars':>6}{'named':>7}{'clearly':>9}{'too many':>10}")

@@ -22,40 +22,33 @@ COLUMNS = {
 """Channels that a sensing takes."""
 
 
-def vehicle_toml(
-    declared: Mapping[str, float], *, brake: bool, handwheel_inertia: float = 0.0,
-    tolerances: Mapping[str, float] = TOLERANCES,
-) -> str:  # fmt: skip
+def vehicle_toml(declared: Mapping[str, float], *, brake: bool, handwheel_inertia: float = 0.0) -> str:
     """The vehicle file, with the tolerances where they are declared."""
 
     def tolerated(name: str) -> str:
         value = declared[name]
-        return f"{{ value = {value:.6g}, tolerance = {tolerances[name] * value:.6g} }}"
+        return f"{{ value = {value:.6g}, tolerance = {TOLERANCES[name] * value:.6g} }}"
+
+    def plain(*names: str) -> dict[str, str]:
+        return {name: f"{declared[name]:.6g}" for name in names}
 
     lines = {
         "front_axle_load": tolerated("axle_load"),
         "tyre": '"205/55 R16"',
         "pressure": "2.4e5",
-        "wheelbase": f"{declared['wheelbase']:.6g}",
-        "track": f"{declared['track']:.6g}",
+        **plain("wheelbase", "track"),
         "steering_ratio": f"{declared['lever'] / declared['pinion_radius']:.6g}",
         "steering_arm": f"{declared['lever']:.6g}",
         "half_length": tolerated("half_length"),
         "contact_width": f"{2 * declared['half_width']:.6g}",
         "stiffness": tolerated("k"),
-        "trail": f"{declared['trail']:.6g}",
-        "scrub_radius": f"{declared['scrub_radius']:.6g}",
-        "inclination": f"{declared['inclination']:.6g}",
-        "caster": f"{declared['caster']:.6g}",
-        "rack_travel": f"{declared['rack_travel']:.6g}",
-        "lever_loss": f"{declared['lever_loss']:.6g}",
-        "ackermann": f"{declared['ackermann']:.6g}",
+        **plain("trail", "scrub_radius", "inclination", "caster"),
+        **plain("rack_travel", "lever_loss", "ackermann"),
         "gear_friction": tolerated("gear_friction"),
-        "gear_load_share": f"{declared['gear_load_share']:.6g}",
+        **plain("gear_load_share"),
         "rack_mass": f"{declared['moved_mass']:.6g}",
         "handwheel_inertia": f"{handwheel_inertia:.6g}",
-        "torsion_bar": f"{declared['torsion_bar']:.6g}",
-        "motor_ratio": f"{declared['motor_ratio']:.6g}",
+        **plain("torsion_bar", "motor_ratio"),
         "motor_efficiency": "1.0",
         "brakes": "true" if brake else "false",
         "geometry": f"{{ tolerance = {TOLERANCES['wheelbase']:g} }}",
@@ -78,9 +71,7 @@ def declared_toml(drawn: FleetCar, sensing: str) -> str:
     # The torque at the handwheel turns its inertia too, known as well as the rack's mass.
     share = (sensing == "handwheel") * drawn.declared["moved_mass"] / drawn.true["moved_mass"]
     inertia = share * drawn.car.handwheel_inertia
-    return vehicle_toml(
-        drawn.declared, brake=drawn.brake, handwheel_inertia=inertia, tolerances=drawn.tolerances
-    )
+    return vehicle_toml(drawn.declared, brake=drawn.brake, handwheel_inertia=inertia)
 
 
 def run_command(*arguments: str | Path) -> None:

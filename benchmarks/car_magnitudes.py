@@ -5,14 +5,10 @@
 Half a minute on one core.
 """
 
-import sys
 from dataclasses import replace
 from math import pi, radians, sin, sqrt
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from reference_rig import CAR_STEP, Car, CarPatches, CarTyre, Kingpin, Linkage, simulate_car
 

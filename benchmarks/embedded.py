@@ -10,12 +10,10 @@ instructions, which are no cycles. `at most` is the longest step also of a patch
 while friction is acquired, and of samples that no wheel gives; flash holds what is needed of math.h and
 memcpy, stack is what a step touches; mu off by is the largest difference from Python along the wheel
 that swings. `measured run` is the model that `diagnose` found in the measured recordings; --every adds
-each effect of the library alone. Then the problem of `observers_step.py`, in C, in Python and by do-mpc
-where it is installed, all in one run. Needs gcc or clang; for the targets arm-none-eabi-gcc with newlib,
-and qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
+each effect of the library alone. Then the problem of `observers_step.py`, in C and in Python. Needs gcc
+or clang; for the targets arm-none-eabi-gcc with newlib, and qemu-system-arm.
 """
 
-import importlib.util
 import subprocess
 import sys
 import tempfile
@@ -25,11 +23,7 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 from benchmarks import observers_step
-from benchmarks.timing import seconds
-from benchmarks.with_do_mpc import WARM, Running
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real
 from symbolic import EFFECTS as EFFECTS_OF_LIBRARY
@@ -66,23 +60,17 @@ def microseconds(code: GeneratedCode, rows: np.ndarray) -> float:
 
 
 def beside_python() -> None:
-    """Print what a step takes in C and in Python, and by do-mpc, and the ratios."""
+    """Print what a step takes in C and in Python, and the ratio."""
     sequence = observers_step.samples(observers_step.PROBLEM)
     rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in sequence])
     for kind in (Ekf, Mhe):
         observer = observers_step.ours(kind)
         with tempfile.TemporaryDirectory() as folder:
             fast = microseconds(generate_code(observer, SINGLE, Path(folder)), rows)
-        observers_step.steps(observer, sequence[:100])
-        rounds = [seconds(lambda one=observer: observers_step.steps(one, sequence)) for _ in range(5)]
-        others = {"Python": 1e6 * float(np.median(rounds)) / len(sequence)}
-        if kind is Mhe and importlib.util.find_spec("do_mpc"):
-            rival = Running(observers_step.PROBLEM, observers_step.WINDOW, WARM)
-            rival.step()
-            took = [seconds(rival.step) for _ in range(observers_step.STEPS)]
-            others["do-mpc, warm start"] = 1e6 * float(np.median(took))
-        print(f"{kind.__name__.upper()} in C {fast:.2f} us a step", end="")
-        print("".join(f"; {name} {slow:.0f} us, {slow / fast:.0f} x" for name, slow in others.items()))
+        slow = observers_step.microseconds(observer, sequence)
+        print(
+            f"{kind.__name__.upper()} in C {fast:.2f} us a step; Python {slow:.0f}, {slow / fast:.0f} x"
+        )
 
 
 def adversarial(count: int = 300) -> np.ndarray:
@@ -99,13 +87,7 @@ def adversarial(count: int = 300) -> np.ndarray:
 
 @dataclass(frozen=True, kw_only=True)
 class Counted:
-    """What a step takes on a board.
-
-    Attributes:
-        mean, ordinary: instructions in ordinary steering, in the mean and at most.
-        most: instructions at most, see above.
-        flash, state, stack: bytes.
-    """
+    """What a step takes on a board: bytes, and instructions, also at most in ordinary steering."""
 
     mean: float
     ordinary: int
@@ -176,7 +158,7 @@ def table(every: bool) -> None:
 
 
 def main() -> None:
-    """Print the table, and the ratios to Python and do-mpc."""
+    """Print the table, and the ratios to Python."""
     table("--every" in sys.argv)
     if not tools_installed():
         print(f"no target: {TOOLS}")

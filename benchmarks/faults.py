@@ -16,17 +16,13 @@ of the greatest torque.
 """
 
 import argparse
-import sys
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.bands_on_rig import true_friction
 from benchmarks.faulty_inputs import (
@@ -71,15 +67,7 @@ class FaultCase:
 
 @dataclass(frozen=True, kw_only=True)
 class RunBeforeFault:
-    """A recording before its fault.
-
-    Attributes:
-        inputs: of the observer.
-        t: time (n,) [s].
-        truth: mu_eff, one number or (n,) [1].
-        effects: of the model.
-        values: of its effect.
-    """
+    """A recording before its fault: time [s] and the true mu_eff [1] have the shape (n,)."""
 
     inputs: Inputs
     t: Any

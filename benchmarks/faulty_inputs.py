@@ -4,16 +4,12 @@ A steering torque has the ground's with the other sign beside what turns the whe
 b_t psi' - M_z. What a fault changes of the ground is changed in it for the same motion of the wheel.
 """
 
-import sys
 from collections.abc import Callable, Mapping
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from reference_rig import free_path, simulate_bristles
 

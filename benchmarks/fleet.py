@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip import main as brushgrip
+from benchmarks.car_files import run_command
 
 SOURCE = Path(__file__).parents[1] / "examples" / "recordings"
 NOISE = 0.1
@@ -67,13 +67,8 @@ def make_fleet(folder: Path, count: int) -> list[Path]:
 
 def estimate(files: list[Path], table: Path, scheduler: str) -> None:
     """The command, as a user calls it."""
-    options = ["--rig", SOURCE / "rig.toml", "--observer", "ekf", "--summary", table, "--quiet"]
-    arguments = ["estimate", *files, *options, "--scheduler", scheduler]
-    try:
-        brushgrip([str(argument) for argument in arguments])
-    except SystemExit as end:
-        if end.code:
-            raise
+    options = ("--rig", SOURCE / "rig.toml", "--observer", "ekf", "--summary", table)
+    run_command("estimate", *files, *options, "--scheduler", scheduler)
 
 
 if __name__ == "__main__":

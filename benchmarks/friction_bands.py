@@ -14,13 +14,10 @@ profile: the turn until a new ground is known, and alarms on ground that stays. 
 """
 
 import argparse
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms

@@ -6,14 +6,10 @@ prints how long an estimate stays usable and wrong after a change while a hand t
 it is usable and right again: default tuning and tolerances, k of the truth drawn within its own.
 """
 
-import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.ice import OFF, RIG, K
 from observers import PROFILES, AligningTorque, Ekf, Estimates, Status, SteeringTorque, run
@@ -47,7 +43,7 @@ HAND_RUNS, HAND_LENGTH, FIRST_SEED = {"M_z": 200, "M": 60}, 20.0, 680_000
 
 def changes(tuning: str) -> None:
     """A line for each change and rate."""
-    observer = make(Ekf, **{name: getattr(PROFILES[tuning], name) for name in _fields()})
+    observer = make(Ekf, **vars(PROFILES[tuning]))
     print(f"\n{tuning}: turn until a new ground is known within 10 %, {len(PLACES)} places")
     for before, after in ((HIGH, LOW), (LOW, HIGH)):
         for rate in RATES:
@@ -111,7 +107,7 @@ def _after_change(made: GroundRecording, found: Estimates, late: int) -> tuple[f
 
 def false_alarms(tuning: str, seconds: int) -> None:
     """Alarms and flags on ground that stays, friction drawn from the prior."""
-    observer = make(Ekf, **{name: getattr(PROFILES[tuning], name) for name in _fields()})
+    observer = make(Ekf, **vars(PROFILES[tuning]))
     alarms, flagged, runs = 0, 0, round(seconds / RUN)
     for seed in range(runs):
         recording = make_ground_recording(seed, constant_friction(drawn(seed)), duration=RUN)
@@ -119,10 +115,6 @@ def false_alarms(tuning: str, seconds: int) -> None:
         alarms += int(np.count_nonzero(status & Status.RESET))
         flagged += bool(np.any(status & Status.INCONSISTENT))
     print(f"{tuning}: {alarms} alarms in {runs * RUN:.0f} s, {flagged} of {runs} runs inconsistent")
-
-
-def _fields() -> tuple[str, ...]:
-    return tuple(vars(PROFILES["real_tyre"]))
 
 
 if __name__ == "__main__":

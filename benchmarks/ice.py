@@ -1,7 +1,6 @@
 """Is low friction seen as low, and is anything usable and wrong? Seeded runs on the rig.
 
     python benchmarks/ice.py --runs 400
-    python benchmarks/ice.py --runs 100 --all
 
 mu is log-uniform in 0.02 to 2, 4 to 15 s by hand; the truth of half-length, load, k and the torque's
 zero is drawn from the tolerances that an observer reckons with where the rig file declares none. Per
@@ -13,17 +12,12 @@ with the effect.
 """
 
 import argparse
-import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
-from itertools import product
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.bands_on_rig import true_friction
 from observers import (
@@ -128,17 +122,7 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
             model = Model(effects=effects_named([name]))
             values |= {f"{name}.{p}": v for p, v in made.effects[name].items()}
     else:
-        made = make_recording(
-            seed,
-            a=tyre.a,
-            e=tyre.e,
-            k=tyre.k,
-            mu=mu,
-            load=load,
-            duration=duration,
-            hand=hand,
-            bristles=600,
-        )
+        made = make_recording(seed, **vars(tyre), load=load, duration=duration, hand=hand, bristles=600)
         columns = {"M_z": made.M_z + zero}
         if case.stated:
             columns["M_z"] = _stated(late, gain * made.M_z, made.psi, load, PROFILES[case.tuning]) + zero
@@ -219,26 +203,19 @@ def main() -> None:
     parser.add_argument("--tuning", choices=list(PROFILES), default="real_tyre")
     parser.add_argument("--effects", choices=["none", "declared", "found"], default="none")
     parser.add_argument("--stated", action="store_true", help="draw all errors that the tuning states")
-    parser.add_argument("--all", action="store_true", help="every observer, torque, tuning and effect")
     options = parser.parse_args()
-    one = IceCase(
+    case = IceCase(
         observer=options.observer, torque=options.torque, tuning=options.tuning,
         effects=options.effects, stated=options.stated,
     )  # fmt: skip
-    cases = [one]
-    if options.all:
-        every = product(KINDS, TORQUES, PROFILES)
-        cases = [IceCase(observer=o, torque=t, tuning=p) for o, t, p in every]
-        cases += [replace(one, effects=effects) for effects in ("declared", "found")]
     print(
         "| observer | torque | tuning | effects | μ | runs | coverage |"
         " runs with > 1 % usable beyond 3 σ | σ/μ after 0.3 rad | usable from [rad] | usable | never |\n"
         "|---|---|---|---|---|---:|---:|---:|---:|---:|---:|---:|"
     )
     with ProcessPoolExecutor() as pool:
-        for case in cases:
-            tasks = [(case, options.seed + i) for i in range(options.runs)]
-            table(case, list(pool.map(outcome, tasks, chunksize=4)))
+        tasks = [(case, options.seed + i) for i in range(options.runs)]
+        table(case, list(pool.map(outcome, tasks, chunksize=4)))
 
 
 if __name__ == "__main__":

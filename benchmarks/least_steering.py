@@ -1,15 +1,13 @@
 """How far must a wheel turn until friction is known? Plan and Probe against a sine and a ramp.
 
     python benchmarks/least_steering.py --runs 40
-    python benchmarks/least_steering.py --runs 40 --rig usual --target 0.08
     python benchmarks/least_steering.py --runs 40 --fixed
 
 The wheel is the independent rig's, on bristles. mu is log-uniform within bands of 0.05 to 1.2; half-
-length, caster, load, k and the torque's zero of the truth are drawn from tolerances: those of a rig that
-was measured, declared with the noise to an observer with the tuning `clean`, or the usual ones, which
-count where nothing is declared, with the tuning `real_tyre`. k is a state of the observer, not so with
---fixed. The torque has white noise of 0.5 % of full slide at mu = 1, the angle steps of 14 bits, and the
-wheel follows its command with a lag of 30 ms.
+length, caster, load, k and the torque's zero of the truth are drawn from the tolerances of a rig that
+was measured, declared with the noise to an observer with the tuning `clean`. k is a state of the
+observer, not so with --fixed. The torque has white noise of 0.5 % of full slide at mu = 1, the angle
+steps of 14 bits, and the wheel follows its command with a lag of 30 ms.
 
 Travel counts until the observer's own estimate is usable with sigma/mu within the target: along a path
 over the prior that is planned beforehand (plan), led by a Probe until it says so (probe), along the plan
@@ -19,17 +17,13 @@ the estimate there, predicted its sigma/mu there.
 """
 
 import argparse
-import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from observers import PROFILES, AligningTorque, Ekf, Loop, Plan, Probe, Sample, SteeringLimits, plan
 from reference_rig import FOURTEEN_BIT_STEP, RigTyre, SteeredWheel
@@ -40,14 +34,8 @@ GROUNDS = {"ice": (0.05, 0.1), "snow": (0.1, 0.3), "wet": (0.3, 0.7), "dry": (0.
 PATHS = ("plan", "probe", "known", "sine", "ramp")
 LIMITS = SteeringLimits(angle=0.4, rate=0.5, time=6.0)
 K, LOAD, DT, LAG, SLIDE = 2.4e6, 400.0, 0.01, 0.03, 6.75
-OFF = {
-    "measured": {"a": 5e-4, "e": 5e-4, "load": 0.01, "k": 0.1, "zero": 0.03},
-    "usual": {"a": 0.002, "e": 0.002, "load": 0.02, "k": 0.2, "zero": 0.03},
-}
+OFF = {"a": 5e-4, "e": 5e-4, "load": 0.01, "k": 0.1, "zero": 0.03}
 """How far off lengths [m], load and k [1], and the zero over 3/8 F_N a, `SLIDE` [N m], may be."""
-FIXED = ", k fixed"
-"""End of the name of a rig whose k is no state of the observer."""
-TUNINGS = {"measured": "clean", "usual": "real_tyre"}
 NOISE, MAX_TIME = 0.005, 12.0
 FIRST_SEED = 200_000
 """Seeds below were used to choose constants."""
@@ -68,12 +56,10 @@ class Reached:
 class RigWheel:
     """The rig's wheel as drawn, steered sample by sample."""
 
-    def __init__(self, seed: int, mu: float, rig: str) -> None:
+    def __init__(self, seed: int, mu: float) -> None:
         """Draw it."""
         self.rng, off = np.random.default_rng([seed, 3]), np.random.default_rng([seed, 7])
-        self.off = {
-            name: float(off.uniform(-most, most)) for name, most in OFF[rig.removesuffix(FIXED)].items()
-        }
+        self.off = {name: float(off.uniform(-most, most)) for name, most in OFF.items()}
         a, e, k = 0.045 + self.off["a"], 0.009 + self.off["e"], K * (1 + self.off["k"])
         load = LOAD * (1 + self.off["load"])
         self.wheel = SteeredWheel(RigTyre(a=a, e=e, k=k, mu=mu), load=load)
@@ -92,31 +78,26 @@ class RigWheel:
         return Sample(psi=psi, psi_dot=(self.psi - before) / DT, F_N=LOAD, dt=DT, M_z=M_z + noise)
 
 
-def observer_of(rig: str) -> Ekf:
-    """The observer of a rig, with its tolerances."""
-    name = rig.removesuffix(FIXED)
-    off = OFF[name]
-    known = Rig(a=0.045, e=0.009)
-    if name == "measured":
-        lengths = {"a": off["a"], "e": off["e"], "load": off["load"]}
-        tolerances = Tolerances(**lengths, k=off["k"] * K, zero=off["zero"] * SLIDE)
-        known = replace(known, noise=NOISE * SLIDE, tolerances=tolerances)
+def observer_of(*, fixed: bool = False) -> Ekf:
+    """The observer of the rig, with its tolerances; a fixed k is no state."""
+    tolerances = Tolerances(**OFF | {"k": OFF["k"] * K, "zero": OFF["zero"] * SLIDE})
     return Ekf(
-        model=Model(), values={"k": K}, rig=known, tuning=PROFILES[TUNINGS[name]],
-        measurement_model=AligningTorque(stiffness=not rig.endswith(FIXED)),
+        model=Model(), values={"k": K}, tuning=PROFILES["clean"],
+        rig=Rig(a=0.045, e=0.009, noise=NOISE * SLIDE, tolerances=tolerances),
+        measurement_model=AligningTorque(stiffness=not fixed),
     )  # fmt: skip
 
 
 @cache
-def plan_over_grounds(rig: str, target: float) -> Plan:
+def plan_over_grounds(fixed: bool, target: float) -> Plan:
     """The plan over the prior, the same for all wheels."""
-    return plan(observer_of(rig), target, LIMITS, LOAD)
+    return plan(observer_of(fixed=fixed), target, LIMITS, LOAD)
 
 
 @cache
-def prepared(rig: str, target: float) -> Probe:
+def prepared(fixed: bool, target: float) -> Probe:
     """A Probe with its first plan, which is the same for all wheels; to be reset."""
-    probe = Probe(observer_of(rig), target, LIMITS)
+    probe = Probe(observer_of(fixed=fixed), target, LIMITS)
     probe.prepare(LOAD)
     return probe
 
@@ -160,25 +141,36 @@ def led(probe: Probe) -> Command:
     return command
 
 
-def run(task: tuple[int, str, float]) -> tuple[float, dict[str, Reached]]:
+def in_every_way(
+    observer: Ekf, park: Callable[[], Any], mu: float, target: float, planned: Plan, probe: Probe,
+    known: Plan, *, pulse: float,
+) -> dict[str, Reached]:  # fmt: skip
+    """Where the target is reached along each of `PATHS`, each with a wheel of its own.
+
+    known is the plan for this mu, pulse the sine's [rad/s].
+    """
+    commands: tuple[Command, ...] = (
+        along(planned),
+        led(probe),
+        along(known),
+        lambda t, *_: (0.4 * np.sin(pulse * t), False),
+        lambda t, *_: (min(0.1 * t, 0.5), t > 5),
+    )
+    return {
+        name: steered(observer, park(), mu, target, command, decides=name == "probe")
+        for name, command in zip(PATHS, commands, strict=True)
+    }
+
+
+def run(task: tuple[int, bool, float]) -> tuple[float, dict[str, Reached]]:
     """One wheel, steered in every way."""
-    seed, rig, target = task
+    seed, fixed, target = task
     rng = np.random.default_rng([seed, 1])
     mu = float(np.exp(rng.uniform(*np.log([*GROUNDS.values()][seed % len(GROUNDS)]))))
-    observer = observer_of(rig)
-    commands: dict[str, Command] = {
-        "plan": along(plan_over_grounds(rig, target)),
-        "probe": led(prepared(rig, target)),
-        "known": along(plan(observer, target, LIMITS, LOAD, mus=(mu,), coarse=True)),
-        "sine": lambda t, *_: (0.4 * np.sin(0.75 * t), False),
-        "ramp": lambda t, *_: (min(0.1 * t, 0.5), t > 5),
-    }
-    return mu, {
-        name: steered(
-            observer, RigWheel(seed, mu, rig), mu, target, commands[name], decides=name == "probe"
-        )
-        for name in PATHS
-    }
+    observer = observer_of(fixed=fixed)
+    known = plan(observer, target, LIMITS, LOAD, mus=(mu,), coarse=True)
+    plans = (plan_over_grounds(fixed, target), prepared(fixed, target), known)
+    return mu, in_every_way(observer, lambda: RigWheel(seed, mu), mu, target, *plans, pulse=0.75)
 
 
 def report(outcomes: Sequence[tuple[float, dict[str, Reached]]]) -> None:
@@ -223,12 +215,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--runs", type=int, default=40)
     parser.add_argument("--seed", type=int, default=FIRST_SEED, help="of the first run")
-    parser.add_argument("--rig", choices=list(OFF), default="measured")
     parser.add_argument("--fixed", action="store_true", help="k is no state of the observer")
     parser.add_argument("--target", type=float, default=0.05)
     given = parser.parse_args()
-    rig = given.rig + FIXED * given.fixed
-    tasks = [(given.seed + i, rig, given.target) for i in range(given.runs)]
+    tasks = [(given.seed + i, given.fixed, given.target) for i in range(given.runs)]
     with ProcessPoolExecutor() as pool:
         report(list(pool.map(run, tasks)))
 

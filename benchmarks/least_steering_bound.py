@@ -12,13 +12,8 @@ deviation is within the target, and that at which it is usable too, as its model
 them the least travel that the rule of confirmation alone allows on any path.
 """
 
-import sys
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.least_steering import DT, LIMITS, LOAD, NOISE, OFF, SLIDE, K, observer_of
 from observers import plan
@@ -37,10 +32,9 @@ STARTS = ((1.0, 1.0, 0.1), (1.0, 1.9, 0.5))
 
 def variance(mu: float, turns: ca.MX, error: float, least: float) -> ca.MX:
     """Least variance of ln mu after the turns of three branches [rad]."""
-    off = OFF["measured"]
     p = ca.MX.sym("p", 6)  # ln mu, ln k, a, e, ln load, zero
     stds = np.array(
-        [VAGUE, *(EVEN * off[name] for name in ("k", "a", "e", "load")), EVEN * off["zero"] * SLIDE]
+        [VAGUE, *(EVEN * OFF[name] for name in ("k", "a", "e", "load")), EVEN * OFF["zero"] * SLIDE]
     )
     at = ca.DM([np.log(mu), np.log(K), 0.045, 0.009, np.log(LOAD), 0.0])
     given = (ca.exp(p[4]), ca.exp(p[0]), ca.exp(p[1]), p[2], p[3])
@@ -102,7 +96,7 @@ def least_confirmed(mu: float) -> float:
 
 def main() -> None:
     """Print the table."""
-    observer = observer_of("measured")
+    observer = observer_of()
     tuning = observer.effective_tuning
     print("| mu | noise alone | with the model's error | its turns | deviation | confirmed | usable |")
     print("|---|---:|---:|---|---:|---:|---:|")

@@ -7,18 +7,14 @@ value is off within its tolerance, as in `car`. Travel is that of the wheels.
 """
 
 import argparse
-import sys
 import tomllib
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 from benchmarks.car_files import vehicle_toml
-from benchmarks.least_steering import GROUNDS, PATHS, Command, Reached, along, led, report, steered
+from benchmarks.least_steering import GROUNDS, Reached, in_every_way, report
 from identification.reading.rack_derivatives import RackDifferentiator
 from observers import Ekf, Probe, Sample, SteeringLimits, plan
 from observers.interfaces.car import car_observer
@@ -28,7 +24,7 @@ from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_
 from symbolic.vehicle.steering import mean_angle
 
 LIMITS = SteeringLimits(angle=0.4, rate=0.25, time=10.0)
-DT, SPREAD = 0.02, 5.0
+DT = 0.02
 """Time between samples [s]."""
 
 
@@ -77,17 +73,9 @@ def run(seed: int, target: float) -> tuple[float, dict[str, Reached]]:
     vehicle = CarWheel(drawn).vehicle
     observer: Any = car_observer(Ekf, vehicle, brakes=drawn.brake)
     probe, load = Probe(observer, target, LIMITS, dt=DT), vehicle.wheel_load
-    commands: dict[str, Command] = {
-        "plan": along(probe.prepare(load)),
-        "probe": led(probe),
-        "known": along(plan(observer, target, LIMITS, load, mus=(mu,), dt=DT, coarse=True)),
-        "sine": lambda t, *_: (0.4 * np.sin(0.6 * t), False),
-        "ramp": lambda t, *_: (min(0.1 * t, 0.5), t > SPREAD),
-    }
-    return mu, {
-        name: steered(observer, CarWheel(drawn), mu, target, commands[name], decides=name == "probe")
-        for name in PATHS
-    }
+    known = plan(observer, target, LIMITS, load, mus=(mu,), dt=DT, coarse=True)
+    plans = (probe.prepare(load), probe, known)
+    return mu, in_every_way(observer, lambda: CarWheel(drawn), mu, target, *plans, pulse=0.6)
 
 
 def main() -> None:

@@ -10,14 +10,10 @@ do-mpc is optional: pip install 'brushgrip[benchmarks]'.
 """
 
 import importlib.util
-import sys
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.problem import MODEL, RIG, TUNING, VALUES, K, TimedProblem
 from benchmarks.timing import compare, seconds
@@ -29,8 +25,6 @@ from symbolic import Model, Rig, effects_named
 WINDOW = 50
 STEPS = 20
 """Samples in a round beside do-mpc."""
-TARGETS = {"ekf": 10, "mhe": 200}
-"""Times of a step called from Python that are aimed at [µs]."""
 Observer = Ekf | Mhe
 PROBLEM = TimedProblem()
 
@@ -57,6 +51,13 @@ def whole(observer: Observer) -> Estimates:
     return run(observer, PROBLEM.t, psi, F_N, PROBLEM.M_z, psi_dot)
 
 
+def microseconds(observer: Observer, sequence: list[Sample]) -> float:
+    """What a step called from Python takes: the median over some rounds, once all is compiled."""
+    steps(observer, sequence[:200])
+    rounds = [seconds(partial(steps, observer, sequence)) for _ in range(5)]
+    return 1e6 * float(np.median(rounds)) / len(sequence)
+
+
 def ours(kind: Callable[..., Observer], **settings: object) -> Observer:
     """An observer for the problem."""
     return kind(model=MODEL, values=VALUES, rig=RIG, tuning=TUNING, **settings)
@@ -74,47 +75,23 @@ def alone() -> None:
         "carcass and rate friction, aligning torque": (with_effects, values, RIG, AligningTorque()),
     }
     print(f"\n| a step from Python | EKF [µs] | MHE, window {WINDOW} [µs] |\n|---|---:|---:|")
-    for label, (model, parameters, rig, measurement_model) in cases.items():
-        took = []
-        for kind in (Ekf, Mhe):
-            observer = kind(
-                model=model,
-                values=parameters,
-                rig=rig,
-                tuning=TUNING,
-                measurement_model=measurement_model,
-            )
-            steps(observer, sequence[:200])
-            rounds = [seconds(lambda one=observer: steps(one, sequence)) for _ in range(5)]
-            took.append(1e6 * np.median(rounds) / len(sequence))
-        print(f"| {label} | {took[0]:.1f} | {took[1]:.0f} |")
-    print(f"| aimed at | {TARGETS['ekf']} | {TARGETS['mhe']} |")
-
-
-def row(label: str, ratio: float, slow: float, fast: float, target: str = "") -> None:
-    """Print a ratio, and the times of a sample [s]."""
-    print(f"| {label} | {ratio:.1f} | {1e6 * slow:.1f} | {1e6 * fast:.1f} | {target} |")
-
-
-def beside_a_recording() -> None:
-    """A step from Python over a sample in a whole recording."""
-    sequence = samples(PROBLEM)
-    for observer in (ours(Ekf), ours(Mhe)):
-        pair = compare(partial(steps, observer, sequence), partial(whole, observer))
-        label = f"{type(observer).__name__.upper()}, step from Python / run()"
-        row(label, pair.ratio, pair.slow / PROBLEM.count, pair.fast / PROBLEM.count)
+    for label, (model, parameters, rig, torque) in cases.items():
+        given = {"model": model, "values": parameters, "rig": rig, "measurement_model": torque}
+        by_ekf, by_mhe = (microseconds(kind(**given, tuning=TUNING), sequence) for kind in (Ekf, Mhe))
+        print(f"| {label} | {by_ekf:.1f} | {by_mhe:.0f} |")
 
 
 def beside_filterpy() -> float:
     """The filter of filterpy over ours; how far apart their mu are at most."""
     observer, sequence = ours(Ekf), samples(PROBLEM)
-    for label, wrap, target in (
-        ("Functions called in place", in_place, "5"),
-        ("Functions called as casadi offers", through_casadi, ""),
+    print("\n| filterpy's EKF | over ours | a sample [µs] | ours [µs] |\n|---|---:|---:|---:|")
+    for label, wrap in (
+        ("Functions called in place", in_place),
+        ("Functions called as casadi offers", through_casadi),
     ):
         pair = compare(partial(filter_all, PROBLEM, wrap), partial(steps, observer, sequence))
-        slow, fast = pair.slow / PROBLEM.count, pair.fast / PROBLEM.count
-        row(f"filterpy, {label} / EKF", pair.ratio, slow, fast, target)
+        slow, fast = (1e6 * time / PROBLEM.count for time in (pair.slow, pair.fast))
+        print(f"| {label} | {pair.ratio:.1f} | {slow:.1f} | {fast:.1f} |")
     return float(np.abs(filter_all(PROBLEM, in_place) - whole(observer).mu).max())
 
 
@@ -123,8 +100,8 @@ def beside_do_mpc() -> None:
 
     What is compared: the time of a sample called from Python, both on the problem of `problem.py` with
     a window of 50 samples. Ours takes one Gauss-Newton step a sample, in compiled C; do-mpc solves the
-    window's least squares by IPOPT, to convergence or for one iteration, with the derivatives in
-    casadi's virtual machine or compiled. `solver alone` is IPOPT's own time, without do-mpc around it.
+    window's least squares by IPOPT, to convergence or for one iteration. `solver alone` is IPOPT's own
+    time, without do-mpc around it.
     """
     observer, sequence = ours(Mhe, window=WINDOW), samples(PROBLEM)
     full = steps(observer, sequence[:WINDOW])
@@ -152,9 +129,6 @@ def beside_do_mpc() -> None:
 def main() -> None:
     """Print the tables."""
     alone()
-    print("\n| pair | ratio | slow [µs a sample] | fast [µs a sample] | aimed at |")
-    print("|---|---:|---:|---:|---:|")
-    beside_a_recording()
     print(f"\nfilterpy: mu differs by {beside_filterpy():.0e} at most")
     if importlib.util.find_spec("do_mpc"):
         beside_do_mpc()

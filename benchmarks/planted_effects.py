@@ -2,20 +2,19 @@
 
     python benchmarks/planted_effects.py --seeds 10 --controls 100 --kinds alone pairs outside
 
-`alone`: every effect of the library by itself; `weak`: so weak that it moves the torque by 1 to 3 % of
-its range, where naming nothing is right too; `pairs`: rate friction together with every other one;
-`triples`: these two and asymmetric friction; `outside`: effects that no library knows, which have to be
-reported as unexplained, and a relaxing torque that friction does not bound may also be matched to the
-noise; `laws`: a mechanism that the library knows by another formula, where its family has to be named;
-`law_pairs`: such a law of friction over speed beside another effect. It prints a line for
-each run and a table: runs in which everything planted is named, or stands in `indistinguishable_from` of
-what is named (outright: exactly what was planted is named); runs in which exactly the planted families
-are said to be missing, by strong or ambiguous effects; families that are not, and effects too many, over
-all runs; error after over the noise. A run that is wrong says what the information criterion makes of
-what was planted against what was named; above zero the recordings do not ask for it. `--out F.json`
-keeps the outcomes. With `--off M` every half-length differs from the declared one by up to so much,
-which is declared as its tolerance where it is more than the usual one; with `--grounds 2` the
-recordings stand on two grounds of different friction in turn. An hour and more on two cores for all.
+`alone`: every effect of the library by itself; `pairs`: rate friction together with every other one;
+`outside`: effects that no library knows, which have to be reported as unexplained, and a relaxing torque
+that friction does not bound may also be matched to the noise; `laws`: a mechanism that the library knows
+by another formula, where its family has to be named; `law_pairs`: such a law of friction over speed
+beside another effect. It prints a line for each run and a table: runs in which everything planted is
+named, or stands in `indistinguishable_from` of what is named (outright: exactly what was planted is
+named); runs in which exactly the planted families are said to be missing, by strong or ambiguous
+effects; families that are not, and effects too many, over all runs; error after over the noise. A run
+that is wrong says what the information criterion makes of what was planted against what was named; above
+zero the recordings do not ask for it. `--out F.json` keeps the outcomes. With `--off M` every
+half-length differs from the declared one by up to so much, which is declared as its tolerance where it
+is more than the usual one; with `--grounds 2` the recordings stand on two grounds of different friction
+in turn. An hour and more on two cores for all.
 """
 
 import argparse
@@ -29,7 +28,6 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
 from identification import Diagnosis, FoundEffect, Recording, diagnose
@@ -48,17 +46,13 @@ from symbolic import CANDIDATES, EFFECTS, USUAL, effects_named
 
 NOISE = 0.004
 """White noise that the rig puts on the torque, over its range."""
-PARTNER, THIRD = "rate_friction", "asymmetric_friction"
+PARTNER = "rate_friction"
 WEAKEST, STRONGEST = 0.02, 0.06
 """Rate friction of a pair is drawn from here."""
-ASYMMETRY = (1.08, 1.25)
-"""Ratio of friction by direction in a triple."""
 LAW_PARTNERS = (
     "carcass_torsion", "pressure_power", "torque_offset", "smooth_asymmetry", "torque_lag",
     "contact_damping",
 )  # fmt: skip
-WEAK = (0.01, 0.03)
-"""Change of the torque by a weak effect, rms over range [1]."""
 MATCHED = 1.1
 """Error over the noise up to which recordings count as matched: nothing need be named then [1]."""
 
@@ -71,12 +65,16 @@ class Task:
     seed: int
     off: float = 0.0
     grounds: int = 0
-    weak: bool = False
 
     @property
     def outside(self) -> bool:
         """Whether no library knows what is planted."""
         return any(name in UNMODELLED_EFFECTS for name in self.planted)
+
+    @property
+    def other_law(self) -> bool:
+        """Whether the library knows what is planted by another formula."""
+        return any(name in OTHER_LAWS for name in self.planted)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,11 +102,9 @@ def run(task: Task) -> Outcome:
     """One campaign of three recordings, two for each ground of several, diagnosed."""
     rng = np.random.default_rng([task.seed, 6])
     also = {PARTNER: {"c": rng.uniform(WEAKEST, STRONGEST)}} if len(task.planted) > 1 else {}
-    if task.planted and task.planted[0] in OTHER_LAWS and len(task.planted) > 1:
-        first = task.planted[0]
-        also = {first: plant_effect(first, task.seed).effects[first]}
-    if len(task.planted) > 2:
-        also[THIRD] = {"ratio": rng.uniform(*ASYMMETRY)}
+    if also and task.other_law:
+        law = task.planted[0]
+        also = {law: plant_effect(law, task.seed).effects[law]}
     rig = make_campaign(
         task.planted[-1] if task.planted else None,
         task.seed,
@@ -116,7 +112,6 @@ def run(task: Task) -> Outcome:
         also=also,
         off=task.off,
         grounds=[f"ground {number}" for number in range(task.grounds)],
-        shares=WEAK if task.weak else None,
     )
     began = time.perf_counter()
     tolerance = task.off if task.off > USUAL["a"] else None
@@ -132,14 +127,14 @@ def run(task: Task) -> Outcome:
     if task.outside:
         matched = "free_branch" in task.planted and after < MATCHED * NOISE
         right = diagnosis.unexplained.present or matched
-    elif {*task.planted} & {*OTHER_LAWS}:
+    elif task.other_law:
         right = not missing
     elif task.planted:
-        right = {*task.planted} <= {*named, *ambiguous} or (task.weak and not named)
+        right = {*task.planted} <= {*named, *ambiguous}
     else:
         right = not named
     return Outcome(
-        planted=(*task.planted, "weak") if task.weak else task.planted,
+        planted=task.planted,
         seed=task.seed,
         named=named,
         ambiguous=ambiguous,
@@ -151,7 +146,7 @@ def run(task: Task) -> Outcome:
         missing=missing,
         too_many=too_many,
         objection=None
-        if right or task.outside or {*task.planted} & {*OTHER_LAWS}
+        if right or task.outside or task.other_law
         else _objection(task.planted, diagnosis, recordings),
     )
 
@@ -195,9 +190,6 @@ def tasks_of(options: argparse.Namespace) -> list[Task]:
         planted += [(name,) for name in options.effects]
     if "pairs" in options.kinds:
         planted += [(PARTNER, name) for name in options.effects if name != PARTNER]
-    if "triples" in options.kinds:
-        rest = [name for name in options.effects if name not in (PARTNER, THIRD)]
-        planted += [(PARTNER, THIRD, name) for name in rest]
     if "laws" in options.kinds:
         planted += [(name,) for name in OTHER_LAWS]
     if "law_pairs" in options.kinds:
@@ -208,9 +200,6 @@ def tasks_of(options: argparse.Namespace) -> list[Task]:
     seeds = range(options.first, options.first + options.seeds)
     given = {"off": options.off, "grounds": options.grounds}
     tasks = [Task(planted=names, seed=seed, **given) for names in planted for seed in seeds]
-    if "weak" in options.kinds:
-        alone = [(name,) for name in options.effects]
-        tasks += [Task(planted=n, seed=s, weak=True, **given) for n in alone for s in seeds]
     controls = range(options.first, options.first + options.controls)
     return tasks + [Task(planted=(), seed=seed, **given) for seed in controls]
 
@@ -222,7 +211,7 @@ def main() -> None:
     parser.add_argument("--controls", type=int, default=20)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--effects", nargs="*", default=list(EFFECTS))
-    kinds = ("alone", "weak", "pairs", "triples", "laws", "law_pairs", "outside")
+    kinds = ("alone", "pairs", "laws", "law_pairs", "outside")
     parser.add_argument("--kinds", nargs="*", choices=kinds, default=["alone"])
     parser.add_argument("--outside", nargs="*", default=list(UNMODELLED_EFFECTS))
     parser.add_argument("--off", type=float, default=0.0, help="error of half-lengths [m]")
@@ -267,7 +256,7 @@ def _table(outcomes: list[Outcome]) -> None:
         ratios = [o.after / NOISE for o in mine]
         right = f"{sum(o.right for o in mine)}/{len(mine)}"
         unexplained = f"{sum(o.unexplained for o in mine)}/{len(mine)}"
-        outright = f"{sum({*names} - {'weak'} == {*o.named} for o in mine)}/{len(mine)}"
+        outright = f"{sum({*names} == {*o.named} for o in mine)}/{len(mine)}"
         exactly = f"{sum(not o.missing and not o.too_many for o in mine)}/{len(mine)}"
         missing, many = sum(len(o.missing) for o in mine), sum(o.too_many for o in mine)
         print(

@@ -8,12 +8,11 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from observers import Tuning, causal_rate
 from symbolic import SIGNALS, Model, Rig, full_slide_torque, simulate
+from symbolic.array_alias import Array
 
-Array = NDArray[np.float64]
 RIG, K, MU = Rig(a=0.045, e=0.009), 2.4e6, 1.3
 MODEL, VALUES = Model(), {"k": K}
 GEOMETRY = ca.DM([RIG.a, RIG.e])
@@ -24,11 +23,7 @@ TUNING = Tuning(noise=0.02, error=float("inf"), gate=float("inf"), zero_walk=0.0
 
 @dataclass(frozen=True, kw_only=True)
 class TimedProblem:
-    """A path with reversals under a load that varies.
-
-    Attributes:
-        count: number of samples.
-    """
+    """So many samples of a path with reversals under a load that varies."""
 
     count: int = 1000
 

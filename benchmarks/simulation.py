@@ -16,12 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
 from benchmarks.timing import compare
 from symbolic import Rig, TorqueProfile, Tyre, WheelMotion, simulate_motion
-from thesis_simulation import Array, first_order, second_order
+from thesis_simulation import first_order, second_order
 
 RIG, TYRE, LOAD = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827), Tyre(k=6e4, mu=0.5), 180.0
 PROFILE = TorqueProfile(t=(0.0, 1.99, 3.99, 4.99), M=(0.4, 0.8, -0.9, 0.2))
@@ -35,7 +34,7 @@ TOLERANCES = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 DEFAULT = 1e-7
 """The tolerance of `simulate_motion` where none is given [1]."""
 ROUNDS = 15
-Rule = Callable[..., tuple[Array, Array]]
+Rule = Callable[..., tuple[np.ndarray, np.ndarray]]
 
 
 def exact(tolerance: float) -> WheelMotion:
@@ -43,7 +42,7 @@ def exact(tolerance: float) -> WheelMotion:
     return simulate_motion(RIG, TYRE, PROFILE, LOAD, duration=DURATION, rate=RATE, tolerance=tolerance)
 
 
-def fixed(rule: Rule, bristles: int, substeps: int) -> Array:
+def fixed(rule: Rule, bristles: int, substeps: int) -> np.ndarray:
     """The rival's M_z at the samples."""
     step = 1 / RATE / substeps
     t = np.arange(round(DURATION / step) + 1) * step
@@ -55,7 +54,7 @@ def main() -> None:
     runs = int(sys.argv[1]) if sys.argv[1:] else 10
     reference = exact(1e-12).M_z
 
-    def error(M_z: Array) -> float:
+    def error(M_z: np.ndarray) -> float:
         return float(np.max(np.abs(M_z - reference)) / np.ptp(reference))
 
     tolerance = next(each for each in TOLERANCES if error(exact(each).M_z) <= BOUND)

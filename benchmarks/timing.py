@@ -12,13 +12,7 @@ Task = Callable[[], object]
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """Medians over the rounds.
-
-    Attributes:
-        ratio: of the slow task to the fast one, round by round [1].
-        slow: time of the slow task [s].
-        fast: time of the fast task [s].
-    """
+    """Medians over the rounds: times of both tasks [s], and their ratio round by round [1]."""
 
     ratio: float
     slow: float

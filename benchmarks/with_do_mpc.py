@@ -25,12 +25,7 @@ WARM = {
 """IPOPT begins where the last sample ended; do-mpc hands the last solution and its multipliers over."""
 ONE = {**WARM, "ipopt.max_iter": 1}
 """One step of IPOPT a sample, as our MHE takes one of Gauss-Newton."""
-JIT = {**WARM, "jit": True, "compiler": "shell", "jit_options": {"flags": ["-O0"], "verbose": False}}
-"""The functions that IPOPT calls are compiled C; with -O2 gcc takes more than ten minutes for them."""
-VARIANTS: Mapping[str, Mapping[str, object]] = {
-    "converged": {}, "converged, warm start": WARM, "one iteration, warm start": ONE,
-    "converged, warm start, compiled": JIT,
-}  # fmt: skip
+VARIANTS = {"converged, warm start": WARM, "one iteration, warm start": ONE}
 
 
 def build_model(do_mpc: Any, problem: TimedProblem) -> Any:
@@ -84,11 +79,7 @@ def estimator(do_mpc: Any, problem: TimedProblem, window: int, options: Mapping[
 
 
 class Running:
-    """The estimator on its way through the problem.
-
-    Attributes:
-        solver_times: what IPOPT took for every sample [s].
-    """
+    """The estimator on its way through the problem; what IPOPT took for every sample [s]."""
 
     def __init__(self, problem: TimedProblem, window: int, options: Mapping[str, Any]) -> None:
         """Stand before the last sample of the first full window.

@@ -24,13 +24,11 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from observers import AligningTorque, Ekf, Estimates, Mhe, Observer, Status, Tuning, run
 from symbolic import Model, Rig, simulate
 
-Array = NDArray[np.float64]
 RIG, K, LOAD = Rig(a=0.045, e=0.009), 2.4e6, 400.0
 FROM, TO = 1.2, 0.5
 """Friction coefficient before and after the change [1]."""
@@ -60,11 +58,11 @@ class Drive:
         M_z: measured aligning torque [N m].
     """
 
-    t: Array
-    psi: Array
-    turned: Array
-    mu: Array
-    M_z: Array
+    t: np.ndarray
+    psi: np.ndarray
+    turned: np.ndarray
+    mu: np.ndarray
+    M_z: np.ndarray
 
 
 def drive(place: float, before: float = FROM, after: float = TO) -> Drive:
@@ -117,11 +115,12 @@ def draw(path: Path, motion: Drive, estimates_by_kind: dict[str, Estimates]) -> 
             reach = 2 * estimates.mu_std
             low, high = estimates.mu - reach, estimates.mu + reach
             above.fill_between(motion.turned, low, high, color=colour, alpha=0.15, lw=0)
-        above.set_ylim(0, 2)
-        above.set_ylabel("friction coefficient μ [1]")
+        above.set(ylim=(0, 2), ylabel="friction coefficient μ [1]")
         below.plot(motion.turned, motion.M_z, color=MEASURED, lw=0.9)
-        below.set_ylabel("aligning torque\n$M_z$ [N m]")
-        below.set_xlabel("angle turned since the start, to and fro [rad]")
+        below.set(
+            ylabel="aligning torque\n$M_z$ [N m]",
+            xlabel="angle turned since the start, to and fro [rad]",
+        )
         below.margins(x=0.01)
         figure.align_ylabels()
         legend_above(figure, lines)

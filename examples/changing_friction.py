@@ -22,15 +22,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from brushgrip.published.friction_damper import CHANGED, CONSTANT, changed_friction_folder
 from identification import FoundModel, Recording, diagnose, model_text, read_model
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Status, run, tuning_for
-from second_rig import CYCLES_RATE, LOAD, RIG, at_rate, print_diagnosis, print_progress, raw
+from second_rig import CYCLES_RATE, LOAD, RIG, at_rate, lacks, print_diagnosis, print_progress, raw
 
-Array = NDArray[np.float64]
 BESIDE = Path("../shared/third_check")
 RATE, STROKE, PULLED = 100.0, 0.2, 3.0
 """Samples a second for the observers; least stroke [rad]; when actuators begin to pull [s]."""
@@ -135,8 +133,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--pictures", type=Path)
     options = parser.parse_args(arguments)
     folder = options.folder or (BESIDE if BESIDE.is_dir() else changed_friction_folder())
-    if absent := [n for n in (*CONSTANT, *CHANGED) if not (folder / f"{n}.npz").is_file()]:
-        print(f"skipped: no {absent[0]}.npz in {folder}; 'brushgrip fetch changed-friction' gets it")
+    if lacks(folder, (*CONSTANT, *CHANGED), "changed-friction"):
         return
     found = model_of(folder, options.model)
     if options.walk is not None and found.error:

@@ -97,12 +97,7 @@ def friction_of(seen: CarRecording) -> tuple[float, float, str]:
 
 
 def drive_off(mu: float, known: float = nan) -> DriveOff:
-    """Drive off on a ground, from rest until FAST.
-
-    Args:
-        mu: friction between driven tyres and ground [1].
-        known: friction by which torque is limited [1]; NaN for none.
-    """
+    """Drive off on a friction, from rest until FAST; torque limited by one known or not."""
     most = WANTED if np.isnan(known) else min(WANTED, SHARE * known)
     v, tread, t, way, slip, share = 0.0, 0.0, 0.0, 0.0, 0.0, 1.0
     slid: list[bool] = []

@@ -21,7 +21,6 @@ from math import nan
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from identification import Recording, read_recording, read_rig
 from observers import Ekf, Loop, Mhe, Sample
@@ -29,7 +28,6 @@ from observers.embedded import DOUBLE, SINGLE, Real, compile_native
 from published import measured_folder
 from symbolic import Model, compiler, effects_named
 
-Array = NDArray[np.float64]
 Observer = Ekf | Mhe
 RECORDINGS = Path(__file__).resolve().parent / "recordings"
 FOUND = Model(effects=effects_named(["rate_friction", "carcass_torsion"]))
@@ -54,7 +52,7 @@ def cases() -> Iterator[tuple[Recording, Observer]]:
             yield recording, kind(model=Model(), values={"k": recording.tyre.k}, rig=recording.rig)
 
 
-def in_python(observer: Observer, recording: Recording) -> tuple[Array, float]:
+def in_python(observer: Observer, recording: Recording) -> tuple[np.ndarray, float]:
     """What mu is after every sample, and the time of a step [s]."""
     loop, t = Loop(observer), recording.t
     rows = zip(
@@ -68,7 +66,7 @@ def in_python(observer: Observer, recording: Recording) -> tuple[Array, float]:
     return np.array(mu), (time.perf_counter() - begin) / t.size
 
 
-def in_c(observer: Observer, real: Real, recording: Recording) -> tuple[Array, float]:
+def in_c(observer: Observer, real: Real, recording: Recording) -> tuple[np.ndarray, float]:
     """The same of the generated code; the time is the least of several rounds."""
     native, took = compile_native(observer, real), []
     for _ in range(ROUNDS):

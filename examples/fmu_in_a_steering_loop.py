@@ -20,24 +20,15 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
 import steering_controller as loop
-from observers import Ekf, SteeringTorque, Tuning
 from observers.embedded import DOUBLE, generate_fmu
-from steering_controller import GUESS, LOAD, NOISE, STEP, K
-
-OBSERVER = Ekf(
-    model=loop.MODEL,
-    values={"k": K},
-    rig=loop.RIG,
-    tuning=Tuning(mu=GUESS, noise=0.03, error=float("inf")),
-    measurement_model=SteeringTorque(),
-)
+from steering_controller import LOAD, NOISE, STEP
 
 
 @contextmanager
 def running_fmu() -> Iterator[tuple[FMU2Slave, dict[str, int]]]:
     """The FMU, ready to step, and its value references by name."""
     with tempfile.TemporaryDirectory() as folder:
-        archive = str(generate_fmu(OBSERVER, folder, DOUBLE))
+        archive = str(generate_fmu(loop.EKF, folder, DOUBLE))
         described, unpacked = fmpy.read_model_description(archive), fmpy.extract(archive)
         fmu = FMU2Slave(
             guid=described.guid,

@@ -78,8 +78,7 @@ def draw(path: Path, ways: dict[str, tuple[Way, Way]]) -> None:
                 travel.barh(place + shift, way.travel[-1], 0.36, color=colour, alpha=alpha)
                 text = f"{way.travel[-1]:.2f}, {name}"
                 travel.text(way.travel[-1] + 0.01, place + shift, text, va="center", fontsize=8)
-        angle.set_xlabel("time t [s]")
-        angle.set_ylabel("angle ψ, led by a Probe [rad]")
+        angle.set(xlabel="time t [s]", ylabel="angle ψ, led by a Probe [rad]")
         angle.legend(loc="lower left")
         travel.set_yticks(range(len(ways)), [*ways])
         travel.margins(x=0.2)

@@ -134,9 +134,11 @@ def draw(
         for (case, name), limit in found.items():
             axes, (colour, marker) = panels[[*titles].index(name)], styles[case]
             axes.loglog(SHARES, np.minimum(limit, 2), f"{marker}--", color=colour, mfc="none")
-            axes.set_xlabel(f"{titles[name]} over full slide at μ = 1 [1]")
-            axes.set_ylabel("least μ told [1]")
-            axes.set_ylim(0.015, 2.5)
+            axes.set(
+                xlabel=f"{titles[name]} over full slide at μ = 1 [1]",
+                ylabel="least μ told [1]",
+                ylim=(0.015, 2.5),
+            )
             axes.set_yticks([*marks], [*marks.values()])
             axes.minorticks_off()
         for case, (colour, marker) in styles.items():

@@ -5,6 +5,7 @@ The files declare neither. Run it from anywhere; without an argument it writes b
 
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
@@ -38,28 +39,14 @@ No command reads this file. The recordings come from `examples/make_recordings.p
 def recordings() -> Iterator[RigRecording]:
     """The four recordings, one after the other."""
     for name, run in RUNS.items():
-        yield make_recording(
-            int(run["seed"]),
-            EFFECTS,
-            a=TYRE.a,
-            e=TYRE.e,
-            k=TYRE.k,
-            mu=run["mu"],
-            load=run["load"],
-            name=name,
-        )
+        tyre = replace(TYRE, mu=run["mu"])
+        yield make_recording(int(run["seed"]), EFFECTS, **vars(tyre), load=run["load"], name=name)
 
 
 def files() -> dict[str, str]:
     """Name and text of every file of the folder."""
     texts = {"rig.toml": rig_toml(NOMINAL)}
-    truth = TRUTH.format(
-        a=TYRE.a,
-        e=TYRE.e,
-        k=TYRE.k,
-        k_t=EFFECTS["carcass_torsion"]["k_t"],
-        c=EFFECTS["rate_friction"]["c"],
-    )
+    truth = TRUTH.format(**vars(TYRE), **EFFECTS["carcass_torsion"], **EFFECTS["rate_friction"])
     for recording in recordings():
         run, extent = RUNS[recording.name], float(max(recording.M_z_true) - min(recording.M_z_true))
         texts[f"{recording.name}.csv"] = recording_csv(recording)

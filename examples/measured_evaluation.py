@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from brushgrip.comparison.cases import Case, make_case
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
@@ -32,10 +31,9 @@ from identification import (
     recording_from_raw,
 )
 from identification.loop_plot import matplotlib_text
-from observers import Ekf, RootObserver, ZoneHistory, run, zone_history
+from observers import Ekf, Observer, RootObserver, ZoneHistory, run, zone_history
 from symbolic import Model, Rig, Tyre, simulate
 
-Array = NDArray[np.float64]
 EMBEDDED = Path(__file__).resolve().parent / "recordings"
 PLANTED = {"holdout_c": 1.37, "holdout_d": 1.28}
 """Embedded recordings and their friction at the reference sliding speed [1]."""
@@ -53,7 +51,7 @@ HUM, NOISE = 0.05, 0.01
 """Amplitude of mains hum, standard deviation of noise, in every channel [V]."""
 
 
-def true_channels() -> tuple[Array, dict[str, Array]]:
+def true_channels() -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """A wheel that is quiet, then swings wider and wider: time and what the sensors should show."""
     t = np.arange(round(DURATION * RAW_RATE) + 1) / RAW_RATE
     turning = np.maximum(t - 0.5, 0.0)
@@ -64,7 +62,7 @@ def true_channels() -> tuple[Array, dict[str, Array]]:
     return t, {"psi": psi, "M_z": M_z, "F_N": signals[2]}
 
 
-def raw_channels(t: Array, truth: dict[str, Array]) -> dict[str, Channel]:
+def raw_channels(t: np.ndarray, truth: dict[str, np.ndarray]) -> dict[str, Channel]:
     """The same as the amplifiers give it, in volts."""
     rng, hum = np.random.default_rng(0), HUM * np.sin(2 * np.pi * 50 * t + 1)
     return {
@@ -97,24 +95,21 @@ def preprocessing() -> None:
     ):
         recording = recording_from_raw(label, channels, pipelines, RIG, TYRE)
         psi, M_z = (rms(getattr(recording, n) - truth[n][::every]) for n in ("psi", "M_z"))
-        ekf, root = (friction_error(recording, kind) for kind in ("ekf", "root"))
+        observers = (Ekf(model=Model(), values={"k": TYRE.k}, rig=RIG), RootObserver(rig=RIG, k=TYRE.k))
+        ekf, root = (friction_error(recording, observer) for observer in observers)
         print(
             f"{label}: psi off by {1e3 * psi:.3f} mrad, M_z by {M_z:.4f} N m;"
             f" mu off by {ekf:.4f} (EKF), {root:.4f} (root)"
         )
 
 
-def friction_error(recording: Recording, kind: str) -> float:
+def friction_error(recording: Recording, observer: Observer) -> float:
     """RMSE of mu over the second half."""
-    k = recording.tyre.k
-    observer = (
-        Ekf(model=Model(), values={"k": k}, rig=RIG) if kind == "ekf" else RootObserver(rig=RIG, k=k)
-    )
     mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
     return rms(mu[mu.size // 2 :] - TYRE.mu)
 
 
-def rms(values: Array) -> float:
+def rms(values: np.ndarray) -> float:
     """Root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
@@ -163,14 +158,12 @@ def draw_zones(path: Path, recording: Recording, history: ZoneHistory) -> None:
         lines += zones.step(t, history.true_zones, where="post", color=MEASURED, lw=0.9, label=label)
         label = "zones by the state machine of [Györök 2022]"
         lines += zones.step(t, history.zones, where="post", color=BEFORE, lw=2.2, label=label)
-        angle.set_title(matplotlib_text(recording.name))
-        angle.set_ylabel("yaw angle [rad]")
+        angle.set(title=matplotlib_text(recording.name), ylabel="yaw angle [rad]")
         angle.margins(x=0)
         zones.set_ylabel("number of zones [1]")
         most = int(history.true_zones.max())
         zones.set_yticks(np.arange(3, most + 1, 2 * max(1, (most - 3) // 12)))
-        zones.set_ylim(2.5, most + 0.5)
-        zones.set_xlabel("time t [s]")
+        zones.set(ylim=(2.5, most + 0.5), xlabel="time t [s]")
         key = [
             Patch(color=SHADES[side], alpha=SHADE, lw=0, label=f"{name} direction, by the state machine")
             for side, name in ((1, "positive"), (-1, "negative"))

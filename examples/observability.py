@@ -19,12 +19,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from symbolic import Model, full_slide_torque, simulate
 
-Array = NDArray[np.float64]
 A, E, K, MU, LOAD = 0.045, 0.0, 2.4e6, 1.2, 400.0
 FARTHEST = 0.3
 """Angle at which the wheel turns back; back it goes as far to the other side [rad]."""
@@ -38,13 +36,13 @@ ROWS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3)
 """Turns that the table shows, out and then since the reversal [rad]."""
 
 
-def turn() -> Array:
+def turn() -> np.ndarray:
     """Angle of every sample [rad]."""
     count = round(FARTHEST / TURN_STEP)
     return np.concatenate([np.arange(count + 1), count - 1 - np.arange(2 * count)]) * TURN_STEP
 
 
-def by_mu(psi: Array) -> tuple[Array, Array]:
+def by_mu(psi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """M_z [N m] and its derivative by mu [N m], with the whole history."""
     signals = np.vstack([psi, np.gradient(psi, DT), np.full((2, psi.size), [[LOAD], [DT]])])
     only_mu = np.array([[1.0], [0.0]])
@@ -52,7 +50,7 @@ def by_mu(psi: Array) -> tuple[Array, Array]:
     return response.M_z, response.sensitivities[:, 0]
 
 
-def draw(path: Path, psi: Array, M_z: Array, slope: Array, slide: float) -> None:
+def draw(path: Path, psi: np.ndarray, M_z: np.ndarray, slope: np.ndarray, slide: float) -> None:
     """Torque, its derivative and the standard deviations over the angle."""
     back = int(np.argmax(psi))
     out, home = slice(0, back + 1), slice(back, None)
@@ -71,9 +69,7 @@ def draw(path: Path, psi: Array, M_z: Array, slope: Array, slide: float) -> None
         torque.set_ylabel("aligning torque\n$M_z$ [N m]")
         share.axhline(0, color=MEASURED, lw=0.7)
         share.set_ylabel("∂$M_z$/∂μ, share of\n3/8 $F_N$ a [1]")
-        spread.set_ylabel("standard deviation\nof μ [1]")
-        spread.set_ylim(1e-4, 10)
-        spread.set_xlabel("yaw angle ψ [rad]")
+        spread.set(ylabel="standard deviation\nof μ [1]", ylim=(1e-4, 10), xlabel="yaw angle ψ [rad]")
         figure.align_ylabels()
         legend_above(figure, lines)
 

@@ -25,7 +25,6 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS
@@ -40,7 +39,6 @@ from symbolic import (
     zone_boundaries,
 )
 
-Array = NDArray[np.float64]
 RIG, TYRE, LOAD = Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.04), Tyre(k=2.4e6, mu=1.3), 400.0
 PROFILE = TorqueProfile(t=(0.0, 1.0, 1.7, 2.3, 2.9, 3.9, 4.5), M=(0.0, 8.5, -5.5, 4.5, -2.0, 8.4, 8.4))
 """Up to 0.9 of the torque that the ground holds."""
@@ -116,8 +114,7 @@ class Film:
         (self._trace,) = loop.plot([], [], color=AFTER, lw=1.6)
         (self._dot,) = loop.plot([], [], "o", color=BEFORE, ms=6)
         loop.xaxis.set_major_locator(MaxNLocator(5))
-        loop.set_xlabel("yaw angle ψ [rad]")
-        loop.set_ylabel("torque on the ground $-M_z$ [N m]")
+        loop.set(xlabel="yaw angle ψ [rad]", ylabel="torque on the ground $-M_z$ [N m]")
 
         self.show(0)
         # Laid out once: every frame anew would take half of the time.

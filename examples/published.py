@@ -10,6 +10,9 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
 from identification import Recording, read_recording
 
@@ -40,6 +43,19 @@ def simulation_folder() -> Path:
     """Where the simulations are looked for."""
     beside = measured_folder().parent / "thesis_simulation"
     return beside if beside.is_dir() else measured_folder()
+
+
+def published_simulation(folder: Path, mu: float) -> dict[str, NDArray[np.float64]] | None:
+    """Columns of a published simulation: t [s], psi [rad], F_N [N], the late M_z [N m], the author's mu.
+
+    None where the folder lacks it.
+    """
+    file = folder / f"sim_mu_{10 * mu:02.0f}.csv"
+    if not file.exists():
+        return None
+    columns = np.genfromtxt(file, delimiter=",", skip_header=1).T
+    t, psi, torque, F_N, estimate = columns[[0, 1, 3, 5, 8]]
+    return {"t": t, "psi": psi, "M_z": -torque, "F_N": F_N, "mu": estimate}
 
 
 def main() -> None:

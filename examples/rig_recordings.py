@@ -17,13 +17,7 @@ from symbolic import Rig, Tolerances, Tyre
 
 
 def as_read(recording: RigRecording, nominal: RigTyre, tolerance: float | None = None) -> Recording:
-    """A recording with only the nominal parameters declared; psi_dot is that of the smoothed angle.
-
-    Args:
-        recording: what the rig recorded.
-        nominal: the tyre as declared.
-        tolerance: of the declared half-length [m]; None declares none.
-    """
+    """A recording with nominal values and the tolerance of a [m]; psi_dot is smoothed."""
     return Recording(
         name=recording.name,
         t=recording.t,

@@ -25,7 +25,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from brushgrip.published.friction_damper import EARTHQUAKES, HARMONIC, damper_folder
@@ -48,7 +47,6 @@ from identification.diagnosis.unrefitted_prediction import predicted_values, res
 from symbolic import CANDIDATES, Model, Rig, Tyre, effects_named
 from symbolic.compliance import deflection_of
 
-Array = NDArray[np.float64]
 BESIDE = Path("../shared/second_rig")
 RAW_RATE, RADIUS, LOAD, KILO = 1024.0, 0.1, 50.0, 1e3
 """[Hz], [m], [kN], newtons in a kilonewton."""
@@ -61,7 +59,7 @@ WINDOWS = {"earthquake_DuzceMCE": (4608, 12288), "earthquake_KocaeliDBE": (6144,
 """Samples over which the makers score an earthquake."""
 
 
-def raw(folder: Path, name: str) -> dict[str, Array]:
+def raw(folder: Path, name: str) -> dict[str, np.ndarray]:
     """Time [s], force [kN] against the motion's opposite, and displacement [m], as recorded."""
     with np.load(folder / f"{name}.npz") as arrays:
         columns = {name: np.asarray(arrays[name], dtype=float) for name in ("t", "F", "x")}
@@ -75,7 +73,7 @@ def read(folder: Path, name: str) -> Recording:
     return at_rate(name, columns, rate)
 
 
-def at_rate(name: str, columns: Mapping[str, Array], rate: float) -> Recording:
+def at_rate(name: str, columns: Mapping[str, np.ndarray], rate: float) -> Recording:
     """What `raw` read as a recording with so many samples a second."""
     pipeline = Pipeline((LowPass(cutoff=min(0.4 * rate, CUTOFF)), Resampler(rate=rate)))
     values = {
@@ -87,7 +85,7 @@ def at_rate(name: str, columns: Mapping[str, Array], rate: float) -> Recording:
     return recording_from_raw(name, channels, dict.fromkeys(channels, pipeline), RIG, TYRE)
 
 
-def scored(folder: Path, recording: Recording, torque: Array) -> tuple[float, float]:
+def scored(folder: Path, recording: Recording, torque: np.ndarray) -> tuple[float, float]:
     """Error of a torque over the range of the recorded force [1]: whole path, the makers' window."""
     columns = raw(folder, recording.name)
     error = -np.interp(columns["t"], recording.t, torque) / RADIUS - columns["F"]
@@ -100,7 +98,7 @@ def scored(folder: Path, recording: Recording, torque: Array) -> tuple[float, fl
 
 def on_unseen(
     names: Sequence[str], training: Sequence[Recording], unseen: Sequence[Recording]
-) -> Sequence[Mapping[str, Array]]:
+) -> Sequence[Mapping[str, np.ndarray]]:
     """Residuals of unseen recordings, shared values as the training runs have them [kN m].
 
     First those with what belongs to a recording fitted, then with nothing fitted: in the middle of the
@@ -123,6 +121,14 @@ def place_in_gap(model: Model, values: Mapping[str, float], recording: Recording
         return {}
     elements = [recording.F_N[0], *np.asarray(model.theta(values)).ravel()]
     return {"pretwist.psi_0": -float(deflection(recording.M_z[0], elements))}
+
+
+def lacks(folder: Path, names: Sequence[str], published: str) -> bool:
+    """Whether a folder lacks one of these recordings, which is printed with how to get them."""
+    absent = [name for name in names if not (folder / f"{name}.npz").is_file()]
+    if absent:
+        print(f"skipped: no {absent[0]}.npz in {folder}; 'brushgrip fetch {published}' gets it")
+    return bool(absent)
 
 
 def print_progress(message: str, done: int, total: int) -> None:
@@ -155,7 +161,7 @@ def _percent(share: float | None) -> str:
     return f"{100 * (share or np.nan):8.2f}"
 
 
-Stages = Mapping[str, Mapping[str, Array]]
+Stages = Mapping[str, Mapping[str, np.ndarray]]
 """Name of a stage -> name of a recording -> its torque [kN m]."""
 
 
@@ -198,7 +204,7 @@ def draw(diagnosis: Diagnosis, stages: Stages, unseen: Sequence[Recording], out:
         legend_above(figure, lines)
 
 
-def _lines(axis: Axes, along: Array, torques: Sequence[Array]) -> list[Artist]:
+def _lines(axis: Axes, along: np.ndarray, torques: Sequence[np.ndarray]) -> list[Artist]:
     labels = ("measured", "declared model, refitted", "with the effects found")
     colours = (MEASURED, BEFORE, AFTER)
     return [
@@ -216,9 +222,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--trials", type=Path)
     options = parser.parse_args(arguments)
     folder = options.folder or (BESIDE if BESIDE.is_dir() else damper_folder())
-    absent = [n for n in (*HARMONIC, *EARTHQUAKES) if not (folder / f"{n}.npz").is_file()]
-    if absent:
-        print(f"skipped: no {absent[0]}.npz in {folder}; 'brushgrip fetch friction-damper' gets it")
+    if lacks(folder, (*HARMONIC, *EARTHQUAKES), "friction-damper"):
         return
     groups = ([name for name in HARMONIC if name not in JUDGES], JUDGES, EARTHQUAKES)
     training, judges, unseen = ([read(folder, name) for name in names] for names in groups)

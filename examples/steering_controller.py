@@ -15,13 +15,11 @@ from functools import cache
 
 import control
 import numpy as np
-from numpy.typing import NDArray
 
 from observers import Ekf, Sample, SteeringTorque, Tuning
 from observers.interfaces.control_system import as_system
 from symbolic import Model, Rig, compiled, simulate
 
-Array = NDArray[np.float64]
 STEP, SECONDS = 1e-3, 4.0
 RIG = Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.0)
 GEOMETRY, LOAD, K = np.array([RIG.a, RIG.e]), 400.0, 2.4e6
@@ -30,13 +28,20 @@ ENCODER, NOISE = 2 * np.pi / 2**14, 0.03
 """Step of the encoder [rad]; standard deviation of the torque sensor [N m]."""
 MODEL = Model()
 PATCH = compiled(MODEL.step)
+EKF = Ekf(
+    model=MODEL,
+    values={"k": K},
+    rig=RIG,
+    tuning=Tuning(mu=GUESS, noise=0.03, error=float("inf")),
+    measurement_model=SteeringTorque(),
+)
 KNOWN = 1.0
 """Time after which friction has been found [s]; the controller acts on a guess before."""
 MUS = np.linspace(0.05, 3.0, 60)
 
 
 @cache
-def reference() -> tuple[Array, Array, Array, Array]:
+def reference() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Time [s], angle, rate and acceleration of a sway that begins gently, at every step."""
     t = np.arange(round(SECONDS / STEP)) * STEP
     psi = (1 - np.exp(-(t**2) / 0.1)) * (0.25 * np.sin(2.0 * t) + 0.1 * np.sin(5.0 * t))
@@ -45,7 +50,7 @@ def reference() -> tuple[Array, Array, Array, Array]:
 
 
 @cache
-def reference_torques() -> Array:
+def reference_torques() -> np.ndarray:
     """M_z of the whole reference on grounds of every friction in `MUS`, one column each [N m]."""
     t, psi, rate, _ = reference()
     signals = np.vstack([psi, rate, np.full(t.size, LOAD), np.full(t.size, STEP)])
@@ -56,14 +61,14 @@ def reference_torques() -> Array:
 def wheel() -> control.NonlinearIOSystem:
     """The wheel on the ground, J_A psi'' = -b_t psi' + M_z + M, with its encoder and torque sensor."""
 
-    def update(_t: float, x: Array, u: Array, _params: object) -> Array:
+    def update(_t: float, x: np.ndarray, u: np.ndarray, _params: object) -> np.ndarray:
         psi, rate, M_z = x[:3]
         rate += STEP / RIG.J_A * (u[0] + M_z - RIG.b_t * rate)
         psi += STEP * rate
         memory, M_z = PATCH(x[3:], [psi, rate, LOAD, STEP], [GROUND, K], GEOMETRY)
         return np.array([psi, rate, float(M_z), *memory.full().ravel()])
 
-    def output(_t: float, x: Array, u: Array, _params: object) -> Array:
+    def output(_t: float, x: np.ndarray, u: np.ndarray, _params: object) -> np.ndarray:
         return np.array([x[0], round(x[0] / ENCODER) * ENCODER, u[0] + u[1]])
 
     return control.nlsys(
@@ -81,16 +86,16 @@ def controller(compensates: bool) -> control.NonlinearIOSystem:
     on_psi, on_rate = gains()
     new = STEP / (0.01 + STEP)
 
-    def rate_of(x: Array, psi: float) -> float:
+    def rate_of(x: np.ndarray, psi: float) -> float:
         return x[1] + new * ((psi - x[0]) / STEP - x[1])
 
-    def mu_of(x: Array, u: Array) -> float:
+    def mu_of(x: np.ndarray, u: np.ndarray) -> float:
         return float(u[1] if u[2] else x[2] or GUESS)
 
-    def update(_t: float, x: Array, u: Array, _params: object) -> Array:
+    def update(_t: float, x: np.ndarray, u: np.ndarray, _params: object) -> np.ndarray:
         return np.array([u[0], rate_of(x, u[0]), mu_of(x, u)])
 
-    def output(t: float, x: Array, u: Array, _params: object) -> Array:
+    def output(t: float, x: np.ndarray, u: np.ndarray, _params: object) -> np.ndarray:
         at = round(t / STEP)
         M = on_psi * (psi_ref[at] - u[0]) + on_rate * (rate_ref[at] - rate_of(x, u[0]))
         M += RIG.J_A * acceleration_ref[at] + RIG.b_t * rate_ref[at]
@@ -103,7 +108,7 @@ def controller(compensates: bool) -> control.NonlinearIOSystem:
     )  # fmt: skip
 
 
-def gains() -> Array:
+def gains() -> np.ndarray:
     """LQR gains on angle and rate of the wheel off the ground: 0.05 rad and 1 rad/s weigh like 2 N m."""
     free = control.ss([[0, 1], [0, -RIG.b_t / RIG.J_A]], [[0], [1 / RIG.J_A]], np.eye(2), 0)
     weights = np.diag([1 / 0.05**2, 1 / 1.0**2]), np.array([[1 / 2.0**2]])
@@ -112,14 +117,7 @@ def gains() -> Array:
 
 def observer() -> control.NonlinearIOSystem:
     """Friction by the sensors, up to the last sample: the torque of this one is yet to be chosen."""
-    ekf = Ekf(
-        model=MODEL,
-        values={"k": K},
-        rig=RIG,
-        tuning=Tuning(mu=GUESS, noise=0.03, error=float("inf")),
-        measurement_model=SteeringTorque(),
-    )
-    return as_system(ekf, Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=STEP), direct=False)
+    return as_system(EKF, Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=STEP), direct=False)
 
 
 def run(compensates: bool = True, mu: float | None = None) -> tuple[float, float, float]:

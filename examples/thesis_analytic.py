@@ -14,17 +14,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
 from observers import RootObserver, Sample, ZoneRootState
 from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
-from symbolic import full_slide_level, full_slide_torque
+from symbolic import deformation_limit, full_slide_torque
 from thesis_profile import DT, FACTORS, LOAD, RIG, SETTLED, K, rmse, steered
 
-Array = NDArray[np.float64]
 BRISTLES = 201
 """As many as in the thesis's simulation."""
 MIN_REVERSAL = 5e-4
@@ -41,11 +39,6 @@ ALPHAS = (0.01, 0.99)
 """Of the filter (5.9): as the thesis prints it, and as its figure 5.9 looks [1]."""
 
 
-def limit(mu: float, x: Array) -> Array:
-    """Greatest deformation, [Györök 2022], (2.1) [m]."""
-    return full_slide_level(LOAD, RIG.a) * mu / K * (RIG.a**2 - x**2)
-
-
 def remembered(recording: Recording, at: int) -> ZoneState:
     """The state machine of figure 3.5 after the samples up to `at`."""
     state = ZoneState()
@@ -54,19 +47,19 @@ def remembered(recording: Recording, at: int) -> ZoneState:
     return state
 
 
-def analytic(recording: Recording, at: int, x: Array) -> Array:
+def analytic(recording: Recording, at: int, x: np.ndarray) -> np.ndarray:
     """q(x) of three or five zones [m]: [Györök 2022], (3.4) to (3.6), without solving for boundaries.
 
     From rest a bristle follows the turn up to its limit; since a reversal, up to twice its limit.
     """
     turn, back = branch(remembered(recording, at), recording.psi[at])
-    most = limit(float(recording.tyre.mu or 0), x)
+    most = deformation_limit(x, LOAD, RIG, recording.tyre)
     return np.clip(-turn * (x - RIG.e), -most, most) + np.clip(-back * (x - RIG.e), -2 * most, 2 * most)
 
 
-def stepped(recording: Recording, at: int, x: Array) -> Array:
+def stepped(recording: Recording, at: int, x: np.ndarray) -> np.ndarray:
     """q(x) by bristles that take the samples one by one, [Györök 2022], (2.15) and (2.16) [m]."""
-    q, most = np.zeros(x.size), limit(float(recording.tyre.mu or 0), x)
+    q, most = np.zeros(x.size), deformation_limit(x, LOAD, RIG, recording.tyre)
     for turn in np.diff(recording.psi[: at + 1]):
         q = np.clip(q - (x - RIG.e) * turn, -most, most)
     return q
@@ -85,7 +78,7 @@ def states_of(recording: Recording, smoothing: float = 0.0) -> list[ZoneRootStat
     return states
 
 
-def mu_of(states: list[ZoneRootState]) -> Array:
+def mu_of(states: list[ZoneRootState]) -> np.ndarray:
     """The estimates [1]."""
     return np.array([state.mu for state in states])
 
@@ -101,7 +94,7 @@ def noisy(recording: Recording) -> Recording:
     return replace(recording, M_z=recording.M_z + noise)
 
 
-def angle(recording: Recording) -> Array:
+def angle(recording: Recording) -> np.ndarray:
     """The yaw angle from the torque and the known mu, figure 3.6 [rad]."""
     mu, state, estimate = float(recording.tyre.mu or 0), ZoneState(), []
     reach = np.ptp(recording.psi)
@@ -123,21 +116,21 @@ def torque_curve(recording: Recording, at: int) -> TorqueCurve:
 def draw_deformation(path: Path, recording: Recording) -> None:
     """Figure 3.4, at three instants; prints how far the two are apart."""
     x = np.linspace(-RIG.a, RIG.a, BRISTLES)
+    limit = deformation_limit(x, LOAD, RIG, recording.tyre)
     with picture(path, 3.2) as figure:
         for axes, instant in zip(figure.subplots(1, 3, sharey=True), INSTANTS, strict=True):
             at = round(instant / DT)
             q, bristles = analytic(recording, at, x), stepped(recording, at, x)
             count = remembered(recording, at).zones
-            off = np.abs(q - bristles).max() / limit(0.5, np.zeros(1))[0]
+            off = np.abs(q - bristles).max() / limit.max()
             print(f"t = {instant} s, {count} zones: q within {off:.1e} of its greatest limit")
             for side in (-1, 1):
-                (bound,) = axes.plot(1e3 * x, side * 1e3 * limit(0.5, x), color=QUIET, label="±q_cr")
+                (bound,) = axes.plot(1e3 * x, side * 1e3 * limit, color=QUIET, label="±q_cr")
             (line,) = axes.plot(1e3 * x, 1e3 * q, color=AFTER, label="analytic")
             (dots,) = axes.plot(
                 1e3 * x[::6], 1e3 * bristles[::6], "o", ms=3, color=BEFORE, label="bristles, stepped"
             )
-            axes.set_title(f"t = {instant} s, {count} zones")
-            axes.set_xlabel("x [mm]")
+            axes.set(title=f"t = {instant} s, {count} zones", xlabel="x [mm]")
         figure.axes[0].set_ylabel("lateral deformation q [mm]")
         legend_above(figure, [line, dots, bound])
 

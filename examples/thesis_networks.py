@@ -16,7 +16,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.comparison.methods import corrected_root, neural_network
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
@@ -29,7 +28,6 @@ from thesis_analytic import late
 from thesis_profile import NESTED, SETTLED, rmse, steered
 from thesis_table import estimated, ours, root
 
-Array = NDArray[np.float64]
 PLAIN_LAYERS, CORRECTING_LAYERS = (1024, 512), (2048, 1024)
 """Neurons of the thesis's networks, alone and on top of the analytic estimate."""
 SETTLED_MEASURED = 4.0
@@ -44,7 +42,7 @@ LINES = {
 DECLARED = {"piros": 1.9003, "fem": 1.674}
 """Friction of red emery and steel by the thesis's table 5.1, by the beginning of a recording's name."""
 Learner = FrictionNetwork | LabelMean
-Others = Callable[[Recording], dict[str, Array]]
+Others = Callable[[Recording], dict[str, np.ndarray]]
 
 
 def learners(training: Sequence[Recording], design: Design, full: bool) -> list[Learner]:
@@ -58,13 +56,13 @@ def learners(training: Sequence[Recording], design: Design, full: bool) -> list[
     ]
 
 
-def simulation_methods(recording: Recording, *, delayed: bool) -> dict[str, Array]:
+def simulation_methods(recording: Recording, *, delayed: bool) -> dict[str, np.ndarray]:
     """The methods that learn nothing, on a simulation; the EKF has a late torque declared."""
     methods = {"root": root(), "EKF": ours(Ekf, delayed=delayed)}
     return {name: estimated(observer, recording) for name, observer in methods.items()}
 
 
-def measured_methods(recording: Recording) -> dict[str, Array]:
+def measured_methods(recording: Recording) -> dict[str, np.ndarray]:
     """The methods that learn nothing, on a recording: declared model, default tuning."""
     k, rig = recording.tyre.k, recording.rig
     methods = {"root": RootObserver(rig=rig, k=k), "EKF": Ekf(model=Model(), values={"k": k}, rig=rig)}
@@ -79,7 +77,7 @@ def labelled(path: Path, mu: float) -> Recording:
 
 def table(
     title: str, tests: Sequence[Recording], taught: list[list[Learner]], others: Others, settled: float
-) -> list[dict[str, Array]]:
+) -> list[dict[str, np.ndarray]]:
     """Print the RMSE of every method on every test, over seeds; returns the tracks of the first seed."""
     print(f"\n{title}: RMSE from {settled} s on, {len(taught)} seeds\n")
     print("| method | " + " | ".join(one.name for one in tests) + " |\n|---|" + "---|" * len(tests))
@@ -128,7 +126,7 @@ def measured(folder: Path, designs: Sequence[Design], full: bool) -> None:
         table(title, tests, taught, measured_methods, SETTLED_MEASURED)
 
 
-def draw(path: Path, tests: Sequence[Recording], tracks: Sequence[dict[str, Array]]) -> None:
+def draw(path: Path, tests: Sequence[Recording], tracks: Sequence[dict[str, np.ndarray]]) -> None:
     """Friction by every method on both profiles."""
     with picture(path, 3.8) as figure:
         for axes, test, track in zip(figure.subplots(1, 2, sharey=True), tests, tracks, strict=True):

@@ -21,10 +21,9 @@ from numpy.typing import NDArray
 
 from identification import Recording
 from observers import zone_history
-from published import simulation_folder
+from published import published_simulation, simulation_folder
 from symbolic import Rig, TorqueProfile, Tyre, simulate_motion
 
-Array = NDArray[np.float64]
 RIG, K, LOAD = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827), 6e4, 180.0
 KNOTS = ((0.0, 0.4), (2.0, 0.8), (4.0, -0.9), (6.0, 1.3))
 NESTED = ((0.0, 0.4), (1.4, 0.8), (2.4, -0.4), (3.4, 0.5), (4.3, -0.2), (6.0, 0.8))
@@ -41,12 +40,7 @@ PEAKS = (0.7126, 1.5129)
 
 @cache
 def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Recording:
-    """The recording that the thesis's simulation makes, without noise.
-
-    Args:
-        mu: coefficient of friction [1], one of `FACTORS`.
-        knots: corners of the profile before it is multiplied.
-    """
+    """The recording that the thesis's simulation makes with one of `FACTORS`, without noise."""
     profile = TorqueProfile(t=tuple(t for t, _ in knots), M=tuple(FACTORS[mu] * M for _, M in knots))
     tyre = Tyre(k=K, mu=mu)
     motion = simulate_motion(RIG, tyre, profile, LOAD, duration=SECONDS, rate=1 / DT)
@@ -64,12 +58,12 @@ def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Record
     )
 
 
-def rmse(recording: Recording, mu: Array, settled: float = SETTLED) -> float:
+def rmse(recording: Recording, mu: np.ndarray, settled: float = SETTLED) -> float:
     """Root mean square of the error of mu from a time [s] on [1]."""
     return float(np.sqrt(np.mean((mu - recording.tyre.mu)[recording.t >= settled] ** 2)))
 
 
-def zones(psi: Array) -> NDArray[np.int_]:
+def zones(psi: np.ndarray) -> NDArray[np.int_]:
     """How many zones the patch has at every angle: 3, and 2 more for every turn not yet wiped out."""
     return zone_history(psi, least_turn=0.0).true_zones
 
@@ -87,9 +81,8 @@ def main() -> None:
             )
     print(f"the thesis, mu = 1: angle to {PEAKS[0]} rad, torque to {PEAKS[1]} N m")
     for mu in FACTORS:
-        file = folder / f"sim_mu_{10 * mu:02.0f}.csv"
-        if file.exists():
-            psi = np.genfromtxt(file, delimiter=",", skip_header=1)[:, 1]
+        if columns := published_simulation(folder, mu):
+            psi = columns["psi"]
             off = np.abs(steered(mu).psi - psi).max() / np.ptp(psi)
             print(f"mu = {mu:g}: angle within {off:.1%} of the published range")
 

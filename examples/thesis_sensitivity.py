@@ -40,7 +40,6 @@ from symbolic import Model, full_slide_torque
 from thesis_profile import DT, LOAD, RIG, K, steered
 from thesis_table import CLEAN
 
-Array = NDArray[np.float64]
 REACH = (0.75, 1.5)
 """The mesh goes this far to either side: yaw angle [rad], torque M = -M_z [N m]."""
 PRIOR = Tuning(
@@ -60,14 +59,9 @@ BACK = slice(TURN + 1, int(np.argmin(SIMULATION.psi)) + 1)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Surface:
-    """What a method makes of a set of points, arrays of shape (points,).
+    """What a method makes of points, shape (points,): estimates [1], and where it answers."""
 
-    Attributes:
-        mu: its estimates [1].
-        informed: where it answers.
-    """
-
-    mu: Array
+    mu: np.ndarray
     informed: NDArray[np.bool_]
 
     @property
@@ -76,12 +70,12 @@ class Surface:
         return self.informed & (np.abs(self.mu - 1) <= NEAR)
 
 
-def always(mu: Array) -> Surface:
+def always(mu: np.ndarray) -> Surface:
     """The surface of a method that always answers."""
     return Surface(mu=mu, informed=np.full(mu.shape, True))
 
 
-def root(psi: Array, M: Array) -> Array:
+def root(psi: np.ndarray, M: np.ndarray) -> np.ndarray:
     """The root solve in five zones, from the last estimate, which is right."""
     close, psi_max = CLOSE * full_slide_torque(LOAD, RIG.a), SIMULATION.psi[TURN]
     roots = []
@@ -91,15 +85,12 @@ def root(psi: Array, M: Array) -> Array:
     return np.array(roots)
 
 
-def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, measured: bool) -> Surface:
-    """Estimates after one sample of the mesh; the simulation up to `after` goes before it.
+def filtered(
+    observer: Ekf | Mhe, psi: np.ndarray, M: np.ndarray, after: int, *, measured: bool
+) -> Surface:
+    """Estimates after one sample of the mesh, its angle [rad] and torque [N m], shape (points,) each.
 
-    Args:
-        observer: the filter.
-        psi: the sample's angle, shape (points,) [rad].
-        M: its torque, shape (points,) [N m].
-        after: last sample before it.
-        measured: whether the torques before it are measured.
+    The simulation up to the sample `after` goes before it, with its torques or without.
     """
     state = None
     for angle, rate, M_z in zip(
@@ -119,7 +110,7 @@ def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, measured:
     )
 
 
-def surfaces(psi: Array, M: Array) -> dict[str, Surface]:
+def surfaces(psi: np.ndarray, M: np.ndarray) -> dict[str, Surface]:
     """Every method on these points."""
     training = [steered(0.5), steered(1.8)]
     plain, correcting = neural_network(training), corrected_root(training)
@@ -148,13 +139,10 @@ def surfaces(psi: Array, M: Array) -> dict[str, Surface]:
     }
 
 
-def tolerated(psi: Array, M: Array, right: NDArray[np.bool_]) -> float:
+def tolerated(psi: np.ndarray, M: np.ndarray, right: NDArray[np.bool_]) -> float:
     """Least torque error that takes a method out of `NEAR`, median over the line [N m].
 
-    Args:
-        psi: angles of the mesh, shape (n,) [rad].
-        M: its torques, shape (n,) [N m].
-        right: shape (n, n), torques along the rows.
+    psi and M are those of the mesh, shape (n,); where it is right has the shape (n, n), rows by torque.
     """
     along = np.argsort(SIMULATION.psi[BACK])
     back, torque = SIMULATION.psi[BACK][along], -SIMULATION.M_z[BACK][along]
@@ -166,7 +154,7 @@ def tolerated(psi: Array, M: Array, right: NDArray[np.bool_]) -> float:
     return float(np.median(wide))
 
 
-def draw(path: Path, psi: Array, M: Array, results: dict[str, Surface]) -> None:
+def draw(path: Path, psi: np.ndarray, M: np.ndarray, results: dict[str, Surface]) -> None:
     """The estimate over the mesh, the right tenth outlined, what is not answered left white."""
     with picture(path, 6.6) as figure:
         panels: list[Axes] = list(figure.subplots(2, 3, sharex=True, sharey=True).ravel())

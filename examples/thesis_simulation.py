@@ -17,10 +17,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, legend_above, picture
-from published import simulation_folder
+from published import published_simulation, simulation_folder
 from symbolic import (
     Rig,
     TorqueProfile,
@@ -32,14 +31,13 @@ from symbolic import (
     zone_boundaries,
 )
 
-Array = NDArray[np.float64]
 RIG, TYRE, LOAD = Rig(a=0.02, e=0.01, J_A=0.1, b_t=0.4827), Tyre(k=6e4, mu=0.5), 180.0
 PROFILE = TorqueProfile(t=(0.0, 0.7, 1.3, 5.1), M=(0.0, 0.5, 0.0, 0.5))
 INSTANTS = (0.5, 1.75, 3.0, 5.1)
 """Of the figure of the deformation [s]. The second is the thesis's 2.75 s, see the page."""
 RATE = 1000.0
 BRISTLES = 201
-PUBLISHED = {"sim_mu_05": (0.5, 1.0), "sim_mu_18": (1.8, 3.0)}
+PUBLISHED = {0.5: 1.0, 1.8: 3.0}
 """Friction of the published files, and how many times the torque below they were driven with [1]."""
 DRIVEN = TorqueProfile(t=(0.0, 1.99, 3.99, 4.99), M=(0.4, 0.8, -0.9, 0.2))
 
@@ -67,8 +65,8 @@ class Bristles:
 
 
 def first_order(
-    rig: Rig, tyre: Tyre, load: float, torque: Array, step: float, count: int
-) -> tuple[Array, Array]:
+    rig: Rig, tyre: Tyre, load: float, torque: np.ndarray, step: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Angle and M_z by the semi-implicit Euler rule; torque at every step, shape (n,)."""
     patch, J_A, b_t = Bristles(rig, tyre, load, count), rig.J_A or 1.0, rig.b_t or 0.0
     psi, M_z = np.zeros(len(torque)), np.zeros(len(torque))
@@ -82,8 +80,8 @@ def first_order(
 
 
 def second_order(
-    rig: Rig, tyre: Tyre, load: float, torque: Array, step: float, count: int
-) -> tuple[Array, Array]:
+    rig: Rig, tyre: Tyre, load: float, torque: np.ndarray, step: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     """The same by velocity Verlet: half a kick, a turn, half a kick; one turn a step too."""
     patch, J_A, b_t = Bristles(rig, tyre, load, count), rig.J_A or 1.0, rig.b_t or 0.0
     psi, M_z = np.zeros(len(torque)), np.zeros(len(torque))
@@ -99,7 +97,7 @@ def second_order(
     return psi, M_z
 
 
-def share(values: Array, exact: Array) -> float:
+def share(values: np.ndarray, exact: np.ndarray) -> float:
     """Largest difference over the exact range [1]."""
     return float(np.max(np.abs(values - exact)) / np.ptp(exact))
 
@@ -107,15 +105,13 @@ def share(values: Array, exact: Array) -> float:
 def published(folder: Path) -> Iterator[str]:
     """How far both schemes are from the published files."""
     rig = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827)
-    for name, (mu, times) in PUBLISHED.items():
-        path = folder / f"{name}.csv"
-        if not path.exists():
+    for mu, times in PUBLISHED.items():
+        columns = published_simulation(folder, mu)
+        if columns is None:
             return
-        t, psi, _, late = np.genfromtxt(path, delimiter=",", skip_header=1).T[:4]
-        profile, tyre = (
-            TorqueProfile(t=DRIVEN.t, M=tuple(times * M for M in DRIVEN.M)),
-            Tyre(k=6e4, mu=mu),
-        )
+        t, psi, late = (columns[name] for name in ("t", "psi", "M_z"))
+        profile = TorqueProfile(t=DRIVEN.t, M=tuple(times * M for M in DRIVEN.M))
+        tyre = Tyre(k=6e4, mu=mu)
         exact = simulate_motion(rig, tyre, profile, LOAD, duration=float(t[-1]), rate=100.0)
         fine = np.arange(10 * (t.size - 1) + 1) / RATE
         rows = second_order(rig, tyre, LOAD, profile.at(fine), 1 / RATE, BRISTLES)
@@ -124,8 +120,8 @@ def published(folder: Path) -> Iterator[str]:
             ("exact", exact.psi, exact.M_z),
             (f"{BRISTLES} bristles", angle, M_z),
         ):
-            errors = f"psi {share(values, psi):.1e}, M_z {share(torque[:-1], -late[1:]):.1e} of range"
-            yield f"{name} against {scheme}: {errors}"
+            errors = f"psi {share(values, psi):.1e}, M_z {share(torque[:-1], late[1:]):.1e} of range"
+            yield f"sim_mu_{10 * mu:02.0f} against {scheme}: {errors}"
 
 
 def draw(path: Path, motion: WheelMotion) -> None:
@@ -166,8 +162,7 @@ def draw(path: Path, motion: WheelMotion) -> None:
             dots = axes.plot(1e3 * ends, 1e3 * np.interp(ends, x, q), "o", color=BEFORE, ms=3.5)
             axes.set_ylim(-12, 24)
             axes.axvline(1e3 * RIG.e, color=QUIET, lw=0.8)
-            axes.set_title(f"t = {instant:g} s: {motion.zones[i]} zones")
-            axes.set_ylabel("q [mm]")
+            axes.set(title=f"t = {instant:g} s: {motion.zones[i]} zones", ylabel="q [mm]")
             axes.tick_params(labelbottom=row == len(INSTANTS) - 1)
             if not lines:
                 bound[0].set_label("friction's limit ± $q_{cr}$")

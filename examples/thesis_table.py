@@ -16,16 +16,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
 from observers import Ekf, Mhe, Observer, RootObserver, Tuning, run
-from published import simulation_folder
+from published import published_simulation, simulation_folder
 from symbolic import Model, Tyre, effects_named
 from thesis_profile import DT, FACTORS, NESTED, RIG, SETTLED, K, rmse, steered, zones
 
-Array = NDArray[np.float64]
 CLEAN = Tuning(noise=1e-3, error=1e-3, error_travel=0.0, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
 """Tuning for a simulated torque: without noise, by the same model."""
 DELAYED = Model(effects=effects_named(["sensor_delay"]))
@@ -35,7 +33,7 @@ STEADY = 10
 """Samples after the zones have become more than five, until errors count."""
 
 
-def estimated(observer: Observer, recording: Recording) -> Array:
+def estimated(observer: Observer, recording: Recording) -> np.ndarray:
     """Friction over the recording, causally [1]."""
     channels = (recording.t, recording.psi, recording.F_N, recording.M_z)
     return run(observer, *channels).mu
@@ -54,17 +52,6 @@ def ours(kind: type[Ekf] | type[Mhe], *, delayed: bool = False, tuning: Tuning =
     return kind(model=Model(), values={"k": K}, rig=RIG, tuning=tuning, acquire=False)
 
 
-def published(file: Path, mu: float) -> tuple[Recording, Array]:
-    """A published simulation as it stands, and the author's estimate beside it [1]."""
-    columns = np.genfromtxt(file, delimiter=",", skip_header=1).T
-    t, psi, torque, F_N, estimate = columns[[0, 1, 3, 5, 8]]
-    simulation = Recording(
-        name=file.stem, t=t, psi=psi, psi_dot=np.gradient(psi, t), M_z=-torque, F_N=F_N, rig=RIG,
-        tyre=Tyre(k=K, mu=mu),
-    )  # fmt: skip
-    return simulation, estimate
-
-
 def in_time(late: Recording) -> Recording:
     """The recording with its torque a sample earlier; the last sample has none."""
     return replace(late, M_z=np.append(late.M_z[1:], np.nan))
@@ -78,9 +65,10 @@ def published_table(folder: Path) -> None:
     print("|---|" + "---:|" * 8)
     worst = []
     for mu in FACTORS:
-        file = folder / f"sim_mu_{10 * mu:02.0f}.csv"
-        if file.exists():
-            late, author = published(file, mu)
+        if columns := published_simulation(folder, mu):
+            author, rate = columns.pop("mu"), np.gradient(columns["psi"], columns["t"])
+            tyre = Tyre(k=K, mu=mu)
+            late = Recording(name=f"mu = {mu:g}", **columns, psi_dot=rate, rig=RIG, tyre=tyre)
             shifted = in_time(late)
             errors = [
                 rmse(late, author),
@@ -95,11 +83,11 @@ def published_table(folder: Path) -> None:
     print(f"\nthe author's largest errors: {', '.join(worst)}")
 
 
-def nested_table() -> dict[str, Array]:
+def nested_table() -> dict[str, np.ndarray]:
     """Print everyone's error beyond five zones; returns the tracks for `DRAWN`."""
     print("\nmore than five zones, own simulation: greatest error of mu there, and RMSE\n")
     print("| mu | zones | root | EKF | MHE |\n|---|---|---:|---:|---:|")
-    tracks: dict[str, Array] = {}
+    tracks: dict[str, np.ndarray] = {}
     for mu in FACTORS:
         recording = steered(mu, NESTED)
         count = zones(recording.psi)
@@ -115,7 +103,7 @@ def nested_table() -> dict[str, Array]:
     return tracks
 
 
-def draw(path: Path, tracks: dict[str, Array]) -> None:
+def draw(path: Path, tracks: dict[str, np.ndarray]) -> None:
     """Angle and zones, and mu by everyone, over the nested profile."""
     recording = steered(DRAWN, NESTED)
     count = zones(recording.psi)

@@ -47,10 +47,9 @@ def draw(path: Path, results: dict[str, TowedFriction]) -> None:
             dots = axes.plot(friction.N, friction.F, "o", color=colour, ms=4, mec=MEASURED, mew=0.4)
         lines += axes.plot([], [], "o", color="none", mec=MEASURED, ms=4, label="one tow")
         dots[0].set_zorder(3)
-        axes.set_xlim(0, 170)
-        axes.set_ylim(0, None)
-        axes.set_xlabel("normal force N [N]")
-        axes.set_ylabel("friction force F [N]")
+        axes.set(
+            xlim=(0, 170), ylim=(0, None), xlabel="normal force N [N]", ylabel="friction force F [N]"
+        )
         legend_above(figure, lines)
 
 

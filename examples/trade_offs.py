@@ -82,18 +82,13 @@ def interval_sentence(result: Profile) -> str:
 
 
 def draw_profile(path: Path, profiles: Mapping[str, tuple[Profile, str]]) -> None:
-    """Draw the deviance along one parameter, and below it another one refitted; a column a profile.
-
-    Args:
-        path: of the picture, PNG.
-        profiles: title of each column, its profile, and the parameter whose path stands below it.
-    """
+    """Draw columns: the deviance along one parameter, and below it the named one, refitted."""
     with picture(path, 5.0) as figure:
         panels = figure.subplots(2, len(profiles), squeeze=False, sharex="col")
         artists: list[Artist] = []
         for (above, below), (title, (profile, partner)) in zip(panels.T, profiles.items(), strict=True):
             artists = _deviance(above, profile)
-            above.set_title(f"{matplotlib_text(title)}\n{_interval_text(profile)}")
+            above.set_title(f"{matplotlib_text(title)}\n{interval_sentence(profile)}")
             artists += below.plot(
                 profile.grid,
                 profile.paths[partner],
@@ -103,8 +98,10 @@ def draw_profile(path: Path, profiles: Mapping[str, tuple[Profile, str]]) -> Non
                 label="the other, refitted at every value",
             )
             _shade(below, profile)
-            below.set_ylabel(_with_unit(partner, profile.units[partner]))
-            below.set_xlabel(_with_unit(profile.name, profile.unit))
+            below.set(
+                ylabel=_with_unit(partner, profile.units[partner]),
+                xlabel=_with_unit(profile.name, profile.unit),
+            )
         panels[0, 0].set_ylabel("deviance n ln(cost / least) [1]")
         figure.align_ylabels()
         legend_above(figure, artists)
@@ -129,17 +126,6 @@ def _shade(axes: Axes, profile: Profile) -> Artist:
     )
     label = "95 % interval, up to the grid's end where open"
     return axes.axvspan(*ends, color=AFTER, alpha=0.1, lw=0, label=label)
-
-
-def _interval_text(profile: Profile) -> str:
-    low, high = profile.interval
-    if low is None and high is None:
-        return "every value shown fits"
-    if low is None:
-        return f"95 %: at most {high:.4g}"
-    if high is None:
-        return f"95 %: at least {low:.4g}"
-    return f"95 %: {low:.4g} to {high:.4g}"
 
 
 def _with_unit(name: str, unit: str) -> str:

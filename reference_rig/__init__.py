@@ -11,7 +11,6 @@ A tyre stands on a fine grid of bristles in plain NumPy. The rig shares no code 
 - `make_impacts` and `make_tows` repeat the two identification experiments of [Györök 2022].
 """
 
-from reference_rig.angle_driven_wheel import SteeredWheel as SteeredWheel
 from reference_rig.campaign import Campaign as Campaign
 from reference_rig.campaign import make_campaign as make_campaign
 from reference_rig.campaign import plant_effect as plant_effect
@@ -20,18 +19,15 @@ from reference_rig.car_driver import handwheel_path as handwheel_path
 from reference_rig.car_fleet import TOLERANCES as TOLERANCES
 from reference_rig.car_fleet import FleetCar as FleetCar
 from reference_rig.car_fleet import draw_car as draw_car
-from reference_rig.car_gear import Assistance as Assistance
 from reference_rig.car_gear import GearFriction as GearFriction
 from reference_rig.car_gear import Joint as Joint
 from reference_rig.car_geometry import Kingpin as Kingpin
 from reference_rig.car_geometry import Linkage as Linkage
-from reference_rig.car_geometry import ackermann_share as ackermann_share
 from reference_rig.car_motion import CAR_STEP as CAR_STEP
 from reference_rig.car_motion import CarMotion as CarMotion
 from reference_rig.car_motion import simulate_car as simulate_car
 from reference_rig.car_patch import CarPatches as CarPatches
 from reference_rig.car_patch import CarTyre as CarTyre
-from reference_rig.car_patch import bristle_grid as bristle_grid
 from reference_rig.car_recording import CarBus as CarBus
 from reference_rig.car_recording import CarRecording as CarRecording
 from reference_rig.car_recording import record_car as record_car
@@ -44,7 +40,6 @@ from reference_rig.ground import friction_step as friction_step
 from reference_rig.ground import make_ground_recording as make_ground_recording
 from reference_rig.ground import simulate_ground as simulate_ground
 from reference_rig.hooks import Array as Array
-from reference_rig.hooks import PlantedEffect as PlantedEffect
 from reference_rig.hooks import RigDrive as RigDrive
 from reference_rig.hooks import RigHistory as RigHistory
 from reference_rig.other_laws import MECHANISMS as MECHANISMS
@@ -74,7 +69,8 @@ from reference_rig.sensors import drop_samples as drop_samples
 from reference_rig.sensors import jitter_instants as jitter_instants
 from reference_rig.sensors import quantise as quantise
 from reference_rig.sensors import sample_instants as sample_instants
-from reference_rig.steered_car import SteeredCar as SteeredCar
+from reference_rig.steered_by_samples import SteeredCar as SteeredCar
+from reference_rig.steered_by_samples import SteeredWheel as SteeredWheel
 from reference_rig.steering import MOTION_STEP as MOTION_STEP
 from reference_rig.steering import Grip as Grip
 from reference_rig.steering import SteeredMotion as SteeredMotion

@@ -8,7 +8,7 @@ import numpy as np
 
 from reference_rig.hooks import Array, RigDrive
 from reference_rig.patch import RigTyre, simulate_bristles
-from reference_rig.path import SAMPLE_RATE, SUBSTEPS, Hand, hand_path
+from reference_rig.path import STEP_RATE, SUBSTEPS, Hand, hand_path
 from reference_rig.recording import (
     EffectValues,
     RigRecording,
@@ -18,16 +18,6 @@ from reference_rig.recording import (
 
 Random = np.random.Generator
 Parameters = dict[str, float]
-
-
-def _unchanged(parameters: Parameters, rng: Random) -> Parameters:
-    del rng
-    return parameters
-
-
-def _nothing(a: float, load: float) -> Parameters:
-    del a, load
-    return {}
 
 
 def _another_value(parameters: Parameters, rng: Random) -> Parameters:
@@ -44,18 +34,18 @@ LATE_SLIDE_HAND = Hand(first=0.12, pace=0.11, nesting=0.6)
 """A full slide wipes the first twist out; here it comes late."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class StrengthRange:
-    """Least and largest strength of an effect, and its parameters at a strength."""
+    """Parameters of an effect at a strength, and its least and largest strength."""
 
     parameters: Callable[[float, Random], Parameters]
     """Parameters from a strength; draws whatever else there is to choose."""
     least: float
     largest: float
     hand: Hand = USUAL
-    given: Callable[[float, float], Parameters] = _nothing
+    given: Callable[[float, float], Parameters] = lambda _a, _load: {}
     """Further parameters from half-length [m] and mean load [N] of the first recording."""
-    another_day: Callable[[Parameters, Random], Parameters] = _unchanged
+    another_day: Callable[[Parameters, Random], Parameters] = lambda parameters, _: parameters
     """Parameters of the next recording from those of the first."""
 
 
@@ -90,80 +80,49 @@ def _eccentricity(strength: float, rng: Random) -> Parameters:
 
 
 STRENGTHS: Mapping[str, StrengthRange] = {
-    "rate_friction": StrengthRange(parameters=_one("c"), least=2e-3, largest=0.15),
-    "stribeck": StrengthRange(
-        parameters=_with("ratio", 1.0, "v_s", 1e-3, 6e-3), least=0.01, largest=1.5
-    ),
-    "carcass_torsion": StrengthRange(
-        parameters=lambda strength, _: {"k_t": 1 / strength}, least=1e-4, largest=0.05
-    ),
-    "patch_width": StrengthRange(parameters=_one("half_width"), least=2e-3, largest=0.06),
-    "pressure_shape": StrengthRange(parameters=_one("exponent", 2.0), least=0.1, largest=8.0),
-    "viscoelastic_relaxation": StrengthRange(
-        parameters=_with("gain", 0.0, "time", 0.2, 1.0), least=0.02, largest=4.0
-    ),
-    "contact_damping": StrengthRange(parameters=_one("c"), least=0.05, largest=20.0),
-    "sensor_delay": StrengthRange(parameters=_one("delay"), least=2e-3, largest=0.14),
-    "torque_offset": StrengthRange(
-        parameters=_either_sign("M_0"), least=0.05, largest=10.0, another_day=_another_value
-    ),
+    "rate_friction": StrengthRange(_one("c"), 2e-3, 0.15),
+    "stribeck": StrengthRange(_with("ratio", 1.0, "v_s", 1e-3, 6e-3), 0.01, 1.5),
+    "carcass_torsion": StrengthRange(lambda strength, _: {"k_t": 1 / strength}, 1e-4, 0.05),
+    "patch_width": StrengthRange(_one("half_width"), 2e-3, 0.06),
+    "pressure_shape": StrengthRange(_one("exponent", 2.0), 0.1, 8.0),
+    "viscoelastic_relaxation": StrengthRange(_with("gain", 0.0, "time", 0.2, 1.0), 0.02, 4.0),
+    "contact_damping": StrengthRange(_one("c"), 0.05, 20.0),
+    "sensor_delay": StrengthRange(_one("delay"), 2e-3, 0.14),
+    "torque_offset": StrengthRange(_either_sign("M_0"), 0.05, 10.0, another_day=_another_value),
     "pretwist": StrengthRange(
-        parameters=_either_sign("psi_0"),
-        least=2e-3,
-        largest=0.3,
-        hand=LATE_SLIDE_HAND,
-        another_day=_another_value,
+        _either_sign("psi_0"), 2e-3, 0.3, hand=LATE_SLIDE_HAND, another_day=_another_value
     ),
-    "load_dependent_friction": StrengthRange(parameters=_one("n"), least=0.05, largest=1.0),
-    "asymmetric_friction": StrengthRange(parameters=_one("ratio", 1.0), least=0.01, largest=0.6),
-    "friction_drift": StrengthRange(
-        parameters=_with("gain", 0.0, "scale", 0.3, 1.5), least=0.01, largest=1.0
-    ),
-    "pressure_skew": StrengthRange(parameters=_either_sign("skew"), least=0.02, largest=0.9),
-    "bearing_friction": StrengthRange(parameters=_one("M_c"), least=0.02, largest=5.0),
-    "steering_return": StrengthRange(parameters=_one("stiffness"), least=0.2, largest=50.0),
-    "backlash": StrengthRange(parameters=_one("gap"), least=1e-3, largest=0.1),
-    "play": StrengthRange(parameters=_one("gap"), least=1e-3, largest=0.1),
-    "slide_oscillation": StrengthRange(
-        parameters=_with("amplitude", 0.0, "frequency", 3.0, 8.0), least=0.05, largest=5.0
-    ),
-    "gust": StrengthRange(parameters=_gust, least=0.05, largest=5.0, another_day=_another_gust),
-    "frictional_creep": StrengthRange(parameters=_one("c"), least=2e-3, largest=0.2),
+    "load_dependent_friction": StrengthRange(_one("n"), 0.05, 1.0),
+    "asymmetric_friction": StrengthRange(_one("ratio", 1.0), 0.01, 0.6),
+    "friction_drift": StrengthRange(_with("gain", 0.0, "scale", 0.3, 1.5), 0.01, 1.0),
+    "pressure_skew": StrengthRange(_either_sign("skew"), 0.02, 0.9),
+    "bearing_friction": StrengthRange(_one("M_c"), 0.02, 5.0),
+    "steering_return": StrengthRange(_one("stiffness"), 0.2, 50.0),
+    "backlash": StrengthRange(_one("gap"), 1e-3, 0.1),
+    "play": StrengthRange(_one("gap"), 1e-3, 0.1),
+    "slide_oscillation": StrengthRange(_with("amplitude", 0.0, "frequency", 3.0, 8.0), 0.05, 5.0),
+    "gust": StrengthRange(_gust, 0.05, 5.0, another_day=_another_gust),
+    "frictional_creep": StrengthRange(_one("c"), 2e-3, 0.2),
     "contact_length": StrengthRange(
-        parameters=_one("n"),
-        least=0.05,
-        largest=0.9,
-        given=lambda a, load: {"F_0": load * (0.045 / a) ** 2, "m": 2.0},
+        _one("n"), 0.05, 0.9, given=lambda a, load: {"F_0": load * (0.045 / a) ** 2, "m": 2.0}
     ),
-    "free_branch": StrengthRange(
-        parameters=_with("stiffness", 0.0, "time", 0.2, 1.0), least=0.5, largest=200.0
-    ),
-    "encoder_eccentricity": StrengthRange(parameters=_eccentricity, least=1e-4, largest=0.1),
-    "sensor_hysteresis": StrengthRange(parameters=_one("height"), least=0.02, largest=5.0),
-    "contact_ageing": StrengthRange(parameters=_one("gain"), least=5e-3, largest=1.0),
-    "log1p_friction": StrengthRange(
-        parameters=_with("c", 0.0, "v_0", 2e-4, 5e-3), least=2e-3, largest=0.5
-    ),
-    "power_friction": StrengthRange(parameters=_one("p"), least=2e-3, largest=0.2),
-    "saturating_friction": StrengthRange(
-        parameters=_with("gain", 0.0, "v_0", 1e-3, 1e-2), least=0.01, largest=3.0
-    ),
-    "gaussian_stribeck": StrengthRange(
-        parameters=_with("ratio", 1.0, "v_s", 1e-3, 6e-3), least=0.01, largest=1.5
-    ),
-    "hyperbolic_stribeck": StrengthRange(
-        parameters=_with("ratio", 1.0, "v_s", 1e-3, 6e-3), least=0.01, largest=1.5
-    ),
-    "logarithmic_drift": StrengthRange(
-        parameters=_with("gain", 0.0, "scale", 0.1, 1.0), least=0.01, largest=0.6
-    ),
-    "exponential_load": StrengthRange(parameters=_one("n"), least=0.05, largest=1.5),
-    "smooth_asymmetry": StrengthRange(parameters=_one("gain"), least=0.01, largest=0.4),
-    "pressure_power": StrengthRange(parameters=_one("power", 1.0), least=0.1, largest=6.0),
-    "torque_lag": StrengthRange(parameters=_one("time"), least=2e-3, largest=0.14),
-    "quadratic_damping": StrengthRange(parameters=_one("c"), least=0.05, largest=60.0),
-    "hardening_return": StrengthRange(parameters=_one("stiffness"), least=0.1, largest=50.0),
-    "speed_law": StrengthRange(parameters=_slopes, least=2e-3, largest=0.2),
+    "free_branch": StrengthRange(_with("stiffness", 0.0, "time", 0.2, 1.0), 0.5, 200.0),
+    "encoder_eccentricity": StrengthRange(_eccentricity, 1e-4, 0.1),
+    "sensor_hysteresis": StrengthRange(_one("height"), 0.02, 5.0),
+    "contact_ageing": StrengthRange(_one("gain"), 5e-3, 1.0),
+    "log1p_friction": StrengthRange(_with("c", 0.0, "v_0", 2e-4, 5e-3), 2e-3, 0.5),
+    "power_friction": StrengthRange(_one("p"), 2e-3, 0.2),
+    "saturating_friction": StrengthRange(_with("gain", 0.0, "v_0", 1e-3, 1e-2), 0.01, 3.0),
+    "gaussian_stribeck": StrengthRange(_with("ratio", 1.0, "v_s", 1e-3, 6e-3), 0.01, 1.5),
+    "hyperbolic_stribeck": StrengthRange(_with("ratio", 1.0, "v_s", 1e-3, 6e-3), 0.01, 1.5),
+    "logarithmic_drift": StrengthRange(_with("gain", 0.0, "scale", 0.1, 1.0), 0.01, 0.6),
+    "exponential_load": StrengthRange(_one("n"), 0.05, 1.5),
+    "smooth_asymmetry": StrengthRange(_one("gain"), 0.01, 0.4),
+    "pressure_power": StrengthRange(_one("power", 1.0), 0.1, 6.0),
+    "torque_lag": StrengthRange(_one("time"), 2e-3, 0.14),
+    "quadratic_damping": StrengthRange(_one("c"), 0.05, 60.0),
+    "hardening_return": StrengthRange(_one("stiffness"), 0.1, 50.0),
+    "speed_law": StrengthRange(_slopes, 2e-3, 0.2),
 }
 
 
@@ -177,12 +136,9 @@ SEARCH_STEPS = 14
 class Campaign:
     """Recordings of one tyre; every recording carries its own truth."""
 
-    name: str | None
     recordings: tuple[RigRecording, ...]
     nominal: RigTyre
     """First guesses: a and e are true, k and mu are up to 20 % off."""
-    share: float
-    """Change of the first recording's torque by the effect, rms over range [1]."""
 
 
 def plant_effect(
@@ -227,7 +183,6 @@ def make_campaign(
     also: EffectValues | None = None,
     off: float = 0.0,
     grounds: Sequence[str] = (),
-    shares: tuple[float, float] | None = None,
 ) -> Campaign:
     """Recordings of one tyre on different days: same k and effect, other path, load and mu.
 
@@ -241,8 +196,6 @@ def make_campaign(
             inflation or a coarse ruler.
         grounds: names of grounds, on which the recordings stand in turn; on each, mu is by another
             factor of up to 30 %.
-        shares: least and greatest change of the torque that the effect is drawn for, rms over the
-            range [1]; None for 3 % to 10 %.
     """
     rng = np.random.default_rng([seed, 4])
     tyre = RigTyre(
@@ -252,9 +205,8 @@ def make_campaign(
     )
     nominal = replace(tyre, k=tyre.k * rng.uniform(0.8, 1.2), mu=tyre.mu * rng.uniform(0.8, 1.2))
     load = 400.0 * rng.uniform(0.85, 1.15)
-    share = None if shares is None else float(np.random.default_rng([seed, 9]).uniform(*shares))
     hand = STRENGTHS[name].hand if name else USUAL
-    first = plant_effect(name, seed, tyre=tyre, load=load, duration=duration, share=share)
+    first = plant_effect(name, seed, tyre=tyre, load=load, duration=duration)
     recorded = tuple(
         make_recording(
             seed + 1000 * number,
@@ -268,8 +220,7 @@ def make_campaign(
         for number in range(recordings)
     )
     recorded = _elsewhere(recorded, seed, off, grounds, hand, duration)
-    moved = _share(name, seed, tyre, load, duration, first.effects[name]) if name else 0.0
-    return Campaign(name=name, recordings=recorded, nominal=nominal, share=moved)
+    return Campaign(recordings=recorded, nominal=nominal)
 
 
 def _elsewhere(
@@ -351,12 +302,5 @@ def _without(
     seed: int, tyre: RigTyre, load: float, duration: float, hand: Hand
 ) -> tuple[RigDrive, Array]:
     """The path, and the torque without any effect."""
-    fine = hand_path(seed, duration, hand=hand, load=load, rate=SAMPLE_RATE * SUBSTEPS)
-    drive = RigDrive(
-        t=fine.t[::SUBSTEPS],
-        psi=fine.psi[::SUBSTEPS],
-        psi_dot=fine.psi_dot[::SUBSTEPS],
-        F_N=fine.F_N[::SUBSTEPS],
-        psi_virgin=fine.psi_virgin,
-    )
+    drive = hand_path(seed, duration, hand=hand, load=load, rate=STEP_RATE).every(SUBSTEPS)
     return drive, simulate_bristles(drive, tyre, bristles=SEARCH_BRISTLES).M_z

@@ -16,25 +16,16 @@ NEAR_LOCK = 0.97
 """Share of the way to the stop that the driver uses [1]."""
 
 
-def handwheel_path(
-    seed: int, lock: float, *, step: float = CAR_STEP, locks: bool = True, by_hand: bool = True
-) -> Array:
-    """Angle of a handwheel turned by a driver [rad], positive to the left, from straight ahead.
+def handwheel_path(seed: int, lock: float, *, by_hand: bool = True) -> Array:
+    """Angle of a handwheel turned by a driver [rad], an entry every `CAR_STEP`, positive to the left.
 
-    First a turn by half a turn or more, with short ways back; then, with `locks`, from one stop to
-    nearly the other.
-
-    Args:
-        seed: of the generator.
-        lock: angle at the stop [rad].
-        step: between two entries [s].
-        locks: whether the wheel goes from lock to lock.
-        by_hand: False for a machine: no strokes, no tremor.
+    From straight ahead first by half a turn or more, with short ways back; then from one stop at the
+    angle `lock` [rad] to nearly the other. Not by hand there are no strokes and no tremor.
     """
     rng = np.random.default_rng([seed, 21])
     knots, angles, here = [0.0, QUIET], [0.0, 0.0], 0.0
     pace = rng.uniform(1.5, 5.0)
-    for target in _targets(rng, NEAR_LOCK * lock, locks):
+    for target in _targets(rng, NEAR_LOCK * lock):
         while abs(target - here) > 1e-9:
             reach = rng.uniform(1.0, 3.5) if by_hand else 1e9
             here += np.clip(target - here, -reach, reach)
@@ -46,18 +37,18 @@ def handwheel_path(
                 angles.append(here)
         knots.append(knots[-1] + rng.uniform(0.1, 0.8))
         angles.append(here)
-    t = np.arange(0.0, knots[-1] + 0.3, step)
+    t = np.arange(0.0, knots[-1] + 0.3, CAR_STEP)
     path = np.interp(t, knots, angles)
     for width in (0.15, 0.1):
-        path = _smooth(path, round(width / step))
+        path = _smooth(path, round(width / CAR_STEP))
     if by_hand:
-        noise = _smooth(rng.standard_normal(len(t)), round(0.08 / step))
-        noise = _smooth(noise, round(0.05 / step))
+        noise = _smooth(rng.standard_normal(len(t)), round(0.08 / CAR_STEP))
+        noise = _smooth(noise, round(0.05 / CAR_STEP))
         path = path + TREMOR * noise / noise.std() * np.clip((t - 0.3) / 0.3, 0.0, 1.0)
     return path
 
 
-def _targets(rng: np.random.Generator, lock: float, locks: bool) -> Iterator[float]:
+def _targets(rng: np.random.Generator, lock: float) -> Iterator[float]:
     """Angles at which the driver reverses or pauses [rad]."""
     side = rng.choice([-1.0, 1.0])
     first = side * min(rng.uniform(1.1, 1.8) * pi, 0.9 * lock)
@@ -67,9 +58,6 @@ def _targets(rng: np.random.Generator, lock: float, locks: bool) -> Iterator[flo
         yield halt * rng.uniform(0.3, 0.85)
     yield first
     yield first * rng.uniform(-0.4, 0.6)
-    if not locks:
-        yield -0.5 * first
-        return
     yield side * lock * rng.uniform(0.95, 1.0)
     if rng.random() < 0.5:
         yield side * lock * rng.uniform(0.2, 0.6)

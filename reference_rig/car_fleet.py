@@ -46,8 +46,6 @@ class FleetCar:
     """Names of TOLERANCES -> values; SI units, `motor_ratio` with the efficiency in it."""
     true: Mapping[str, float]
     """The same names -> what they are."""
-    tolerances: Mapping[str, float]
-    """By how much these may be off, as shares [1]."""
     bus: CarBus
     brake: bool
     by_rack: bool
@@ -66,7 +64,7 @@ class FleetCar:
 
 def draw_car(
     seed: int, *, assisted: bool = True, full_tolerance: bool = False, split: float = 1.0,
-    brake: bool | None = None, tolerances: Mapping[str, float] = TOLERANCES,
+    brake: bool | None = None,
 ) -> FleetCar:  # fmt: skip
     """A car by its seed.
 
@@ -76,7 +74,6 @@ def draw_car(
         full_tolerance: every true value at an end of what is declared and its tolerance.
         split: friction under the right wheel over that under the left one [1].
         brake: None to draw it: on in two of three cars.
-        tolerances: as in TOLERANCES.
     """
     rng = np.random.default_rng([seed, 23])
     uniform = rng.uniform
@@ -109,10 +106,10 @@ def draw_car(
     )  # fmt: skip
     true = _known(car)
     errors = rng.uniform(-1, 1, len(true))
-    shares = [tolerances[name] * error for name, error in zip(true, errors, strict=True)]
+    shares = [TOLERANCES[name] * error for name, error in zip(true, errors, strict=True)]
     if full_tolerance:
         # A tolerance is a share of what is declared.
-        shares = [1 / (1 - tolerances[n] * np.sign(s)) - 1 for n, s in zip(true, shares, strict=True)]
+        shares = [1 / (1 - TOLERANCES[n] * np.sign(s)) - 1 for n, s in zip(true, shares, strict=True)]
     declared = {n: true[n] * (1 + share) for n, share in zip(true, shares, strict=True)}
     bus = CarBus(
         period=rng.choice([0.01, 0.02]), handwheel_zero=radians(uniform(-1.5, 1.5)),
@@ -121,8 +118,8 @@ def draw_car(
     )  # fmt: skip
     braked, by_rack = bool(uniform() < 2 / 3), bool(uniform() < 0.25) and assisted
     return FleetCar(
-        seed=seed, car=car, declared=declared, true=true, tolerances=tolerances, bus=bus,
-        by_rack=by_rack, brake=braked if brake is None else brake,
+        seed=seed, car=car, declared=declared, true=true, bus=bus, by_rack=by_rack,
+        brake=braked if brake is None else brake,
     )  # fmt: skip
 
 

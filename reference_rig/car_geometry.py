@@ -100,12 +100,11 @@ class Kingpin:
         return 1 / np.sqrt(1 + tan(self.inclination) ** 2 + tan(self.caster) ** 2)
 
     def stand(self, side: float, steer: float) -> tuple[float, complex]:
-        """Where a wheel stands that is steered by an angle [rad]: a disc turned about a leaning axis.
+        """Rise of the body [m] and middle of the patch [m] of a wheel steered by an angle [rad].
 
-        Returns:
-            Rise of the body [m], and the patch's middle from the axis' point on the ground [m], in axes
-            that turn with the tread. A leaning axis also spins the wheel, so the middle wanders along
-            the tread even where the brake holds it.
+        A disc turns about a leaning axis; the middle is from the axis' point on the ground, in axes
+        that turn with the tread. A leaning axis also spins the wheel, so the middle wanders along the
+        tread even where the brake holds it.
         """
         axis = np.array([-tan(self.caster), -side * tan(self.inclination), 1.0]) * self.upright
         hub = np.array([-self.trail, side * self.scrub_radius, self.radius])

@@ -5,7 +5,6 @@ rear axle against the rear tyres and rolls as the wheels lift it. Wheels roll wh
 """
 
 from cmath import exp
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import copysign, inf, tanh
 from types import SimpleNamespace
@@ -68,7 +67,6 @@ def simulate_car(
     step: float = CAR_STEP,
     every: int = 2,
     grid: tuple[int, int] = (COLUMNS, ROWS),
-    friction: Callable[[float], tuple[float, float]] | None = None,
 ) -> CarMotion:
     """Steer a car at standstill along a path.
 
@@ -81,7 +79,6 @@ def simulate_car(
         step: of the motion [s].
         every: steps from one stored sample to the next.
         grid: bristles along and across.
-        friction: friction left and right at a time [s], in place of the car's own.
 
     Returns:
         The motion, sampled every `every` steps.
@@ -93,8 +90,7 @@ def simulate_car(
     rows = []
     previous = positions[0]
     for i, position in enumerate(positions):
-        row = advance_car(car, state, position, (position - previous) / step, brake, by_rack, step,
-                       friction(i * step) if friction else car.mu)  # fmt: skip
+        row = advance_car(car, state, position, (position - previous) / step, brake, by_rack, step)
         previous = position
         if i % every == 0:
             rows.append(row)
@@ -129,14 +125,14 @@ def start_car(car: Car, rack: float, grid: tuple[int, int]) -> SimpleNamespace:
 
 def advance_car(
     car: Car, x: SimpleNamespace, input_position: float, input_rate: float, brake: bool, by_rack: bool,
-    dt: float, mu: tuple[float, float],
+    dt: float,
 ) -> list[float]:  # fmt: skip
     """One step of everything; returns the CHANNELS.
 
     The input is the rack's position [m] where `by_rack`, else the handwheel's angle [rad].
     """
     loads, slopes, middles = _stand(car, x)
-    _move_patches(car, x, brake, dt, mu, loads, middles)
+    _move_patches(car, x, brake, dt, loads, middles)
     rods = [_rod(car, x, wheel, dt) for wheel in (0, 1)]
     F_rods = rods[0][1] + rods[1][1]
     for wheel in (0, 1):
@@ -194,9 +190,8 @@ def _stand(car: Car, x: SimpleNamespace) -> tuple[list[float], list[float], list
 
 
 def _move_patches(
-    car: Car, x: SimpleNamespace, brake: bool, dt: float, mu: tuple[float, float],
-    loads: list[float], middles: list[complex],
-) -> None:  # fmt: skip
+    car: Car, x: SimpleNamespace, brake: bool, dt: float, loads: list[float], middles: list[complex]
+) -> None:
     """Move the treads with wheels and body, then body and rolling wheels by the ground's forces."""
     turns = [exp(1j * x.upright * x.steer[wheel]) for wheel in (0, 1)]
     yaws, shifts = [], []
@@ -211,7 +206,7 @@ def _move_patches(
         yaws.append(yaw)
         shifts.append(shift)
     x.middles = middles
-    hold = (mu[0] * loads[0], mu[1] * loads[1])
+    hold = (car.mu[0] * loads[0], car.mu[1] * loads[1])
     *x.force, left, right = x.patches.move((yaws[0], yaws[1]), (shifts[0], shifts[1]), hold)
     torque = 0.0
     for wheel, own in ((0, left), (1, right)):

@@ -69,16 +69,11 @@ class CarPatches:
     def move(
         self, yaw: tuple[float, float], shift: tuple[complex, complex], hold: tuple[float, float]
     ) -> tuple[complex, complex, float, float]:
-        """Move both patches over the ground.
+        """Move both patches over the ground: force on each wheel [N], moment about its middle [N m].
 
-        Args:
-            yaw: turn of each wheel's axes, left and right [rad].
-            shift: way of the tread at the patch's middle, in the wheel's axes [m].
-            hold: friction coefficient times load [N].
-
-        Returns:
-            Force of the ground on each wheel (complex, in the wheel's axes) [N] and its moment about the
-            patch's middle, positive to the left [N m].
+        By the turn of each wheel's axes, left and right [rad], the way of the tread at the patch's
+        middle in these axes [m], and friction coefficient times load [N]. Forces are complex, in the
+        wheel's axes; moments are positive to the left.
         """
         stretch, turned = self.stretch, self._turned
         # In turning axes a tip at rest moves by -i (place + stretch) d(yaw).

@@ -3,13 +3,19 @@
 Every parameter has its neutral value by default.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import exp, inf
 
 import numpy as np
 
-from reference_rig.hooks import Array, BristleStep, MaxwellBranch, PlantedEffect, RigHistory
+from reference_rig.hooks import (
+    Array,
+    BristleStep,
+    MaxwellBranch,
+    PlantedEffect,
+    RigHistory,
+    by_name,
+)
 from reference_rig.patch import REFERENCE_SPEED, REST_SPEED
 
 MIN_RATE_FACTOR = 0.05
@@ -146,14 +152,10 @@ def backlash(gap: float = 0.0) -> PlantedEffect:
     return PlantedEffect(lost_motion=gap)
 
 
-LIBRARY_EFFECTS: dict[str, Callable[..., PlantedEffect]] = {
-    effect.__name__: effect
-    for effect in (
-        rate_friction, speed_law, frictional_creep, stribeck, carcass_torsion, contact_length,
-        patch_width, pressure_shape, viscoelastic_relaxation, contact_damping, sensor_delay,
-        torque_offset, pretwist,
-        load_dependent_friction, asymmetric_friction, friction_drift, pressure_skew, bearing_friction,
-        steering_return, backlash,
-    )
-}  # fmt: skip
-"""By name."""
+LIBRARY_EFFECTS = by_name(
+    rate_friction, speed_law, frictional_creep, stribeck, carcass_torsion, contact_length,
+    patch_width, pressure_shape, viscoelastic_relaxation, contact_damping, sensor_delay,
+    torque_offset, pretwist,
+    load_dependent_friction, asymmetric_friction, friction_drift, pressure_skew, bearing_friction,
+    steering_return, backlash,
+)  # fmt: skip

@@ -33,16 +33,9 @@ class InPlacePatch:
         self._turned = np.empty_like(grid.lever)
 
     def turn(self, angle: float, friction_force: float) -> float:
-        """Turn the patch on a ground that can hold what it can hold at the end of the turn.
+        """M_z [N m] after a turn [rad] on a ground that holds friction_force = mu F_N [N] at its end.
 
         Where the limit has fallen, the deformation is cut to it; where it has risen, it stays.
-
-        Args:
-            angle: how far to turn [rad].
-            friction_force: mu F_N [N].
-
-        Returns:
-            M_z, the moment of the ground on the wheel about the kingpin [N m].
         """
         np.multiply(self._rate, angle, out=self._turned)
         np.subtract(self._state, self._turned, out=self._state)
@@ -75,16 +68,9 @@ def friction_between(t: Array, mu: Array) -> Friction:
 
 
 def simulate_ground(drive: RigDrive, mu: Array, tyre: RigTyre, *, bristles: int = BRISTLES) -> Array:
-    """Turn the tyre through a drive on changing ground.
+    """Aligning torque [N m], shape (n,), of a tyre on ground whose friction mu [1] has that shape.
 
-    Args:
-        drive: what is done to the tyre, shape (n,); one step of the patch a sample.
-        mu: friction coefficient at the drive's samples [1], shape (n,).
-        tyre: the tyre; its own mu is not used.
-        bristles: number of bristles.
-
-    Returns:
-        Aligning torque [N m], shape (n,).
+    One step of the patch a sample of the drive; the tyre's own mu is not used.
     """
     patch = InPlacePatch(tyre, bristles)
     angles = np.diff(drive.psi, prepend=drive.psi_virgin).tolist()
@@ -107,23 +93,16 @@ def make_ground_recording(
 ) -> GroundRecording:
     """Steer the rig on changing ground and record it.
 
-    Args:
-        seed: of the path and of the noise; equal arguments give equal recordings.
-        friction: friction over time.
-        drive: what is done, in steps fine enough for the friction; None for a hand's path.
-        tyre: a, e and k; None for the rig's usual ones.
-        duration: of the hand's path [s].
-        rate: samples a second [Hz].
-        times: sampling instants within the drive [s], increasing, in place of the rate.
-        noise: standard deviation of the torque channel in shares of the torque's range [1];
-            0 also silences the load.
-        encoder_step: angle step of the encoder [rad]; 0 for none.
-        bristles: number of bristles.
+    Seed, noise and encoder are as in `make_recording`. The drive takes steps fine enough for the
+    friction; None is a hand's path so long [s]. `times` within the drive [s], increasing, take the
+    place of the rate [Hz]. Of the tyre a, e and k are used.
     """
     drive = drive or hand_path(seed, duration, rate=STEP_RATE)
     if times is None:
         times = drive.t[0] + sample_instants(drive.t[-1] - drive.t[0], rate)
-    drive = _with_instants(drive, times)
+    require_instants(times, drive.t)
+    # Instants are among the steps, so that samples are exact.
+    drive = drive.at(np.union1d(drive.t, times))
     mu = friction(drive.t)
     seen = np.searchsorted(drive.t, times)
     M_z = simulate_ground(drive, mu, tyre or RigTyre(), bristles=bristles)[seen]
@@ -145,17 +124,4 @@ def make_ground_recording(
         mu_true=mu[seen],
         tyre=replace(tyre or RigTyre(), mu=float(mu[seen[0]])),
         effects={},
-    )
-
-
-def _with_instants(drive: RigDrive, times: Array) -> RigDrive:
-    """The drive with the sampling instants among its steps, so that samples are exact."""
-    require_instants(times, drive.t)
-    t = np.union1d(drive.t, times)
-    return RigDrive(
-        t=t,
-        psi=np.interp(t, drive.t, drive.psi),
-        psi_dot=np.interp(t, drive.t, drive.psi_dot),
-        F_N=np.interp(t, drive.t, drive.F_N),
-        psi_virgin=drive.psi_virgin,
     )

@@ -1,7 +1,7 @@
 """Hooks of an effect of the rig, and the records that pass between rig and effect."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,20 +12,28 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RigDrive:
-    """Imposed angle and load of the tyre; all arrays of shape (n,).
+    """Time [s], imposed yaw angle [rad] with its rate [rad/s], and load [N]; arrays of shape (n,).
 
     `psi_virgin` is the angle at which the patch was free of deformation before the first sample.
     """
 
     t: Array
-    """Time [s]."""
     psi: Array
-    """Yaw angle [rad]."""
     psi_dot: Array
-    """Yaw rate [rad/s]."""
     F_N: Array
-    """Vertical load [N]."""
     psi_virgin: float
+
+    def every(self, step: int) -> "RigDrive":
+        """The drive with one of so many samples."""
+        return self._of(self.t[::step], lambda values: values[::step])
+
+    def at(self, times: Array) -> "RigDrive":
+        """The drive at other times [s], linear between its samples."""
+        return self._of(times, lambda values: np.interp(times, self.t, values))
+
+    def _of(self, t: Array, change: Callable[[Array], Array]) -> "RigDrive":
+        psi, psi_dot, F_N = (change(values) for values in (self.psi, self.psi_dot, self.F_N))
+        return replace(self, t=t, psi=psi, psi_dot=psi_dot, F_N=F_N)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,3 +107,8 @@ class PlantedEffect:
     """The torque channel [N m]."""
     in_sensor: bool = False
     """Whether `torque` is the sensor's, which sees what all others make of it, so that it comes last."""
+
+
+def by_name(*effects: Callable[..., PlantedEffect]) -> dict[str, Callable[..., PlantedEffect]]:
+    """Effects by the names of their functions."""
+    return {effect.__name__: effect for effect in effects}

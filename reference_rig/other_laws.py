@@ -3,14 +3,13 @@
 A function of its parameters each, which are neutral by default.
 """
 
-from collections.abc import Callable
 from math import exp, log1p, tanh
 
 import numpy as np
 from scipy.signal import lfilter
 from scipy.special import beta
 
-from reference_rig.hooks import Array, PlantedEffect, RigHistory
+from reference_rig.hooks import Array, PlantedEffect, RigHistory, by_name
 
 
 def log1p_friction(c: float = 0.0, v_0: float = 1e-3) -> PlantedEffect:
@@ -92,15 +91,11 @@ def hardening_return(stiffness: float = 0.0) -> PlantedEffect:
     return PlantedEffect(torque=torque)
 
 
-OTHER_LAWS: dict[str, Callable[..., PlantedEffect]] = {
-    law.__name__: law
-    for law in (
-        log1p_friction, power_friction, saturating_friction, gaussian_stribeck, hyperbolic_stribeck,
-        logarithmic_drift, exponential_load, smooth_asymmetry, pressure_power, torque_lag,
-        quadratic_damping, hardening_return,
-    )
-}  # fmt: skip
-"""By name."""
+OTHER_LAWS = by_name(
+    log1p_friction, power_friction, saturating_friction, gaussian_stribeck, hyperbolic_stribeck,
+    logarithmic_drift, exponential_load, smooth_asymmetry, pressure_power, torque_lag,
+    quadratic_damping, hardening_return,
+)  # fmt: skip
 MECHANISMS: dict[str, str] = {
     **dict.fromkeys(list(OTHER_LAWS)[:5], "friction over speed"),
     "logarithmic_drift": "friction over time",

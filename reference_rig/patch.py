@@ -25,11 +25,9 @@ REST_SPEED = 1e-4
 def friction_stress(size: Array, limit: Array, c: float, relief: float) -> tuple[Array, Array]:
     """Stress that friction balances [m], and its derivative by the stress before the slip [1].
 
-    Args:
-        size: stress before the slip, not negative [m], shape (n,).
-        limit: friction bound at the reference speed, greater than 0 [m], shape (n,).
-        c: growth of the bound with ln v; 0 for one that stays the same [1].
-        relief: stress that a slip at 1 m/s relieves in the step [m].
+    The size of that stress [m] and the friction bound at the reference speed [m] have the shape (n,). c
+    is the growth of the bound with ln v [1], relief the stress that a slip at 1 m/s relieves in the
+    step [m].
     """
     if c == 0:
         return np.minimum(size, limit), (size <= limit).astype(float)
@@ -155,11 +153,8 @@ def simulate_bristles(
 def contact_age(psi: Array, dt: Array) -> Array:
     """Age of the contact at every sample [s]: it grows with time and dies with the turn.
 
-    Ruina's law d age/dt = 1 - |psi_dot| age / RENEWAL; a contact is new at the first sample.
-
-    Args:
-        psi: yaw angle [rad], shape (n,).
-        dt: time since the sample before [s], shape (n,).
+    Ruina's law d age/dt = 1 - |psi_dot| age / RENEWAL; a contact is new at the first sample. Yaw angle
+    [rad] and time since the sample before [s] have the shape (n,).
     """
     age, now = np.zeros_like(psi), 0.0
     for i in range(1, len(psi)):

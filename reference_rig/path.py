@@ -129,13 +129,9 @@ def _slow_noise(rng: np.random.Generator, t: Array, time: float) -> Array:
 
 
 def free_path(t: Array, psi: Array, *, load: float | Array = 400.0, rate: float = STEP_RATE) -> RigDrive:
-    """Path through given angles, linear between them; virgin at the first.
+    """Path through angles [rad] at times [s], shape (n,), linear between; virgin at the first.
 
-    Args:
-        t: times [s], increasing, shape (n,).
-        psi: yaw angles [rad], shape (n,).
-        load: vertical load [N], one for all or of shape (n,).
-        rate: steps of the patch a second [Hz].
+    One load [N] for all or each; the rate is that of the patch's steps [Hz].
     """
     fine = t[0] + np.arange(round((t[-1] - t[0]) * rate) + 1) / rate
     angle = np.interp(fine, t, psi)

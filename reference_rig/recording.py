@@ -9,7 +9,7 @@ from reference_rig.effects import LIBRARY_EFFECTS
 from reference_rig.hooks import Array, PlantedEffect
 from reference_rig.other_laws import OTHER_LAWS
 from reference_rig.patch import RigTyre, simulate_bristles
-from reference_rig.path import SAMPLE_RATE, SUBSTEPS, Hand, hand_path
+from reference_rig.path import SAMPLE_RATE, STEP_RATE, SUBSTEPS, Hand, hand_path
 from reference_rig.sensors import ENCODER_STEP, record_channels
 from reference_rig.unmodelled import UNMODELLED_EFFECTS
 
@@ -21,33 +21,27 @@ EffectValues = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RigRecording:
-    """Channels of the sensors with the true values beside them; arrays of shape (n,) at 100 Hz."""
+    """Channels of the sensors with the true values beside them; arrays of shape (n,) at 100 Hz.
+
+    Time `t` [s], yaw angle `psi` in steps of the encoder [rad], and with noise the aligning torque
+    `M_z`, the moment of the ground on the wheel [N m], and the load `F_N` [N]. True are the angle and
+    its rate [rad/s] at the sensor, the torque with all effects, the load, and `psi_patch`, the angle of
+    the contact patch [rad]; so are tyre and effects. `ground` is what is below the wheel.
+    """
 
     name: str
     t: Array
-    """Time [s]."""
     psi: Array
-    """Yaw angle in steps of the encoder [rad]."""
     M_z: Array
-    """Aligning torque with noise, moment of the ground on the wheel [N m]."""
     F_N: Array
-    """Vertical load with noise [N]."""
     psi_true: Array
-    """Yaw angle at the sensor [rad]."""
     psi_dot_true: Array
-    """Yaw rate at the sensor [rad/s]."""
     psi_patch: Array
-    """Angle of the contact patch [rad]."""
     M_z_true: Array
-    """Torque with all effects, without noise [N m]."""
     F_N_true: Array
-    """Vertical load [N]."""
     tyre: RigTyre
-    """The true tyre."""
     effects: EffectValues
-    """The true effects."""
     ground: str | None = None
-    """Ground below the wheel."""
 
 
 def build_effects(planted: EffectValues) -> tuple[PlantedEffect, ...]:
@@ -90,23 +84,23 @@ def make_recording(
         name: of the recording.
     """
     tyre, planted = RigTyre(a=a, e=e, k=k, mu=mu), effects or {}
-    drive = hand_path(seed, duration, hand=hand, load=load, rate=SAMPLE_RATE * SUBSTEPS)
+    drive = hand_path(seed, duration, hand=hand, load=load, rate=STEP_RATE)
     history = simulate_bristles(drive, tyre, build_effects(planted), bristles=bristles)
-    M_z, psi, F_N = history.M_z[::SUBSTEPS], drive.psi[::SUBSTEPS], drive.F_N[::SUBSTEPS]
-    seen_psi, seen_M_z, seen_F_N = record_channels(
-        seed, psi, M_z, F_N, load=load, noise=noise, encoder_step=encoder_step
+    M_z, seen = history.M_z[::SUBSTEPS], drive.every(SUBSTEPS)
+    psi, noisy_M_z, noisy_F_N = record_channels(
+        seed, seen.psi, M_z, seen.F_N, load=load, noise=noise, encoder_step=encoder_step
     )
     return RigRecording(
         name=name,
         t=np.arange(len(psi)) / SAMPLE_RATE,
-        psi=seen_psi,
-        M_z=seen_M_z,
-        F_N=seen_F_N,
-        psi_true=psi,
-        psi_dot_true=drive.psi_dot[::SUBSTEPS],
+        psi=psi,
+        M_z=noisy_M_z,
+        F_N=noisy_F_N,
+        psi_true=seen.psi,
+        psi_dot_true=seen.psi_dot,
         psi_patch=history.psi_patch[::SUBSTEPS],
         M_z_true=M_z,
-        F_N_true=F_N,
+        F_N_true=seen.F_N,
         tyre=tyre,
         effects=planted,
     )

@@ -46,16 +46,10 @@ def record_channels(
     noise: float,
     encoder_step: float,
 ) -> tuple[Array, Array, Array]:
-    """Angle [rad], torque [N m] and load [N] as the sensors show them.
+    """Angle [rad], torque [N m] and load [N], shape (n,), as the sensors show them.
 
-    Args:
-        seed: of the noise.
-        psi: true angle [rad], shape (n,), as the next two.
-        torque: true torque [N m].
-        F_N: true load [N].
-        load: that the noise of the load is a share of [N]; None for the mean.
-        noise: standard deviation of the torque in shares of its range [1]; 0 also silences the load.
-        encoder_step: of the angle [rad]; 0 for none.
+    The noise is the standard deviation of the torque in shares of its range, 0 also silences the load,
+    whose noise is a share of `load`, None for the mean. An encoder's step [rad] of 0 is none.
     """
     rng = np.random.default_rng([seed, 2])
     load_sigma = LOAD_NOISE * (float(np.mean(F_N)) if load is None else load) if noise > 0 else 0.0
@@ -66,14 +60,7 @@ def record_channels(
 
 
 def add_outliers(seed: int, signal: Array, *, share: float = 0.01, size: float | None = None) -> Array:
-    """Throw a share of the finite samples off, upwards or downwards alike.
-
-    Args:
-        seed: of which samples and which way.
-        signal: any channel, shape (n,).
-        share: of the finite samples [1].
-        size: how far, in the signal's unit; None for the signal's range.
-    """
+    """Throw a share of the finite samples off either way; None is as far as the signal ranges."""
     rng = np.random.default_rng([seed, 11])
     struck = _strike(rng, np.flatnonzero(np.isfinite(signal)), share)
     size = float(np.nanmax(signal) - np.nanmin(signal)) if size is None else size
@@ -100,20 +87,12 @@ def delay_samples(signal: Array, samples: int) -> Array:
 
 
 def jitter_instants(seed: int, t: Array, *, spread: float, least: float = 1e-4) -> Array:
-    """Sampling instants of an uneven clock; they are known to the estimator.
+    """Sampling instants of an uneven clock [s], shape (n,); they are known to the estimator.
 
-    Every instant moves by up to half the spread either way, thrown back at both ends of the time.
+    Every instant moves by up to half the spread [s] either way, thrown back at both ends of the time.
     Where the spread is longer than the sampling interval, instants overtake each other and are
-    put in order: the intervals between them then are nearly those of a Poisson process.
-
-    Args:
-        seed: of the jitter.
-        t: even instants [s], increasing, shape (n,).
-        spread: width of the uniform jitter [s].
-        least: shortest interval [s].
-
-    Returns:
-        Increasing instants within the first and last of t [s], shape (n,).
+    put in order: the intervals between them then are nearly those of a Poisson process, but not shorter
+    than the least [s].
     """
     if not least * (len(t) - 1) < t[-1] - t[0]:
         raise ValueError(f"{len(t)} samples do not fit at intervals of {least} s")

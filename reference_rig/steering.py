@@ -49,22 +49,19 @@ TEMPO = 2.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SteeredMotion:
-    """Motion of the wheel at every step; arrays of shape (n,)."""
+    """Motion of the wheel at every step; arrays of shape (n,).
+
+    Time [s], yaw angle [rad] and rate [rad/s], steering torque `M` and moment of the ground `M_z` [N m],
+    load [N], friction coefficient [1].
+    """
 
     t: Array
-    """Time [s]."""
     psi: Array
-    """Yaw angle [rad]."""
     psi_dot: Array
-    """Yaw rate [rad/s]."""
     M: Array
-    """Steering torque [N m]."""
     M_z: Array
-    """Moment of the ground on the wheel [N m]."""
     F_N: Array
-    """Vertical load [N]."""
     mu: Array
-    """Friction coefficient [1]."""
 
     def at(self, times: Array) -> "SteeredMotion":
         """The motion at other times [s], linear between the steps."""
@@ -77,33 +74,26 @@ class SteeredMotion:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SteeringRecording:
-    """Channels of the sensors with the true values beside them; arrays of shape (n,)."""
+    """Channels of the sensors with the true values beside them; arrays of shape (n,).
+
+    Time `t` [s], yaw angle `psi` in steps of the encoder [rad], and with noise the steering torque `M`
+    [N m] and the load `F_N` [N]. The true values are as in `SteeredMotion`; tyre, whose `mu` is the
+    friction at the first sample, and wheel are true too.
+    """
 
     name: str
     t: Array
-    """Time [s]."""
     psi: Array
-    """Yaw angle in steps of the encoder [rad]."""
     M: Array
-    """Steering torque with noise [N m]."""
     F_N: Array
-    """Vertical load with noise [N]."""
     psi_true: Array
-    """Yaw angle [rad]."""
     psi_dot_true: Array
-    """Yaw rate [rad/s]."""
     M_true: Array
-    """Steering torque [N m]."""
     F_N_true: Array
-    """Vertical load [N]."""
     M_z_true: Array
-    """Moment of the ground on the wheel [N m]."""
     mu_true: Array
-    """Friction coefficient [1]."""
     tyre: RigTyre
-    """The true tyre; `mu` is the friction at the first sample."""
     wheel: Wheel
-    """The true wheel."""
 
 
 def full_slide_moment(tyre: RigTyre, friction_force: float) -> float:
@@ -129,17 +119,8 @@ def simulate_steering(
     """Move a wheel from rest on a virgin patch with the torque M = command - K_p psi - K_d psi'.
 
     Velocity Verlet; the damping is taken with the velocity at both ends of the step in turn, which
-    keeps the second order and is solved in closed form.
-
-    Args:
-        command: torque at angle and rate zero [N m], shape (n,).
-        F_N: vertical load [N], shape (n,).
-        mu: friction coefficient [1], shape (n,).
-        step: between two entries of these [s].
-        tyre: a, e and k; None for the rig's usual ones.
-        wheel: inertia and damping; None for the usual ones.
-        grip: K_p and K_d; by default none, so that the command is the torque.
-        bristles: number of bristles.
+    keeps the second order and is solved in closed form. Command [N m], load [N] and friction [1] have
+    the shape (n,), an entry a step [s]; the grip gives K_p and K_d.
     """
     wheel, patch, n = wheel or Wheel(), InPlacePatch(tyre or RigTyre(), bristles), len(command)
     damping, half = wheel.b_t + grip.damping, 0.5 * step / wheel.J_A
@@ -179,10 +160,10 @@ def make_steering_recording(
     bristles: int = BRISTLES,
     name: str = "steering",
 ) -> SteeringRecording:
-    """Steer the wheel and record it.
+    """Steer the wheel and record it; seed, load, noise and encoder are as in `make_recording`.
 
     Args:
-        seed: of the hand's path, the load and the noise; equal arguments give equal recordings.
+        seed: of the hand's path, the load and the noise.
         friction: friction over time; None for the tyre's.
         tyre: the tyre; None for the rig's usual one.
         wheel: inertia and damping; None for the usual ones.
@@ -190,15 +171,14 @@ def make_steering_recording(
             [s]; None for a hand that follows a path.
         hand: how that path runs, at double tempo; None for turns into full slide.
         grip: how hard the hand follows it; None for the usual way.
-        load: mean vertical load [N]; it wanders by 5 % at most.
+        load: mean vertical load [N].
         duration: length [s].
         rate: samples a second [Hz].
         times: sampling instants [s], increasing, in place of the rate.
-        noise: standard deviation of the torque channel in shares of the torque's range [1];
-            0 also silences the load.
-        encoder_step: angle step of the encoder [rad]; 0 for none.
+        noise: of the torque channel.
+        encoder_step: of the angle [rad].
         step: of the motion [s].
-        bristles: number of bristles.
+        bristles: their number.
         name: of the recording.
     """
     tyre = tyre or RigTyre()
@@ -207,10 +187,13 @@ def make_steering_recording(
     instants = sample_instants(duration, rate)
     if torque is None:
         grip = grip or Grip()
-        command = _hand_command(path, t, grip)
+        followed = path.at(t)
+        command = grip.stiffness * followed.psi + grip.damping * followed.psi_dot
     else:
         grip = LOOSE
-        command = torque(t) if callable(torque) else _linear(t, instants, torque)
+        if not callable(torque) and np.shape(torque) != instants.shape:
+            raise ValueError(f"the torque needs {len(instants)} samples, not shape {np.shape(torque)}")
+        command = torque(t) if callable(torque) else np.interp(t, instants, torque)
     mu = (friction or constant_friction(tyre.mu))(t)
     F_N = np.interp(t, path.t, path.F_N)
     motion = simulate_steering(
@@ -240,16 +223,3 @@ def make_steering_recording(
 def _quick_path(seed: int, duration: float, hand: Hand, load: float) -> RigDrive:
     path = hand_path(seed, duration * TEMPO, hand=hand, load=load, rate=STEP_RATE)
     return replace(path, t=path.t / TEMPO, psi_dot=path.psi_dot * TEMPO)
-
-
-def _hand_command(path: RigDrive, t: Array, grip: Grip) -> Array:
-    """Torque of the grip at angle and rate zero [N m]."""
-    psi = np.interp(t, path.t, path.psi)
-    psi_dot = np.interp(t, path.t, path.psi_dot)
-    return grip.stiffness * psi + grip.damping * psi_dot
-
-
-def _linear(t: Array, instants: Array, torque: Array) -> Array:
-    if np.shape(torque) != instants.shape:
-        raise ValueError(f"the torque needs {len(instants)} samples, not shape {np.shape(torque)}")
-    return np.interp(t, instants, torque)

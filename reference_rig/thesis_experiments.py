@@ -35,23 +35,20 @@ QUIET = (0.05, 0.15)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ImpactRecording:
-    """Encoder channel of one impact with the true values beside it; arrays of shape (n,)."""
+    """Encoder channel of one impact with the true values beside it; arrays of shape (n,).
+
+    Time `t` [s]; yaw angle `psi` in steps of the encoder, from its own zero, and `psi_true` since rest
+    [rad]; `zero`, the angle of the encoder at rest before quantisation [rad]; load `F_N` [N].
+    """
 
     name: str
     t: Array
-    """Time [s]."""
     psi: Array
-    """Yaw angle in steps of the encoder, from its own zero [rad]."""
     psi_true: Array
-    """Yaw angle since rest [rad]."""
     zero: float
-    """Angle of the encoder at rest, before quantisation [rad]."""
     F_N: float
-    """Vertical load [N]."""
     tyre: RigTyre
-    """The true tyre."""
     wheel: Wheel
-    """The true wheel."""
 
 
 def inertia(e: float) -> float:
@@ -75,23 +72,11 @@ def simulate_impact(
     step: float = IMPACT_STEP,
     bristles: int = BRISTLES,
 ) -> tuple[Array, Array]:
-    """Strike the resting wheel on a virgin patch and let it swing.
+    """Time [s] and yaw angle [rad] of a resting wheel that is struck on a virgin patch and swings, (n,).
 
     Only the ends of the patch slide, and little of them, so the bristles stand at Gauss-Legendre nodes,
-    which crowd there. Velocity Verlet, as in `simulate_steering`.
-
-    Args:
-        tyre: the tyre.
-        wheel: inertia and damping.
-        impulse: time integral of the torque of the impact, half a sine [N m s].
-        load: vertical load [N]; infinite for a patch that sticks.
-        at: when the impact begins [s].
-        duration: of it all [s].
-        step: of the motion [s].
-        bristles: number of bristles.
-
-    Returns:
-        Time [s] and yaw angle [rad], shape (n,).
+    which crowd there. Velocity Verlet, as in `simulate_steering`. The impulse [N m s] is the time
+    integral of half a sine that begins at a time [s]; with an infinite load [N] the patch sticks.
     """
     t = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     struck = (t >= at) & (t < at + IMPACT_PULSE)
@@ -136,23 +121,11 @@ def make_impact(
     bristles: int = BRISTLES,
     name: str = "impact",
 ) -> ImpactRecording:
-    """Record one impact.
+    """Record one impact of the thesis's wheel, by default under the load of its contact length.
 
-    Args:
-        seed: of the strength and the side of the impact, the encoder's zero and the noise; equal
-            arguments give equal recordings.
-        tyre: the tyre.
-        wheel: inertia and damping; None for those of the thesis.
-        swing: angle to which the impact would throw the wheel without friction and damping [rad]; it
-            is between 0.7 and 1.3 of that.
-        load: vertical load [N]; None for that of the contact length.
-        duration: length [s].
-        rate: samples a second [Hz].
-        noise: standard deviation of the angle before the encoder counts it [rad].
-        encoder_step: angle step of the encoder [rad]; 0 for none.
-        step: of the motion [s].
-        bristles: number of bristles.
-        name: of the recording.
+    The seed decides on its strength and side, the encoder's zero and the noise. Without friction and
+    damping it would throw the wheel to between 0.7 and 1.3 of `swing` [rad]; the noise is that of the
+    angle before the encoder counts it [rad].
     """
     rng = np.random.default_rng([seed, 21])
     wheel = wheel or Wheel(J_A=inertia(tyre.e), b_t=THESIS_DAMPING)
@@ -198,17 +171,14 @@ def make_impacts(
     ]
 
 
-def impact_csv(recording: ImpactRecording) -> str:
-    """The recording as the tool reads it: its contact length, then t and psi, no torque."""
-    rows = (f"{t:.6g},{psi + 0.0:.8g}" for t, psi in zip(recording.t, recording.psi, strict=True))
-    return "\n".join([f"# a = {recording.tyre.a:.6g}", "t,psi", *rows]) + "\n"
-
-
 def write_impacts(folder: Path, recordings: Sequence[ImpactRecording]) -> list[Path]:
-    """Write a file for every recording."""
-    paths = [folder / f"{recording.name}.csv" for recording in recordings]
-    for path, recording in zip(paths, recordings, strict=True):
-        path.write_text(impact_csv(recording), encoding="utf-8", newline="\n")
+    """Write a file for every recording, as the tool reads it: its contact length, then t and psi."""
+    paths = []
+    for made in recordings:
+        rows = (f"{t:.6g},{psi + 0.0:.8g}" for t, psi in zip(made.t, made.psi, strict=True))
+        text = "\n".join([f"# a = {made.tyre.a:.6g}", "t,psi", *rows]) + "\n"
+        paths.append(folder / f"{made.name}.csv")
+        paths[-1].write_text(text, encoding="utf-8", newline="\n")
     return paths
 
 
@@ -247,11 +217,7 @@ class Towing:
 
 
 def make_tows(seed: int, towing: Towing, loads: tuple[float, ...] = TOWING_LOADS) -> list[Array]:
-    """Tow the block once at every load, each time at another slant to the sensor's axes.
-
-    Returns:
-        F_x, F_y, F_z of every tow as rows [N], shape (3, n) each.
-    """
+    """F_x, F_y, F_z of a block towed once at every load [N], (3, n), each time at another slant."""
     rng = np.random.default_rng([seed, 11])
     t = np.arange(round(towing.duration * TOWING_RATE)) / TOWING_RATE
     tows = []

@@ -3,13 +3,12 @@
 A function of its parameters each, which are neutral by default.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import exp, log1p
 
 import numpy as np
 
-from reference_rig.hooks import Array, PlantedEffect, RigDrive, RigHistory
+from reference_rig.hooks import Array, PlantedEffect, RigDrive, RigHistory, by_name
 
 
 def play(gap: float = 0.0) -> PlantedEffect:
@@ -56,9 +55,7 @@ def gust(level: float = 0.0, time: float = 0.6, seed: int = 0) -> PlantedEffect:
 def free_branch(stiffness: float = 0.0, time: float = 0.5) -> PlantedEffect:
     """A Maxwell branch beside the whole patch: its torque relaxes, and friction does not bound it.
 
-    Args:
-        stiffness: of its spring [N m/rad].
-        time: in which its torque falls to 1/e [s].
+    Its spring has a stiffness [N m/rad], and its torque falls to 1/e in a time [s].
     """
 
     def torque(history: RigHistory) -> Array:
@@ -79,10 +76,7 @@ def encoder_eccentricity(
 ) -> PlantedEffect:
     """An encoder off its axis reads psi where the wheel is at psi + A sin(n psi + phi).
 
-    Args:
-        amplitude: A [rad].
-        cycles: turns n of the encoder, which is geared, in one of the wheel [1].
-        phase: phi [rad].
+    A and phi are in rad; n is how often the geared encoder turns in a turn of the wheel.
     """
 
     def error(psi: Array | float) -> Array:
@@ -122,11 +116,7 @@ def _play_operator(signal: Array, half_gap: float, start: float) -> Array:
     return follower
 
 
-UNMODELLED_EFFECTS: dict[str, Callable[..., PlantedEffect]] = {
-    effect.__name__: effect
-    for effect in (
-        play, slide_oscillation, gust, free_branch, encoder_eccentricity, sensor_hysteresis,
-        contact_ageing,
-    )
-}  # fmt: skip
-"""By name."""
+UNMODELLED_EFFECTS = by_name(
+    play, slide_oscillation, gust, free_branch, encoder_eccentricity, sensor_hysteresis,
+    contact_ageing,
+)  # fmt: skip

@@ -22,7 +22,8 @@ from symbolic.effects.base import (
     with_limit,
     with_shape,
 )
-from symbolic.effects.library import CANDIDATES, EFFECTS, GROUND_SCOPES, effects_in, effects_named
+from symbolic.effects.by_ground import GROUND_SCOPES
+from symbolic.effects.library import CANDIDATES, EFFECTS, effects_in, effects_named
 from symbolic.errors import BrushgripError, InvalidInputError
 from symbolic.masing import (
     TurningPoints,

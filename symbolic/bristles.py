@@ -8,11 +8,12 @@ row, 2e-3 for 40 in each of 6 rows (1e-4 and 5e-4 rms); with room to grow 9e-4 f
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.array_alias import Array
 from symbolic.deformation import full_slide_arm, unit_gauss_legendre
 from symbolic.errors import InvalidInputError
 from symbolic.patch_interface import Expression, PatchInputs
@@ -68,18 +69,17 @@ class BristleTraits:
 class BristlePatch:
     """Bristles at Gauss-Legendre nodes over the length, and over the half-width where there is one.
 
-    The memory holds q / a of every bristle and, with relaxation, the stress of its Maxwell branch in the
-    same unit.
-
-    Attributes:
-        traits: deviations from the declared patch.
-        columns: bristles over the length of the patch; half as many where rows smooth the sum [1].
-        rows: bristles over the half-width, where the patch has one [1].
+    `columns` stand over the length, half as many where `rows` over the half-width smooth the sum. The
+    memory holds q/a of every bristle and, with relaxation, the stress of its Maxwell branch in the same
+    unit. `search` takes the place of `symbolic.slip.slip_search`.
     """
 
     traits: BristleTraits
     columns: int = 80
     rows: int = 6
+    search: SlipSearch | None = None
+    smooth: ClassVar[bool] = True
+    """A bristle's deformation is piecewise linear in the turn, or smoother."""
 
     def __post_init__(self) -> None:
         """Check the numbers of bristles."""
@@ -99,19 +99,9 @@ class BristlePatch:
         """Length of the memory vector."""
         return self.bristles * (1 if self.traits.relaxation is None else 2)
 
-    @property
-    def slip_search(self) -> SlipSearch | None:
-        """Replacement of `symbolic.slip.slip_search`; None for none."""
-        return None
-
-    def initial(self) -> NDArray[np.float64]:
+    def initial(self) -> Array:
         """The virgin patch: zeros of shape (size,)."""
         return np.zeros(self.size)
-
-    @property
-    def smooth(self) -> bool:
-        """A bristle's deformation is piecewise linear in the turn, or smoother."""
-        return True
 
     @property
     def coefficient_size(self) -> int:
@@ -146,11 +136,11 @@ class BristlePatch:
             q = memory + stretch
             if creep is None:
                 return clipped(q, limit)
-            return q - slip(q, limit, 0, reach, creep, self.slip_search)
+            return q - slip(q, limit, 0, reach, creep, self.search)
         # The stop with a Maxwell branch: sliding relieves spring and branch together.
         decay, branch_gain = coefficients[3 * n], coefficients[3 * n + 1]
         q, m = memory[:n] + stretch, memory[n:] * decay + branch_gain * stretch
-        slipped = slip(q + m, limit, branch_gain, reach, creep, self.slip_search)
+        slipped = slip(q + m, limit, branch_gain, reach, creep, self.search)
         return ca.vertcat(q - slipped, m - branch_gain * slipped)
 
     def torque(self, memory: Expression, coefficients: Expression) -> Expression:

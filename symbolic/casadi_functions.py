@@ -27,12 +27,8 @@ def output_if(condition: Any, function: ca.Function, inputs: Sequence[Any], *oth
 class BufferedCall:
     """A Function that reads and writes flat arrays, whose entries lie column by column.
 
-    Handing over CasADi's matrices would take longer.
-
-    Attributes:
-        inputs: an array for each input, which the caller fills.
-        outputs: an array for each output, as the last call left it.
-        call: evaluates the Function.
+    The caller fills `inputs`, `call` evaluates, `outputs` are those of the last call. Handing over
+    CasADi's matrices would take longer.
     """
 
     def __init__(self, function: ca.Function) -> None:

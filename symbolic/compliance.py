@@ -35,21 +35,13 @@ def advance_in_series(
     coefficients: Expression,
     deflection: ca.Function | None,
     elements: Expression,
-    steps: int = SEARCH_STEPS,
+    steps: int,
 ) -> tuple[Expression, Expression]:
     """The turn t with t = rigid_turn + d(M_z(t)) [rad], and the patch memory after it.
 
-    The search itself is not differentiated. One more Newton step from its end is, with constant
-    slopes: first derivatives are those of the implicit function theorem, second derivatives are wrong.
-
-    Args:
-        patch: the patch in series.
-        memory: patch memory before the sample.
-        rigid_turn: turn of a patch without the elements [rad].
-        coefficients: of the sample, from `patch.coefficients`.
-        deflection: (M_z, elements) -> d [rad]; rises with M_z, zero at zero. None for a rigid patch.
-        elements: what the deflection depends on beside the torque.
-        steps: bracketed Newton steps that are not differentiated, see `SEARCH_STEPS`.
+    The deflection (M_z, elements) -> d rises with M_z and is zero at zero; None is a rigid patch. The
+    search by so many bracketed Newton steps is not differentiated. One more step from its end is, with
+    constant slopes: first derivatives are those of the implicit function theorem, second ones are wrong.
     """
     if deflection is None:
         return rigid_turn, patch.advance(memory, rigid_turn, coefficients)

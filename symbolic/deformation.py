@@ -28,66 +28,44 @@ from functools import cache
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.array_alias import Array
 from symbolic.patch_interface import Expression
 
 
 @cache
-def unit_gauss_legendre(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Nodes and weights on [0, 1], exact for polynomials up to degree 2 * order - 1.
-
-    Args:
-        order: number of nodes [1].
-
-    Returns:
-        Nodes (order,) and weights (order,), both dimensionless; the weights add up to one.
-    """
+def unit_gauss_legendre(order: int) -> tuple[Array, Array]:
+    """Nodes and weights on [0, 1], shape (order,) each, exact up to degree 2 order - 1."""
     nodes, weights = np.polynomial.legendre.leggauss(order)
     return (nodes + 1.0) / 2.0, weights / 2.0
 
 
 def boundary_edge_distance(z: Expression, a: Expression, arm: Expression) -> Expression:
-    """Distance w from a patch edge at which |xi| = z, without cancellation [m].
+    """Distance w from a patch edge at which |xi| = z >= 0 [1/m], without cancellation [m].
 
     Solves z w (2 a - w) = arm - w, the quadratic of the zone boundary ([Györök 2022], appendix), in the
-    form whose denominator has no subtraction.
-
-    Args:
-        z: |xi| of the boundary, >= 0 [1/m].
-        a: half-length of the contact patch [m].
-        arm: distance of that edge from the kingpin, a - e in front and a + e behind [m].
+    form whose denominator has no subtraction. arm is the distance of that edge from the kingpin
+    [m], a - e in front and a + e behind.
     """
     b = 1 + 2 * a * z
     return 2 * arm / (b + ca.sqrt(b * b - 4 * z * arm))
 
 
 def unit_corner_moment(z: Expression, a: Expression, e: Expression) -> Expression:
-    """G(z) = int (|xi| - z)_+ (a^2 - x^2) |x - e| dx over both ends of the patch [m^3].
+    """G(z) = int (|xi| - z)_+ (a^2 - x^2) |x - e| dx over both ends of the patch [m^3]; z >= 0 [1/m].
 
     M_z of the virgin patch turned by psi > 0 is -k psi (G(0) - G(c / psi)), [Györök 2022], (2.3)
     with (3.4); G(0) = 2 a (a^2 / 3 + e^2) is the stiffness of the sticking patch over k, (5.7). The
     integrand is a cubic in x, so two Gauss-Legendre nodes integrate it exactly.
-
-    Args:
-        z: dimension of xi, >= 0 [1/m].
-        a: half-length of the contact patch [m].
-        e: caster length [m], |e| < a.
     """
     return sum(edge_strip_moment(z, boundary_edge_distance(z, a, arm), a, arm) for arm in (a - e, a + e))
 
 
 def edge_strip_moment(z: Expression, width: Expression, a: Expression, arm: Expression) -> Expression:
-    """Int (|xi| - z) (a^2 - x^2) |x - e| dx from a patch edge to `width` from it [m^3].
+    """Int (|xi| - z) (a^2 - x^2) |x - e| dx from a patch edge to a width [m] from it [m^3].
 
     The integrand vanishes at `boundary_edge_distance`, so there the derivative by z is that at a fixed
     width.
-
-    Args:
-        z: as for `unit_corner_moment` [1/m].
-        width: distance from the edge [m].
-        a: half-length of the contact patch [m].
-        arm: distance of that edge from the kingpin [m].
     """
     nodes, weights = unit_gauss_legendre(2)
     total: Expression = 0

@@ -48,13 +48,7 @@ def virgin_torque(
 
 
 def branch_torque(psi: Expression, branch: Expression, *constants: Expression) -> Expression:
-    """M_z on the present branch [N m].
-
-    Args:
-        psi: yaw angle [rad].
-        branch: angle [rad] and torque [N m] at its beginning, and its scale, as `TurningPoints.branch`.
-        constants: F_N, mu, k, a and e as for `virgin_torque`.
-    """
+    """M_z [N m] on a branch as of `TurningPoints.branch`; constants are F_N, mu, k, a and e."""
     psi_r, M_r, scale = ca.vertsplit(branch)
     return M_r + scale * virgin_torque((psi - psi_r) / scale, *constants)
 
@@ -92,16 +86,12 @@ class TurningPoints:
         """The memory after a turn back at an angle [rad] with the torque there [N m]."""
         return TurningPoints(psi=(*self.psi, psi), M_z=(*self.M_z, M_z))
 
-    def without_last_turn(self) -> "TurningPoints":
-        """The memory without the last turn back: the wheel has not turned since."""
-        return self._without(min(1, len(self.psi) - 1))
+    def without(self, turns: int) -> "TurningPoints":
+        """The memory without its last turns back; the angle of rest stays.
 
-    def without_closed_loop(self) -> "TurningPoints":
-        """The memory after the present loop has closed: its two turning points are forgotten."""
-        return self._without(min(2, len(self.psi) - 1))
-
-    def _without(self, count: int) -> "TurningPoints":
-        kept = len(self.psi) - count
+        Without one the wheel has not turned since, without two the present loop has closed.
+        """
+        kept = max(1, len(self.psi) - turns)
         return TurningPoints(psi=self.psi[:kept], M_z=self.M_z[:kept])
 
 

@@ -149,8 +149,7 @@ def _sampled(
 def _quintic(ends: Array) -> Array:
     """Coefficients over the share of each step, constant first, shape (6, steps).
 
-    Args:
-        ends: t, psi, psi_dot and psi'' at the ends of the steps, shape (steps + 1, 4).
+    The ends of the steps hold t, psi, psi_dot and psi'', shape (steps + 1, 4).
     """
     h = np.diff(ends[:, 0])
     psi, rate, bend = ends[:, 1], ends[:, 2], 0.5 * ends[:, 3]

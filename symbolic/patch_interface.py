@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from symbolic.array_alias import Array
 
 Expression = Any
 """A CasADi expression (SX, MX or DM); CasADi ships no types."""
@@ -77,7 +76,7 @@ class Patch(Protocol):
     def coefficient_size(self) -> int:
         """Length of the vector that `coefficients` returns."""
 
-    def initial(self) -> NDArray[np.float64]:
+    def initial(self) -> Array:
         """The memory of a patch that has never been turned, shape (size,)."""
 
     def coefficients(self, inputs: PatchInputs) -> Expression:

@@ -41,17 +41,12 @@ def slip(
     c: Expression | None,
     search: SlipSearch | None = None,
 ) -> Expression:
-    """Slip that brings every bristle back to the friction limit.
+    """Slip that brings every bristle back to the friction limit, in the unit of stress and limit, (n,).
 
-    Args:
-        stress: of every bristle before it slips, shape (n,), in the unit of the limit.
-        limit: friction bound, at the reference speed where it depends on speed, shape (n,).
-        branch_gain: stiffness of the Maxwell branch, in shares of the spring's; 0 for none [1].
-        reach: slip of one sample at 1 m/s, in the same unit.
-        c: growth of the limit with the log of the sliding speed, >= 0 [1]; None for the plain stop.
-        search: takes the place of `slip_search`.
-
-    With c, first derivatives are exact and second derivatives are wrong.
+    The limit is that at the reference speed where it grows by c >= 0 [1] with the log of the sliding
+    speed; c None is the plain stop. branch_gain is the stiffness of the Maxwell branch in shares of the
+    spring's, reach the slip of one sample at 1 m/s. `search` takes the place of `slip_search`. With c,
+    first derivatives are exact and second derivatives are wrong.
     """
     if c is None:
         return (stress - clipped(stress, limit)) / (1 + branch_gain)

@@ -7,11 +7,12 @@ therefore does not depend on the parameters to be estimated, under any load.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.array_alias import Array
 from symbolic.casadi_functions import named_function
 from symbolic.deformation import full_slide_level, unit_corner_moment
 from symbolic.errors import InvalidInputError
@@ -38,6 +39,10 @@ class ZonePatch:
     """
 
     corners: int = 32
+    smooth: ClassVar[bool] = False
+    """A corner of a small turn runs to infinity, and its slope faster."""
+    coefficient_size: ClassVar[int] = 5
+    """Limit of r k / mu [N/m^3], mu / k [m^2/N], k [N/m^2], a and e [m]."""
 
     def __post_init__(self) -> None:
         """Check the capacity."""
@@ -49,19 +54,9 @@ class ZonePatch:
         """Length of the memory vector, twice the corners."""
         return 2 * self.corners
 
-    def initial(self) -> NDArray[np.float64]:
+    def initial(self) -> Array:
         """The virgin patch, r = 0 everywhere: zeros of shape (size,)."""
         return np.zeros(self.size)
-
-    @property
-    def smooth(self) -> bool:
-        """A corner of a small turn runs to infinity, and its slope faster."""
-        return False
-
-    @property
-    def coefficient_size(self) -> int:
-        """Limit of r k / mu [N/m^3], mu / k [m^2/N], k [N/m^2], a and e [m]."""
-        return 5
 
     def coefficients(self, inputs: PatchInputs) -> Expression:
         """The limit at this sample and the constants of the torque; see `Patch.coefficients`."""

@@ -37,12 +37,7 @@ def compile_once(command: Sequence[str], folder: Path, out: str) -> None:
     """Run a compiler in a folder, unless it made the same file of the same sources before.
 
     The cache belongs to the user and outlives the tests, so that neither the next run nor a parallel
-    worker compiles the same text again. A command that fails raises `subprocess.CalledProcessError`.
-
-    Args:
-        command: compiler, flags, sources and `-o out`.
-        folder: where it runs.
-        out: the file that it makes, relative to the folder.
+    worker compiles the same text again.
     """
     kept = cache_directory() / "tests" / _digest(command, folder, out)
     if not kept.exists():

@@ -10,11 +10,13 @@ import sysconfig
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 import pytest
 
 PACKAGES = ("symbolic", "observers", "identification", "brushgrip")
 FOLDERS = (*PACKAGES, "reference_rig", "examples", "benchmarks")
+Node = TypeVar("Node", bound=ast.AST)
 MAX_FILE_LINES = 300
 MAX_FUNCTION_LINES = 60
 MACHINE_PATH = re.compile(r"(?<![\w.~)}])/(?:work|root|tmp|home)/")
@@ -23,6 +25,15 @@ MACHINE_PATH = re.compile(r"(?<![\w.~)}])/(?:work|root|tmp|home)/")
 def source_files(root: Path, folders: Iterable[str] = PACKAGES) -> Iterator[Path]:
     for folder in folders:
         yield from sorted((root / folder).rglob("*.py"))
+
+
+def nodes_of(
+    kind: type[Node], root: Path, folders: Iterable[str] = PACKAGES
+) -> Iterator[tuple[Path, Node]]:
+    for path in source_files(root, folders):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, kind):
+                yield path, node
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -69,21 +80,14 @@ def test_files_hold_one_idea(repository_root: Path) -> None:
 def test_functions_fit_on_a_page(repository_root: Path) -> None:
     lengths = {
         f"{path}:{node.lineno} {node.name}": (node.end_lineno or node.lineno) - node.lineno + 1
-        for path in source_files(repository_root)
-        for node in ast.walk(ast.parse(path.read_text("utf-8")))
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        for path, node in nodes_of(ast.FunctionDef, repository_root)
     }
 
     assert {where: n for where, n in lengths.items() if n > MAX_FUNCTION_LINES} == {}
 
 
 def test_no_class_name_stands_twice(repository_root: Path) -> None:
-    names = Counter(
-        node.name
-        for path in source_files(repository_root, FOLDERS)
-        for node in ast.walk(ast.parse(path.read_text("utf-8")))
-        if isinstance(node, ast.ClassDef)
-    )
+    names = Counter(node.name for _, node in nodes_of(ast.ClassDef, repository_root, FOLDERS))
 
     assert {name for name, count in names.items() if count > 1} == set()
 
@@ -91,9 +95,8 @@ def test_no_class_name_stands_twice(repository_root: Path) -> None:
 def test_the_rig_is_used_through_its_door(repository_root: Path) -> None:
     deep = [
         f"{path.relative_to(repository_root)}:{node.lineno}"
-        for path in source_files(repository_root, ("examples", "benchmarks", "tests"))
-        for node in ast.walk(ast.parse(path.read_text("utf-8")))
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("reference_rig.")
+        for path, node in nodes_of(ast.ImportFrom, repository_root, ("examples", "benchmarks", "tests"))
+        if (node.module or "").startswith("reference_rig.")
     ]
 
     assert deep == []

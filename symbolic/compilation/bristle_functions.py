@@ -14,7 +14,7 @@ from symbolic.casadi_functions import named_function
 from symbolic.compliance import build_series_torque
 from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch
 from symbolic.patch_interface import Expression, Signals, patch_inputs
-from symbolic.slip import SlipSearch, slip_search
+from symbolic.slip import slip_search
 
 Functions = dict[str, ca.Function]
 SCALARS = (*SIGNALS, "factor")
@@ -29,25 +29,14 @@ FOUND = 4
 
 @dataclass(frozen=True, kw_only=True)
 class OneBristle(BristlePatch):
-    """One bristle, whose place and weight are expressions.
-
-    Attributes:
-        place: x / a, y / half_width, and weight over u.
-        search: takes the place of the search for the slip.
-    """
+    """One bristle, whose place x / a and y / half_width, and weight over u, are expressions."""
 
     place: tuple[Expression, Expression, Expression]
-    search: SlipSearch | None = None
 
     @property
     def bristles(self) -> int:
         """One."""
         return 1
-
-    @property
-    def slip_search(self) -> SlipSearch | None:
-        """Replacement of the search."""
-        return self.search
 
     def nodes(self) -> tuple[Expression, Expression, Expression]:
         """Place and weight."""

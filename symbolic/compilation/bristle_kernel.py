@@ -47,13 +47,9 @@ class CompiledRecordingRun:
     ) -> tuple[Array, Array]:
         """M_z (n,) [N m], and its derivatives (n, d).
 
-        Args:
-            signals: rows in the order of `SIGNALS`, shape (4, n).
-            theta: parameter vector, shape (p,).
-            geometry: a and e [m], shape (2,).
-            seeds: directions in theta, a, e and a factor on the load, shape (p + 3, d).
-            memory: before the first sample, m numbers.
-            along: its derivatives, shape (m, d).
+        Signals are rows in the order of `SIGNALS`, (4, n); seeds are directions in theta, a, e and a
+        factor on the load, (p + 3, d). `memory` (m,) and its derivatives `along` (m, d) are those
+        before the first sample.
         """
         count, d = signals.shape[1], seeds.shape[1]
         torque, derivatives = np.empty(count), np.empty((count, d))

@@ -96,8 +96,11 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
             )
         return function
     flags = (*FLAGS, *VECTORISED) if vectorised and _accepts(command, VECTORISED) else FLAGS
+    generator = ca.CodeGenerator(f"{function.name()}.c")
+    generator.add(function)
+    load = partial(ca.external, function.name())
     try:
-        return _loaded(function, command, flags)
+        return _library(function.name(), generator.dump(), command, flags, load)
     except (OSError, subprocess.SubprocessError, RuntimeError) as error:
         reason = one_line(str(error).partition("\n")[0])
         _warn_once(
@@ -145,14 +148,6 @@ def compiled_source(name: str, source: str) -> ctypes.CDLL | None:
     except (OSError, subprocess.SubprocessError) as error:
         _LOG.debug("brushgrip: %s is not compiled (%s)", name, error)
         return None
-
-
-def _loaded(function: ca.Function, command: str, flags: tuple[str, ...]) -> ca.Function:
-    """The Function out of a library."""
-    generator = ca.CodeGenerator(f"{function.name()}.c")
-    generator.add(function)
-    load = partial(ca.external, function.name())
-    return _library(function.name(), generator.dump(), command, flags, load)
 
 
 def _library(

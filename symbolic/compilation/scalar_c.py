@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.array_alias import Array
 from symbolic.compilation.c_comments import (
     NO_COMMENTS,
     Comments,
@@ -138,12 +138,9 @@ def c_function(
 ) -> str:  # fmt: skip
     """A static C function: scalars by value, vectors by pointer, one pointer an output.
 
-    Args:
-        name: of the C function.
-        function: its inputs and outputs are columns, and their names those of the parameters.
-        real: the type of every number.
-        vectors: inputs that are vectors even if they have one element, as an effect's own memory may.
-        comments: beside its statements.
+    Inputs and outputs of the Function are columns, and their names those of the parameters. `real` is
+    the type of every number. Of the inputs, `vectors` are vectors even if they have one element, as an
+    effect's own memory may.
 
     Raises:
         BrushgripError: an operation has no C here.
@@ -218,7 +215,7 @@ def _definition(
     return f"static void {name}({', '.join([*inputs, *outputs])}) {{\n{body}\n}}\n"
 
 
-def c_records(name: str, columns: Mapping[str, NDArray[np.float64]], real: str) -> str:
+def c_records(name: str, columns: Mapping[str, Array], real: str) -> str:
     """A type with a field a column, and a constant array of it: `name_t` and `name_of`."""
     count = len(next(iter(columns.values())))
     rows = [

@@ -37,10 +37,9 @@ def temporary_folder(parent: Path) -> Iterator[Path]:
 
 
 def claim_folder(parent: Path) -> tuple[Path, int | None]:
-    """An empty folder in this one, which stays; its lock ends with the process.
+    """An empty folder in this one, which stays, and the descriptor that locks it until the process ends.
 
-    Returns:
-        The folder, and the descriptor that locks it; None where nothing can be locked.
+    None for a descriptor where nothing can be locked.
     """
     _remove_abandoned(parent)
     while True:

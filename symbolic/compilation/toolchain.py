@@ -28,12 +28,8 @@ def library_line(
 ) -> list[str]:
     """The command line that makes a library; run it where the sources are.
 
-    Args:
-        command: the compiler.
-        sources: C files.
-        library: the file to make.
-        flags: as for cc; Microsoft's compilers take usual ones of their own.
-        windows: whether libraries are those of Windows, which know neither -fPIC nor -lm.
+    Flags are as for cc; Microsoft's compilers take usual ones of their own. Libraries of Windows know
+    neither -fPIC nor -lm.
     """
     if Path(command).stem.lower() in MICROSOFT:
         return [command, "/nologo", "/O2", "/fp:precise", "/std:c11", "/LD", *sources, f"/Fe{library}"]

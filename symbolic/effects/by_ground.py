@@ -30,19 +30,16 @@ class ByGround(Effect):
         return "ground" if moved else parameter.scope
 
 
-@dataclass(frozen=True, kw_only=True)
-class FrictionByGround(ByGround):
-    """Parameters of the law of friction belong to a ground each."""
-
-    name: str = "friction_by_ground"
-    summary: str = "every ground has a law of friction of its own"
-    of: Literal["friction", "stiffness"] = "friction"
-
-
-@dataclass(frozen=True, kw_only=True)
-class StiffnessByGround(ByGround):
-    """The stiffness of the bristles belongs to a ground each."""
-
-    name: str = "stiffness_by_ground"
-    summary: str = "every ground has a stiffness of its own"
-    of: Literal["friction", "stiffness"] = "stiffness"
+GROUND_SCOPES: dict[str, Effect] = {
+    effect.name: effect
+    for effect in (
+        ByGround(
+            name="friction_by_ground", summary="every ground has a law of friction of its own",
+            of="friction",
+        ),
+        ByGround(
+            name="stiffness_by_ground", summary="every ground has a stiffness of its own", of="stiffness"
+        ),
+    )
+}  # fmt: skip
+"""Effects without parameters, by name."""

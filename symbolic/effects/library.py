@@ -3,7 +3,7 @@
 A new effect is a new module here; nothing else lists it.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
@@ -11,7 +11,7 @@ from typing import get_args
 
 from symbolic import effects as package
 from symbolic.effects.base import Effect, Family
-from symbolic.effects.by_ground import FrictionByGround, StiffnessByGround
+from symbolic.effects.by_ground import GROUND_SCOPES
 from symbolic.errors import InvalidInputError
 
 NO_EFFECTS = ("base", "by_ground", "library")
@@ -20,32 +20,28 @@ ON_REQUEST = ("iwan",)
 """Modules whose effects replace what a wheel is; a search tries them only where it is asked to."""
 
 
-def _library() -> Iterator[Effect]:
-    """One object of each subclass of `Effect` that a module of this package defines, by module name."""
-    names = {module.name for module in iter_modules(package.__path__)}
-    return _effects_of(sorted(names - {*NO_EFFECTS, *ON_REQUEST}))
-
-
-def _effects_of(modules: Iterable[str]) -> Iterator[Effect]:
+def _effects_of(modules: Iterable[str]) -> dict[str, Effect]:
+    """One object of each subclass of `Effect` that these modules of this package define, by its name."""
+    found = {}
     for name in modules:
         module = import_module(f"{package.__name__}.{name}")
         for kind in vars(module).values():
             if (
                 isinstance(kind, type)
-                and issubclass(kind, Effect)
                 and kind.__module__ == module.__name__
+                and issubclass(kind, Effect)
             ):
-                yield kind()  # type: ignore[call-arg]
+                effect = kind()  # type: ignore[call-arg]
+                found[effect.name] = effect
+    return found
 
 
-EFFECTS: dict[str, Effect] = {effect.name: effect for effect in _library()}
-GROUND_SCOPES: dict[str, Effect] = {
-    effect.name: effect for effect in (FrictionByGround(), StiffnessByGround())
-}
-"""Effects without parameters: those of others belong to a ground each, see `ByGround`."""
+EFFECTS = _effects_of(
+    sorted({module.name for module in iter_modules(package.__path__)} - {*NO_EFFECTS, *ON_REQUEST})
+)
 CANDIDATES = EFFECTS | GROUND_SCOPES
 """Effects that the search tries."""
-KNOWN = CANDIDATES | {effect.name: effect for effect in _effects_of(ON_REQUEST)}
+KNOWN = CANDIDATES | _effects_of(ON_REQUEST)
 """Effects that a model file, or a list of candidates, may name."""
 
 

@@ -221,10 +221,7 @@ class FoundModel:
 def is_of_other_scale(k: float, declared: float, tolerance: float | None) -> bool:
     """Whether a stiffness that was found is farther from the declared one than `OTHER_SCALE` allows.
 
-    Args:
-        k: the one that was found [N/m^2].
-        declared: that of the rig file [N/m^2].
-        tolerance: its tolerance [N/m^2], None where none is declared.
+    All are in N/m^2; the tolerance is None where none is declared.
     """
     tolerances, factor = OTHER_SCALE
     if tolerance is not None:

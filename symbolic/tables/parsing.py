@@ -124,12 +124,7 @@ def absolute_tolerance(tolerance: object, value: object) -> object:
 
 
 def floats(place: str, table: Mapping[str, Any], label: str = "{place}.{name}") -> dict[str, float]:
-    """The numbers of a table as floats.
-
-    Args:
-        place: what the table is, for messages.
-        table: numbers by name.
-        label: how a message names an entry.
+    """The numbers of a table as floats; messages name the table by its place, an entry by the label.
 
     Raises:
         InvalidInputError: an entry is no number, or is too large to compute with.

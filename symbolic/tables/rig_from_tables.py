@@ -5,7 +5,7 @@ reader of the file puts its name before, see `symbolic.tables.parsing.naming`.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -42,12 +42,7 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
         InvalidInputError: a section or key is missing or unknown, a value is not a number within its
             range, or a length is one in millimetres.
     """
-    unknown = [name for name in document if name not in (*RIG_KEYS, SIGNALS)]
-    if unknown:
-        raise InvalidInputError(
-            f"unknown section or key {excerpt(unknown[0])}; allowed: [rig], [tyre], [sensor],"
-            f" [{SIGNALS}]"
-        )
+    require_sections(document, ("rig", "tyre", "sensor", SIGNALS))
     rig, tolerances = _without_tolerances("rig", document.get("rig"))
     tyre, of_tyre = _without_tolerances("tyre", document.get("tyre"))
     tolerances |= of_tyre
@@ -62,6 +57,18 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
         _section("rig", rig) | _section("tyre", tyre) | _section("sensor", document.get("sensor", {}))
     )
     return rig_and_tyre(values, tolerances=tolerances)
+
+
+def require_sections(document: Mapping[str, object], sections: Sequence[str]) -> None:
+    """Check that a file has only these sections.
+
+    Raises:
+        InvalidInputError: there is another one.
+    """
+    for name in document:
+        if name not in sections:
+            allowed = ", ".join(f"[{section}]" for section in sections)
+            raise InvalidInputError(f"unknown section or key {excerpt(name)}; allowed: {allowed}")
 
 
 def _without_tolerances(part: str, section: object) -> tuple[Any, dict[str, float]]:
@@ -100,12 +107,10 @@ def rig_and_tyre(
     nominal: tuple[Rig, Tyre] | None = None,
     tolerances: Mapping[str, float] | None = None,
 ) -> tuple[Rig, Tyre]:
-    """Rig and tyre from values by name; missing values are taken from the nominal ones.
+    """Rig and tyre from values out of `RIG_KEYS` by name.
 
-    Args:
-        values: out of `RIG_KEYS`; with the nominal ones, those of `REQUIRED_KEYS` must be known.
-        nominal: rig and tyre, whose values are overridden; None for none.
-        tolerances: by name, out of `TOLERATED`; they override those of the nominal rig.
+    They override those of the nominal ones, of which only `REQUIRED_KEYS` must be known, and tolerances
+    out of `TOLERATED` those of the nominal rig.
 
     Raises:
         InvalidInputError: a value is outside its range, or a length is one in millimetres; the message

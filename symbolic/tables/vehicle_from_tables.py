@@ -7,22 +7,13 @@ from typing import Any
 
 from symbolic.errors import InvalidInputError
 from symbolic.tables.parsing import absolute_tolerance, excerpt, require_number, shown
-from symbolic.tables.rig_from_tables import SIGNALS
+from symbolic.tables.rig_from_tables import SIGNALS, require_sections
 from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
 
 VEHICLE = "vehicle"
 """Section of a vehicle file."""
 REQUIRED = ("front_axle_load", "tyre", "pressure", "wheelbase", "track")
 """Keys that a vehicle file must have."""
-TOLERATED_BY = {
-    "front_axle_load": "load",
-    "half_length": "half_length",
-    "stiffness": "stiffness",
-    "slide_factor": "slide_factor",
-    "gear_friction": "gear_friction",
-    "damping": "damping",
-}
-"""Tolerance of each key that may be declared with one, `{ value = ..., tolerance = ... }`."""
 FULL_ASPECT, DEFLECTION, INCH = 82, 0.2, 0.0254
 """Height over width of a tyre whose size does not say [%]; share of the height by which it is squeezed
 under its load [1]; an inch [m]."""
@@ -33,6 +24,10 @@ _TYRE = re.compile(
 TOLERANCE_ALONE = ("geometry", "force_scale")
 """Tolerances without a value, as shares."""
 _KEYS = tuple(field.name for field in fields(Vehicle) if field.name not in ("tolerances", "tyre_width"))
+TOLERATED_BY = {"front_axle_load": "load"} | {
+    field.name: field.name for field in fields(VehicleTolerances) if field.name in _KEYS
+}
+"""Tolerance of each key that may be declared with one, `{ value = ..., tolerance = ... }`."""
 
 
 def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
@@ -46,10 +41,7 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
     Raises:
         InvalidInputError: a key is missing or unknown, or a value is out of its range.
     """
-    if unknown := [name for name in document if name not in (VEHICLE, SIGNALS)]:
-        raise InvalidInputError(
-            f"unknown section or key {excerpt(unknown[0])}; allowed: [{VEHICLE}], [{SIGNALS}]"
-        )
+    require_sections(document, (VEHICLE, SIGNALS))
     section = document.get(VEHICLE)
     if not isinstance(section, dict):
         raise InvalidInputError(
@@ -66,11 +58,9 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
     tolerances: dict[str, float] = {}
     for name, entry in section.items():
         if name in TOLERANCE_ALONE:
-            tolerances[name] = _number(f"{name}: its tolerance", _tolerance(name, entry, ("tolerance",)))
+            tolerances[name] = _tolerance(name, entry, ("tolerance",))
         elif isinstance(entry, dict) and name in TOLERATED_BY:
-            tolerance = _number(
-                f"{name}: its tolerance", _tolerance(name, entry, ("value", "tolerance"))
-            )
+            tolerance = _tolerance(name, entry, ("value", "tolerance"))
             values[name] = _number(name, entry["value"])
             if not values[name] > 0:
                 raise InvalidInputError(
@@ -108,10 +98,11 @@ def tyre_of(size: object) -> dict[str, float]:
     }
 
 
-def _tolerance(name: str, entry: object, keys: tuple[str, ...]) -> object:
+def _tolerance(name: str, entry: object, keys: tuple[str, ...]) -> float:
     if not isinstance(entry, dict) or set(entry) != set(keys):
         raise InvalidInputError(f"[{VEHICLE}] {name}: write {{ {' = ..., '.join(keys)} = ... }}")
-    return absolute_tolerance(entry["tolerance"], entry.get("value", 1.0))
+    tolerance = absolute_tolerance(entry["tolerance"], entry.get("value", 1.0))
+    return _number(f"{name}: its tolerance", tolerance)
 
 
 def _number(name: str, value: object) -> float:

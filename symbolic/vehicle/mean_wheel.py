@@ -25,9 +25,9 @@ import numpy as np
 from symbolic.array_alias import Array
 from symbolic.deformation import full_slide_arm, unit_corner_moment
 from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
+from symbolic.patch_interface import Expression
 from symbolic.vehicle.kingpin import Contact, growth_to_full_lock, kingpin_axis, pressures_and_arms
 from symbolic.vehicle.steering import (
-    Expression,
     jacking_torque,
     lever,
     lever_growth,
@@ -175,15 +175,10 @@ def aligning_torque_with_friction(
     vehicle: Vehicle, s: Expression, force: Expression, speed: Expression = 0.0,
     acceleration: Expression = 0.0, *, brakes: bool,
 ) -> Expression:  # fmt: skip
-    """M_z of the mean wheel [N m], the gear's dry friction in it, from the force on the rack.
+    """M_z of the mean wheel [N m], the gear's dry friction in it.
 
-    Args:
-        vehicle: the vehicle.
-        s: way of the rack [m].
-        force: F_R [N].
-        speed: of the rack [m/s].
-        acceleration: of the rack [m/s^2].
-        brakes: whether the wheels are held.
+    By way [m], speed [m/s] and acceleration [m/s^2] of the rack and the force F_R on it [N]; brakes hold
+    the wheels or not.
     """
     psi, r = mean_angle(vehicle, s), lever(vehicle, s)
     returned, sine = jacking_torque(vehicle, psi), sine_and_cosine(psi)[0]

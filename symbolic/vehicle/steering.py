@@ -31,16 +31,14 @@ Sources: [Sharp 2003] for the mechanisms; the rotation is that about the kingpin
 
 from dataclasses import replace
 from math import cos, sin
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from symbolic.errors import InvalidInputError
+from symbolic.patch_interface import Expression
 from symbolic.vehicle.vehicle import RANGES, Vehicle
 
-Expression = Any
-"""A number, an array, or a casadi expression."""
 OF_LOCK = 0.8
 """Share of the angle at the lock where the return torque is made to fit [1]."""
 
@@ -71,12 +69,6 @@ def lever(vehicle: Vehicle, s: Expression) -> Expression:
 def lock_angle(vehicle: Vehicle) -> float:
     """Mean angle of the wheels at full lock [rad]."""
     return float(mean_angle(vehicle, vehicle.rack_travel))
-
-
-def wheel_angles(vehicle: Vehicle, psi: Expression) -> tuple[Expression, Expression]:
-    """Angles of the left and of the right wheel at a mean angle [rad]."""
-    delta = vehicle.ackermann * vehicle.track / vehicle.wheelbase * sine_and_cosine(psi)[0] ** 2 / 2
-    return psi + delta, psi - delta
 
 
 def jacking_torque(vehicle: Vehicle, psi: Expression) -> Expression:

@@ -12,6 +12,7 @@ rest has defaults of a passenger car, each with its tolerance.
 
 from dataclasses import dataclass
 from math import inf, isfinite, pi
+from typing import Annotated, NamedTuple, get_origin, get_type_hints
 
 from symbolic.errors import InvalidInputError
 
@@ -25,42 +26,14 @@ STD_PER_TOLERANCE = 0.68
 """Standard deviation of a declared value over its tolerance [1]: more than where it may be anywhere
 within, 0.58, so that bands hold for most cars with all values but the force's scale at an end of
 theirs at once; where all push one way, friction is up to 2.4 deviations off."""
-RANGES: dict[str, tuple[float, float, str]] = {
-    "front_axle_load": (500.0, 60e3, "N"),
-    "tyre_width": (0.1, 0.4, "m"),
-    "pressure": (5e4, 1e6, "Pa"),
-    "wheel_radius": (0.15, 0.7, "m"),
-    "wheelbase": (1.0, 7.0, "m"),
-    "track": (0.8, 3.0, "m"),
-    "steering_ratio": (5.0, 40.0, "1"),
-    "steering_arm": (0.05, 0.3, "m"),
-    "half_length": (0.02, 0.2, "m"),
-    "contact_width": (0.05, 0.4, "m"),
-    "stiffness": (1e5, 1e9, "N/m^2"),
-    "slide_factor": (0.3, 3.0, "1"),
-    "slide_load": (500.0, 60e3, "N"),
-    "trail": (-0.05, 0.1, "m"),
-    "scrub_radius": (-0.1, 0.2, "m"),
-    "inclination": (-0.1, 0.5, "rad"),
-    "caster": (-0.1, 0.3, "rad"),
-    "rack_travel": (0.02, 0.2, "m"),
-    "lever_loss": (-0.2, 0.6, "1"),
-    "ackermann": (-0.5, 1.5, "1"),
-    "gear_friction": (0.0, 2e3, "N"),
-    "gear_load_share": (0.0, 0.3, "1"),
-    "presliding": (1e-6, 5e-3, "m"),
-    "rack_mass": (0.0, 2e3, "kg"),
-    "damping": (0.0, 200.0, "N m s/rad"),
-    "handwheel_inertia": (0.0, 0.2, "kg m^2"),
-    "torsion_bar": (10.0, inf, "N m/rad"),
-    "motor_ratio": (0.0, 100.0, "1"),
-    "motor_efficiency": (0.3, 1.0, "1"),
-    "force_noise": (1.0, 2e3, "N"),
-    "force_error": (0.0, 2e3, "N"),
-    "force_zero": (0.0, 2e3, "N"),
-    "standstill": (1e-4, 1.0, "m/s"),
-}
-"""Least and greatest value, and the unit of every number."""
+
+
+class Allowed(NamedTuple):
+    """Least and greatest value of a number, and its unit."""
+
+    least: float
+    most: float
+    unit: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,39 +121,39 @@ class Vehicle:
         InvalidInputError: a value is out of its range.
     """
 
-    front_axle_load: float
-    tyre_width: float
-    pressure: float
-    wheelbase: float
-    track: float
-    wheel_radius: float = 0.3
-    steering_ratio: float = 15.0
-    steering_arm: float = 0.125
-    half_length: float | None = None
-    contact_width: float | None = None
-    stiffness: float | None = None
-    slide_factor: float | None = None
-    slide_load: float | None = None
-    trail: float = 0.02
-    scrub_radius: float = 0.01
-    inclination: float = 12 * pi / 180
-    caster: float = 5 * pi / 180
-    rack_travel: float = 0.075
-    lever_loss: float = 0.25
-    ackermann: float = 0.6
-    gear_friction: float = 200.0
-    gear_load_share: float = 0.02
-    presliding: float = 6e-5
-    rack_mass: float = 0.0
-    damping: float = 20.0
-    handwheel_inertia: float | None = None
-    torsion_bar: float = 115.0
-    motor_ratio: float = 0.0
-    motor_efficiency: float = 0.9
-    force_noise: float = 40.0
-    force_error: float = 40.0
-    force_zero: float = 60.0
-    standstill: float = 0.02
+    front_axle_load: Annotated[float, Allowed(500.0, 60e3, "N")]
+    tyre_width: Annotated[float, Allowed(0.1, 0.4, "m")]
+    pressure: Annotated[float, Allowed(5e4, 1e6, "Pa")]
+    wheelbase: Annotated[float, Allowed(1.0, 7.0, "m")]
+    track: Annotated[float, Allowed(0.8, 3.0, "m")]
+    wheel_radius: Annotated[float, Allowed(0.15, 0.7, "m")] = 0.3
+    steering_ratio: Annotated[float, Allowed(5.0, 40.0, "1")] = 15.0
+    steering_arm: Annotated[float, Allowed(0.05, 0.3, "m")] = 0.125
+    half_length: Annotated[float | None, Allowed(0.02, 0.2, "m")] = None
+    contact_width: Annotated[float | None, Allowed(0.05, 0.4, "m")] = None
+    stiffness: Annotated[float | None, Allowed(1e5, 1e9, "N/m^2")] = None
+    slide_factor: Annotated[float | None, Allowed(0.3, 3.0, "1")] = None
+    slide_load: Annotated[float | None, Allowed(500.0, 60e3, "N")] = None
+    trail: Annotated[float, Allowed(-0.05, 0.1, "m")] = 0.02
+    scrub_radius: Annotated[float, Allowed(-0.1, 0.2, "m")] = 0.01
+    inclination: Annotated[float, Allowed(-0.1, 0.5, "rad")] = 12 * pi / 180
+    caster: Annotated[float, Allowed(-0.1, 0.3, "rad")] = 5 * pi / 180
+    rack_travel: Annotated[float, Allowed(0.02, 0.2, "m")] = 0.075
+    lever_loss: Annotated[float, Allowed(-0.2, 0.6, "1")] = 0.25
+    ackermann: Annotated[float, Allowed(-0.5, 1.5, "1")] = 0.6
+    gear_friction: Annotated[float, Allowed(0.0, 2e3, "N")] = 200.0
+    gear_load_share: Annotated[float, Allowed(0.0, 0.3, "1")] = 0.02
+    presliding: Annotated[float, Allowed(1e-6, 5e-3, "m")] = 6e-5
+    rack_mass: Annotated[float, Allowed(0.0, 2e3, "kg")] = 0.0
+    damping: Annotated[float, Allowed(0.0, 200.0, "N m s/rad")] = 20.0
+    handwheel_inertia: Annotated[float | None, Allowed(0.0, 0.2, "kg m^2")] = None
+    torsion_bar: Annotated[float, Allowed(10.0, inf, "N m/rad")] = 115.0
+    motor_ratio: Annotated[float, Allowed(0.0, 100.0, "1")] = 0.0
+    motor_efficiency: Annotated[float, Allowed(0.3, 1.0, "1")] = 0.9
+    force_noise: Annotated[float, Allowed(1.0, 2e3, "N")] = 40.0
+    force_error: Annotated[float, Allowed(0.0, 2e3, "N")] = 40.0
+    force_zero: Annotated[float, Allowed(0.0, 2e3, "N")] = 60.0
+    standstill: Annotated[float, Allowed(1e-4, 1.0, "m/s")] = 0.02
     brakes: bool = True
     tolerances: VehicleTolerances = VehicleTolerances()
 
@@ -232,3 +205,11 @@ class Vehicle:
     def rack_gain(self) -> float:
         """Way of the rack over the turn of the pinion [m/rad]."""
         return self.steering_arm / self.steering_ratio
+
+
+RANGES: dict[str, Allowed] = {
+    name: hint.__metadata__[0]
+    for name, hint in get_type_hints(Vehicle, include_extras=True).items()
+    if get_origin(hint) is Annotated
+}
+"""What is allowed for every number of a `Vehicle`, by its name."""

@@ -1,6 +1,5 @@
-"""Batches over every format: killed, interrupted, two at once, over quota, without their cluster."""
+"""Batches over every format: killed, interrupted, two at once, without their cluster."""
 
-import ctypes.util
 import json
 import os
 import random
@@ -9,15 +8,15 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
 
 from identification import read_recording, read_rig
-from tests.attack.attack_class import Effort, Tried, one_by_one
-from tests.attack.faults import ENDED_BY_FAULT, attempt, ended_well, two_at_once
+from tests.attack.attack_class import one_by_one
 from tests.attack.faults import FAULTS as RUNS
+from tests.attack.faults import Fault, attempt, ended_well, two_at_once
 from tests.attack.whole_runs import ROOT, Sandbox
 from tests.attack.workplace import workplace
 from tests.identification.reading.logs import MAP, OWN_CLOCK, WRITERS, as_logged
@@ -70,53 +69,6 @@ def _written(own_clock: bool) -> Path:
     return folder
 
 
-QUOTA = r"""
-#define _GNU_SOURCE
-#include <dlfcn.h>
-#include <errno.h>
-#include <stdlib.h>
-#include <sys/stat.h>
-#include <unistd.h>
-static long left = -1;
-ssize_t write(int file, const void *data, size_t size)
-{
-    static ssize_t (*usual)(int, const void *, size_t);
-    struct stat what;
-    if (!usual) { usual = dlsym(RTLD_NEXT, "write"); left = atol(getenv("ATTACK_QUOTA")); }
-    if (!fstat(file, &what) && S_ISREG(what.st_mode) && file > 2 && (left -= (long)size) < 0) {
-        errno = EDQUOT;
-        return -1;
-    }
-    return usual(file, data, size);
-}
-"""
-"""Each process may write so many bytes into files, and then is told that the quota is used up."""
-
-
-@cache
-def _quota() -> Path | None:
-    folder = workplace()
-    (folder / "quota.c").write_text(QUOTA)
-    line = ["cc", "-shared", "-fPIC", "-o", "quota.so", "quota.c", "-ldl"]
-    made = shutil.which("cc") and not subprocess.run(line, cwd=folder, check=False).returncode
-    return folder / "quota.so" if made and ctypes.util.find_library("c") else None
-
-
-def over_quota(sandbox: Sandbox, chance: random.Random) -> str | None:
-    """The quota is used up at any byte."""
-    left = chance.choice((0, 300, 3000, 10_000, 30_000, 100_000))
-    ended = sandbox.run({"LD_PRELOAD": str(_quota()), "ATTACK_QUOTA": str(left)})
-    wrong = ended_well(ended, most=3) or (f"left {names}" if (names := sandbox.left()) else None)
-    return wrong and f"{left} bytes: {wrong}"
-
-
-def over_quota_class(kind: type[Sandbox], effort: Effort) -> Iterator[Tried]:
-    """An attack by quota; without a compiler none."""
-    if _quota() is None:
-        return iter([Tried(0, note="(not tried: no compiler for the library that counts)")])
-    return one_by_one(partial(attempt, over_quota, kind=kind))(effort)
-
-
 @contextmanager
 def cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[str]]]]:
     """A scheduler and a worker, and the address."""
@@ -158,12 +110,10 @@ def loses_its_scheduler(sandbox: Sandbox, chance: random.Random) -> str | None:
             process.send_signal(chance.choice((signal.SIGKILL, signal.SIGTERM)))
             time.sleep(chance.choice((0, 1)))
         ended = sandbox.finish(run, 120)
-    return ended_well(ended, ENDED_BY_FAULT, most=1) or (
-        f"left {names}" if (names := sandbox.left()) else None
-    )
+    return ended_well(ended, most=1) or sandbox.nothing_left()
 
 
-FAULTS: dict[str, Callable[[Sandbox, random.Random], str | None]] = {
+FAULTS: dict[str, Fault] = {
     "batch_killed": RUNS["run_killed"],
     "batch_interrupted": RUNS["run_interrupted"],
     "batch_two_at_once": two_at_once,
@@ -171,13 +121,9 @@ FAULTS: dict[str, Callable[[Sandbox, random.Random], str | None]] = {
 }
 
 
-def _attempt(fault: Callable[[Sandbox, random.Random], str | None], number: int) -> str | None:
+def _attempt(fault: Fault, number: int) -> str | None:
     """Files with a channel of time and files with a clock in turn."""
     return attempt(fault, number, quick=bool(number % 2), kind=Batch)
 
 
-CLASSES = {
-    **{name: one_by_one(partial(_attempt, fault)) for name, fault in FAULTS.items()},
-    "batch_over_quota": partial(over_quota_class, Batch),
-    "run_over_quota": partial(over_quota_class, Sandbox),
-}
+CLASSES = {name: one_by_one(partial(_attempt, fault)) for name, fault in FAULTS.items()}

@@ -18,7 +18,6 @@ from tests.attack import (
     contents,
     disks,
     faults,
-    foreign,
     fuzzing,
     generated_c,
     hosts,
@@ -49,7 +48,7 @@ PROPERTIES: Classes = {
 """Tests of hypothesis as classes."""
 MODULES = (
     *(long_runs, generated_c, contents, threads, temporary_folders),
-    *(command_lines, names, hosts, tampered, faults, disks, foreign, batches),
+    *(command_lines, names, hosts, tampered, faults, disks, batches),
 )
 CLASSES: Classes = (
     fuzzing.CLASSES

@@ -1,5 +1,6 @@
 """The short form of `make attack`, and what it once found."""
 
+import math
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -9,9 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.attack import fuzzing
+from tests.attack import fuzzing, names
 from tests.attack.attack_class import Attack, Effort, Tried, one_by_one, undertake
 from tests.attack.command_lines import attempt
+from tests.attack.long_runs import Stream, attack_observers, observers
 from tests.attack.run import CLASSES, attack_all, main
 from tests.attack.targets import BROKE, FORMATS, TARGETS, broken, seeds
 from tests.attack.workplace import PREFIX, sweep, workplace
@@ -125,3 +127,32 @@ def test_guided_by_coverage(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
     assert status == 0, capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n == "ekf" else pytest.mark.long) for n in observers()]
+)
+def test_a_block_of_odd_samples(name: str) -> None:
+    assert Stream(name, 0).go_on() is None
+
+
+def test_an_estimate_that_is_none_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = Stream("root", 0)
+    monkeypatch.setattr(stream, "loop", lambda _: stream_estimate)
+    stream_estimate = type("Broken", (), {"mu": math.nan})
+
+    assert "mu is nan" in (stream.go_on() or "")
+
+
+@pytest.mark.long
+def test_threads_and_a_child_go_on_together() -> None:
+    outcome = undertake(attack_observers, Effort(seconds=5, inputs=20_000))
+
+    assert outcome.inputs >= 20_000 or not outcome.failures
+    assert outcome.failures == ()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [0, 9])
+def test_odd_names(number: int) -> None:
+    assert names.attempt(number) is None

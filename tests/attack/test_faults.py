@@ -12,12 +12,14 @@ from tests.attack.batches import FAULTS as BATCHES
 from tests.attack.batches import Batch
 from tests.attack.disks import fault_of_disk, may_mount
 from tests.attack.faults import FAULTS, attempt
-from tests.attack.foreign import FAULTS as FOREIGN
 from tests.attack.names import COMMANDS
 from tests.attack.whole_runs import ROOT
 from tests.attack.workplace import place_inputs
 
-QUICK = ("run_killed", "run_damaged_trials")
+QUICK = (
+    *("run_killed", "run_damaged_trials"),
+    *("run_no_compiler", "run_shared_cache", "run_foreign_trials"),
+)
 """The others take minutes more, and belong to `make attack`."""
 pytestmark = [
     pytest.mark.long,
@@ -28,11 +30,6 @@ pytestmark = [
 @pytest.mark.parametrize("name", QUICK)
 def test_the_same_command_goes_on(name: str) -> None:
     assert attempt(FAULTS[name], 1, quick=True) is None
-
-
-@pytest.mark.parametrize("name", FOREIGN)
-def test_nothing_foreign_changes_the_result(name: str) -> None:
-    assert attempt(FOREIGN[name], 1, quick=True) is None
 
 
 @pytest.mark.parametrize("name", ["batch_killed", "batch_no_scheduler"])

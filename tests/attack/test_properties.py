@@ -4,7 +4,6 @@ import json
 import math
 import pickle
 import tempfile
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,35 +14,16 @@ from hypothesis import strategies as st
 
 from identification import SignalMap, SignalSource, read_model, read_recording, read_signals
 from identification.reading.rigfile import signals_section
-from observers import Ekf, Estimates, Loop, Mhe, RootObserver, Sample, run
-from symbolic import (
-    EFFECTS,
-    InvalidInputError,
-    Model,
-    Rig,
-    Tyre,
-    effects_named,
-    parameter_name,
-    units_of,
-)
+from observers import Estimates, Loop, Sample, run
+from symbolic import EFFECTS, InvalidInputError, Model, Tyre, effects_named, parameter_name, units_of
+from tests.attack.long_runs import RIG, K, observers
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 N = 40
-RIG, K = Rig(a=0.045, e=0.009), 2.4e6
 MISSING = (math.nan, math.inf, -math.inf, 1e300)
 """What observers take for no measurement, in any channel."""
 CHANNELS = ("psi", "F_N", "M_z", "psi_dot")
-
-
-@cache
-def observer(name: str) -> Any:
-    kinds = {
-        "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG),
-        "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=5),
-        "root": lambda: RootObserver(rig=RIG, k=K),
-    }
-    return kinds[name]()
 
 
 def turning() -> dict[str, np.ndarray]:
@@ -74,7 +54,7 @@ def gaps(draw: st.DrawFn) -> dict[str, np.ndarray]:
 def estimated(name: str, columns: dict[str, np.ndarray], **settings: Any) -> Estimates | None:
     """The estimates; None where the recording holds nothing to estimate from."""
     try:
-        return run(observer(name), **columns, **settings)
+        return run(observers()[name], **columns, **settings)
     except InvalidInputError as error:
         if "in at least one sample" not in str(error):
             raise
@@ -120,9 +100,9 @@ def test_a_loop_goes_on_where_it_was_pickled(
     samples = [
         Sample(psi=psi, F_N=F_N, dt=0.02, M_z=M_z, psi_dot=psi_dot) for psi, F_N, M_z, psi_dot in rows
     ]
-    whole = Loop(observer(name))
+    whole = Loop(observers()[name])
     expected = [whole(sample) for sample in samples]
-    before = Loop(observer(name))
+    before = Loop(observers()[name])
     found = [before(sample) for sample in samples[:cut]]
     after = pickle.loads(pickle.dumps(before))
     found += [after(sample) for sample in samples[cut:]]

@@ -83,8 +83,7 @@ class Sandbox:
         further: Sequence[str] = ("--jobs", "2"),
     ) -> subprocess.Popen[str]:
         """A run that has just begun, in a group of its own."""
-        log = (self.folder / "err").open("w")
-        with log:
+        with (self.folder / "err").open("w") as log:
             return subprocess.Popen(
                 [sys.executable, str(SMALL_RUN), *self.words, "--out", out, *further],
                 cwd=self.folder / "work",
@@ -146,6 +145,10 @@ class Sandbox:
         hidden = [path.name for path in self.out.glob(".*")]
         temporary = [path.name for path in (self.folder / "tmp").iterdir()]
         return sorted(work + hidden + temporary)
+
+    def nothing_left(self) -> str | None:
+        """A line where something is."""
+        return f"left {names}" if (names := self.left()) else None
 
     def nobody_left(self, seconds: float = 15.0) -> str | None:
         """Waits for the processes to be gone; a line where they stay."""

@@ -1,6 +1,7 @@
 """Runs an example in the process of the tests: what is imported and compiled once serves all of them."""
 
 import importlib
+import re
 import sys
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -24,14 +25,7 @@ class Printed:
 
 
 def execute(example: str, folder: Path, *arguments: object, data: Path | None = None) -> Printed:
-    """Call the main function of a script as if it had been started in a folder.
-
-    Args:
-        example: the file's name.
-        folder: where it is started.
-        arguments: of the script.
-        data: folder of the published measurements; None hides them.
-    """
+    """Call a script's main function as if started in a folder; data are published measurements."""
     out, err = StringIO(), StringIO()
     line = [str(EXAMPLES / example), *map(str, arguments)]
     with pytest.MonkeyPatch.context() as place, redirect_stdout(out), redirect_stderr(err):
@@ -48,18 +42,15 @@ def execute(example: str, folder: Path, *arguments: object, data: Path | None = 
     return Printed(status=0, out=out.getvalue(), err=err.getvalue())
 
 
+def numbers(text: str, pattern: str) -> list[float]:
+    """What the groups of a pattern match in a text, one after the other."""
+    return [float(each) for found in re.finditer(pattern, text, re.MULTILINE) for each in found.groups()]
+
+
 def printed_by(
     example: str, tmp_path: Path, *arguments: str, data: Path | None = None, leaves: str = ""
 ) -> str:
-    """What the script prints, run from an empty folder, and nothing but this.
-
-    Args:
-        example: the script.
-        tmp_path: an empty folder to run it in.
-        arguments: of the script.
-        data: folder of the published measurements; None hides them.
-        leaves: the file or folder that it has to leave; a picture is checked for being one.
-    """
+    """What the script prints, run from an empty folder, in which it leaves this file or nothing."""
     printed = execute(example, tmp_path, *arguments, data=data)
     assert printed.status == 0, printed.err
     assert printed.err == ""

@@ -13,14 +13,14 @@ import pytest
 from identification import read_recording, read_signals, read_vehicle
 from observers.embedded.fmu import is_host
 from symbolic import compiler
-from tests.examples.running import EXAMPLES, NUMBER, execute, printed_by
+from tests.examples.running import EXAMPLES, NUMBER, execute, numbers, printed_by
 
 
 def truth_of(recording: str) -> float:
     """Friction that was planted, from the table beside the recordings."""
     text = (EXAMPLES / "recordings" / "TRUTH.md").read_text(encoding="utf-8")
-    (mu,) = re.findall(rf"^\| {recording} \| {NUMBER} \|", text, flags=re.MULTILINE)
-    return float(mu)
+    (mu,) = numbers(text, rf"^\| {recording} \| {NUMBER} \|")
+    return mu
 
 
 SCRIPT = """
@@ -76,10 +76,10 @@ def test_no_example_needs_what_the_wheel_lacks() -> None:
 
 def test_rig_recordings(tmp_path: Path) -> None:
     text = printed_by("rig_recordings.py", tmp_path)
-    ((low, high),) = re.findall(rf"^M_z from {NUMBER} to {NUMBER} N m$", text, flags=re.MULTILINE)
+    low, high = numbers(text, rf"^M_z from {NUMBER} to {NUMBER} N m$")
 
     assert text.startswith("1401 samples in 14 s\n")
-    assert -10 < float(low) < -5 < 5 < float(high) < 10
+    assert -10 < low < -5 < 5 < high < 10
 
 
 @pytest.mark.long
@@ -94,10 +94,8 @@ def test_own_reader(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", [None, pytest.param("mhe", marks=pytest.mark.long)])
 def test_estimate_in_a_loop(kind: str | None, tmp_path: Path) -> None:
     *track, end = printed_by("estimate_in_a_loop.py", tmp_path, *filter(None, [kind])).splitlines()
-    matched = re.fullmatch(rf"friction at the end: mu_eff = {NUMBER} ± {NUMBER}", end)
+    mu, band = numbers(end, rf"^friction at the end: mu_eff = {NUMBER} ± {NUMBER}$")
 
-    assert matched, end
-    mu, band = map(float, matched.groups())
     assert abs(mu - truth_of("holdout_c")) < 1.5 * band
     assert band < 0.32
     assert "not usable" in track[0]
@@ -107,15 +105,12 @@ def test_estimate_in_a_loop(kind: str | None, tmp_path: Path) -> None:
 @pytest.mark.long
 def test_steering_controller(tmp_path: Path) -> None:
     text = printed_by("steering_controller.py", tmp_path)
-    without, guessed, observed, known = (
-        float(error)
-        for error in re.findall(rf"rms, {NUMBER} after the first second$", text, flags=re.MULTILINE)
-    )
-    (mu,) = re.findall(rf"^the observer's mu_eff at the end: {NUMBER}$", text, flags=re.MULTILINE)
+    without, guessed, observed, known = numbers(text, rf"rms, {NUMBER} after the first second$")
+    (mu,) = numbers(text, rf"^the observer's mu_eff at the end: {NUMBER}$")
 
     assert observed < 0.2 * min(without, guessed)
     assert observed < 6 * known
-    assert abs(float(mu) - 0.6) < 0.01
+    assert abs(mu - 0.6) < 0.01
 
 
 @pytest.mark.long
@@ -124,13 +119,12 @@ def test_fmu_in_a_steering_loop(tmp_path: Path) -> None:
     if find_spec("fmpy") is None:
         pytest.skip("FMPy is not installed: pip install 'brushgrip[dev]'")
     text = printed_by("fmu_in_a_steering_loop.py", tmp_path)
-    ((mu, spread),) = re.findall(rf"by the FMU: {NUMBER} ± {NUMBER} \(", text)
-    by_fmu, in_python = re.findall(rf": {NUMBER} mrad rms$", text, flags=re.MULTILINE)
+    mu, spread = numbers(text, rf"by the FMU: {NUMBER} ± {NUMBER} \(")
+    by_fmu, in_python = numbers(text, rf": {NUMBER} mrad rms$")
 
-    assert abs(float(mu) - 0.6) < 0.01
-    assert float(spread) < 0.05
-    assert by_fmu == in_python
-    assert float(by_fmu) < 25
+    assert abs(mu - 0.6) < 0.01
+    assert spread < 0.05
+    assert by_fmu == in_python < 25
 
 
 def round_trips(text: str) -> list[tuple[float, ...]]:
@@ -170,10 +164,7 @@ def test_embedded_round_trip_measured(tmp_path: Path, measured_dir: Path) -> Non
 def test_find_the_missing_effect(tmp_path: Path) -> None:
     text = printed_by("find_the_missing_effect.py", tmp_path)
     values = dict(re.findall(rf"^(\w+: \w+) = {NUMBER}", text, flags=re.MULTILINE))
-    before, after = (
-        float(value)
-        for value in re.findall(rf"torque error \w+: {NUMBER}% of range$", text, flags=re.MULTILINE)
-    )
+    before, after = numbers(text, rf"torque error \w+: {NUMBER}% of range$")
 
     assert set(values) == {"rate_friction: c", "carcass_torsion: k_t"}
     assert abs(float(values["rate_friction: c"]) - 0.04) < 0.002
@@ -196,18 +187,15 @@ def test_left_out_search_says_what_it_needs_before_it_searches(tmp_path: Path) -
 @pytest.mark.long
 def test_free_decay(tmp_path: Path) -> None:
     text = printed_by("free_decay.py", tmp_path, "decay.png", leaves="decay.png")
-    off = [
-        (abs(float(k)), abs(float(b_t)))
-        for k, b_t in re.findall(rf": off by {NUMBER} % and {NUMBER} %$", text, flags=re.MULTILINE)
-    ]
-    (mu,) = re.findall(rf"^friction from 7 contacts: mu = {NUMBER}, each", text, flags=re.MULTILINE)
+    off = map(abs, numbers(text, rf": off by {NUMBER} % and {NUMBER} %$"))
+    (mu,) = numbers(text, rf"^friction from 7 contacts: mu = {NUMBER}, each")
 
-    (k, b_t), (k_sticking, b_t_sticking), (_, b_t_source) = off
+    k, b_t, k_sticking, b_t_sticking, _, b_t_source = off
     assert k < 0.1
     assert b_t < 0.5
     assert k_sticking > 1
     assert min(b_t_sticking, b_t_source) > 4
-    assert float(mu) == pytest.approx(1.674, rel=0.03)
+    assert mu == pytest.approx(1.674, rel=0.03)
 
 
 @pytest.mark.long
@@ -248,40 +236,34 @@ def test_observability(tmp_path: Path) -> None:
         }
         for part in text.split("back, since the reversal")
     )
-    (blind,) = re.findall(rf"blind again {NUMBER} rad after the reversal", text)
-    ((reached, limit),) = re.findall(
-        rf"one sample: std {NUMBER}, noise / \(.*\) = {NUMBER}$", text, re.MULTILINE
-    )
+    (blind,) = numbers(text, rf"blind again {NUMBER} rad after the reversal")
+    reached, limit = numbers(text, rf"one sample: std {NUMBER}, noise / \(.*\) = {NUMBER}$")
 
     assert "first sample: dM_z/dmu = 0 N m" in text
-    assert float(reached) == pytest.approx(float(limit), rel=0.01)
+    assert reached == pytest.approx(limit, rel=0.01)
     assert abs(out[0.002]) < 0.001
     assert list(out.values()) == sorted(out.values(), reverse=True)
     assert back[0.1] < 0 < back[0.2]
-    assert 0.1 < float(blind) < 0.2
+    assert 0.1 < blind < 0.2
 
 
 @pytest.mark.long
 def test_trade_offs(tmp_path: Path) -> None:
     text = printed_by("trade_offs.py", tmp_path, "trade.png", leaves="trade.png")
-    pattern = rf"95 % interval {NUMBER} to {NUMBER}, best {NUMBER}$"
-    of_a, of_k = [tuple(map(float, f)) for f in re.findall(pattern, text, flags=re.MULTILINE)]
-    (within,) = re.findall(rf"mu a keeps within {NUMBER}%$", text, flags=re.MULTILINE)
+    low_a, high_a, low_k, high_k = numbers(text, rf"95 % interval {NUMBER} to {NUMBER}, best [\d.e+]+$")
+    (within,) = numbers(text, rf"mu a keeps within {NUMBER}%$")
 
     assert "e = 0 mm, a over a as declared: every value from 0.8 to 1.2 fits" in text
-    assert float(within) < 0.05
-    assert of_a[0] < 1 < of_a[1]
-    assert of_k[0] < 2.4e6 < of_k[1]
+    assert within < 0.05
+    assert low_a < 1 < high_a
+    assert low_k < 2.4e6 < high_k
 
 
 @pytest.mark.long
 def test_measured_evaluation(tmp_path: Path) -> None:
     text = printed_by("measured_evaluation.py", tmp_path, "--pictures", "drawn", leaves="drawn")
-    (filtered, by_ekf, _), (bare, by_ekf_bare, _) = (
-        tuple(map(float, found))
-        for found in re.findall(
-            rf"M_z by {NUMBER} N m; mu off by {NUMBER} \(EKF\), {NUMBER} \(root\)$", text, re.MULTILINE
-        )
+    filtered, by_ekf, bare, by_ekf_bare = numbers(
+        text, rf"M_z by {NUMBER} N m; mu off by {NUMBER} \(EKF\), \S+ \(root\)$"
     )
     beyond = dict(re.findall(rf"^(\w+): .* more than five {NUMBER}%", text, re.MULTILINE))
 
@@ -295,23 +277,22 @@ def test_measured_evaluation(tmp_path: Path) -> None:
 @pytest.mark.measured
 def test_measured_evaluation_measured(tmp_path: Path, measured_dir: Path) -> None:
     text = printed_by("measured_evaluation.py", tmp_path, data=measured_dir)
-    counted = re.findall(rf"as the author counts: zones {NUMBER}%, direction {NUMBER}%", text)
+    counted = numbers(text, rf"as the author counts: zones {NUMBER}%, direction {NUMBER}%")
 
-    assert [min(map(float, shares)) > 98 for shares in counted] == [True] * 4
+    assert [share > 98 for share in counted] == [True] * 8
 
 
 @pytest.mark.long
 def test_thesis_simulation(tmp_path: Path) -> None:
     text = printed_by("thesis_simulation.py", tmp_path, "sim.png", leaves="sim.png")
-    turns = re.search(rf"^turns back at {NUMBER} s, {NUMBER} s; ", text, re.MULTILINE)
+    turns = numbers(text, rf"^turns back at {NUMBER} s, {NUMBER} s; ")
     zones = re.findall(rf"^t = {NUMBER} s: (\d+) zones, ", text, re.MULTILINE)
-    (exact,) = re.findall(rf"^error of M_z over its range: {NUMBER} in", text, re.MULTILINE)
-    source = re.findall(rf"^201 bristles, .*: {NUMBER}$", text, re.MULTILINE)
+    (exact,) = numbers(text, rf"^error of M_z over its range: {NUMBER} in")
+    source = numbers(text, rf"^201 bristles, .*: {NUMBER}$")
 
-    assert turns
-    assert [float(at) for at in turns.groups()] == pytest.approx([1.25, 2.4], abs=0.02)
+    assert turns == pytest.approx([1.25, 2.4], abs=0.02)
     assert zones == [("0.5", "3"), ("1.75", "5"), ("3.0", "7"), ("5.1", "3")]
-    assert float(exact) < 1e-6 < 100 * float(exact) < min(map(float, source))
+    assert exact < 1e-6 < 100 * exact < min(source)
 
 
 @pytest.mark.long
@@ -330,6 +311,7 @@ def test_thesis_simulation_published(tmp_path: Path, measured_dir: Path, simulat
     assert off["201"] < 3e-5
 
 
+@pytest.mark.long
 def test_patch_animation(tmp_path: Path) -> None:
     text = printed_by("patch_animation.py", tmp_path, "--out", "film", "--frames", "4", leaves="film")
 
@@ -344,26 +326,21 @@ def test_patch_animation(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_towing(tmp_path: Path) -> None:
     text = printed_by("towing.py", tmp_path, "tows.png", leaves="tows.png")
-    rows = re.findall(rf"planted {NUMBER}, F = mu N gives {NUMBER} ± {NUMBER},", text)
-    shares = re.findall(rf"in {NUMBER}% of 400 sets$", text, re.MULTILINE)
+    rows = numbers(text, rf"planted {NUMBER}, F = mu N gives {NUMBER} ± {NUMBER},")
+    shares = numbers(text, rf"in {NUMBER}% of 400 sets$")
 
-    assert len(rows) == 3
-    for planted, found, spread in (map(float, row) for row in rows):
+    for planted, found, spread in np.reshape(rows, (3, 3)):
         assert abs(found - planted) < 4 * spread < 0.1 * planted
-    assert all(91 < float(share) < 98 for share in shares)
+    assert all(91 < share < 98 for share in shares)
 
 
 @pytest.mark.long
 def test_own_effect(tmp_path: Path) -> None:
     found, errors = printed_by("own_effect.py", tmp_path).splitlines()
-    named = re.fullmatch(rf"found boot_spring: c = {NUMBER} ± {NUMBER} N m/rad\^3", found)
-    matched = re.fullmatch(rf"error {NUMBER}% of range before, {NUMBER}% after", errors)
+    value, spread = numbers(found, rf"^found boot_spring: c = {NUMBER} ± {NUMBER} N m/rad\^3$")
+    before, after = numbers(errors, rf"^error {NUMBER}% of range before, {NUMBER}% after$")
 
-    assert named, found
-    assert matched, errors
-    value, spread = map(float, named.groups())
     assert abs(value - 80) < 3 * spread
-    before, after = map(float, matched.groups())
     assert after < 0.4 < 0.5 * before
 
 

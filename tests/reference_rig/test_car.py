@@ -13,6 +13,7 @@ from reference_rig import (
     TOLERANCES,
     Array,
     Car,
+    CarBus,
     CarMotion,
     CarPatches,
     CarTyre,
@@ -22,6 +23,7 @@ from reference_rig import (
     Linkage,
     draw_car,
     handwheel_path,
+    record_car,
     simulate_car,
 )
 
@@ -154,14 +156,19 @@ def test_play_is_lost_between_rack_and_wheel() -> None:
 
 def test_a_free_wheel_rolls_and_feels_no_scrub_radius() -> None:
     """With brakes a wheel is dragged about the kingpin; without them it runs round it."""
-    rolling = {}
-    for scrub in (0.0, 0.06):
-        kingpin = Kingpin(scrub_radius=scrub, trail=0.0, inclination=0.0, caster=0.0)
-        car = replace(EVEN, kingpin=kingpin, yaw_stiffness=inf, free_yaw_stiffness=inf)
-        for brake in (True, False):
-            rolling[scrub, brake] = np.ptp(swung(car, brake=brake).M_left)
-    assert rolling[0.06, True] > 1.2 * rolling[0.06, False]
-    assert rolling[0.06, False] == pytest.approx(rolling[0.0, True], rel=0.05)
+    none, wide = (
+        replace(
+            EVEN, yaw_stiffness=inf, free_yaw_stiffness=inf,
+            kingpin=Kingpin(scrub_radius=scrub, trail=0.0, inclination=0.0, caster=0.0),
+        )
+        for scrub in (0.0, 0.06)
+    )  # fmt: skip
+    dragged, free, straight = (
+        np.ptp(swung(car, brake=brake).M_left)
+        for car, brake in ((wide, True), (wide, False), (none, True))
+    )
+    assert dragged > 1.2 * free
+    assert free == pytest.approx(straight, rel=0.05)
 
 
 def test_lift_is_that_of_a_hub_on_a_leaning_axis() -> None:
@@ -204,12 +211,20 @@ def test_declared_values_are_off_within_their_tolerance() -> None:
 
 
 def test_a_recording_shows_steps_and_time_stamps_of_a_bus() -> None:
-    drawn = draw_car(3)
-    recording = drawn.drive()
+    bus = CarBus()
+    recording = record_car(3, EVEN, swung(), bus=bus, brake=False)
     assert np.all(np.diff(recording.t) > 0)
-    steps = recording.handwheel / drawn.bus.handwheel_step
+    steps = recording.handwheel / bus.handwheel_step
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
     assert np.all(recording.t - recording.taken > -1e-9)
+    assert np.ptp(recording.handwheel) == pytest.approx(np.ptp(swung().handwheel), abs=0.01)
+    assert set(recording.brake) == {0.0}
+
+
+@pytest.mark.long
+def test_a_drawn_car_is_driven_from_lock_to_lock() -> None:
+    drawn = draw_car(3)
+    recording = drawn.drive()
     assert np.ptp(recording.handwheel) > 1.8 * 0.9 * drawn.car.lock / drawn.car.pinion_radius
     assert set(recording.brake) == {float(drawn.brake)}
 

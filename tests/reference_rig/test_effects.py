@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 from reference_rig import (
-    REFERENCE_SPEED,
     RENEWAL,
-    REST_SPEED,
     RIG_EFFECTS,
     Array,
     EffectValues,
@@ -20,8 +18,8 @@ from reference_rig import (
     RigTyre,
     build_effects,
     contact_age,
+    free_path,
     hand_path,
-    make_campaign,
     simulate_bristles,
 )
 
@@ -105,69 +103,6 @@ def test_frictional_creep_adds_the_same_for_every_decade() -> None:
     assert fast - slow == pytest.approx(-0.04 * np.log(10) * SLIDE, rel=2e-3)
 
 
-def test_a_bristle_that_is_no_longer_driven_creeps() -> None:
-    """Stress falls by c per e-fold of time while friction holds it: creep is logarithmic."""
-    c, rest = 0.15, 4000
-    moving = steady(0.5)
-    psi = np.concatenate([moving.psi, np.full(rest, moving.psi[-1])])
-    drive = replace(turn(psi), psi_dot=np.zeros(len(psi)))
-    M_z = -run(drive, CENTRED, {"frictional_creep": {"c": c}}).M_z[len(moving.psi) :]
-    later = M_z[[20, 40, 80]]
-
-    assert np.all(np.diff(M_z) <= 1e-12)
-    # Twice the time, half the speed; bristles at the ends rest before the others do.
-    np.testing.assert_allclose(np.diff(later), -c * np.log(2) * SLIDE, rtol=0.15)
-    at_rest = 1 + c * np.log(REST_SPEED / REFERENCE_SPEED)
-    assert M_z[-1] == pytest.approx(at_rest * SLIDE, rel=1e-3)
-
-
-def test_relaxation_fades_at_rest() -> None:
-    small = 1e-8
-    drive = turn(np.full(101, small))
-    drive = replace(drive, psi=np.concatenate([[0.0, small], np.full(99, small)]))
-    elastic = run(turn([0.0, small]), TRAILED).M_z[-1]
-
-    M_z = run(drive, TRAILED, {"viscoelastic_relaxation": BRANCH}).M_z
-
-    since = drive.t[1:] - drive.t[1]
-    kept = 0.5 * (1 - np.exp(-0.01 / 0.5)) / 0.01
-    np.testing.assert_allclose(
-        M_z[1:] / elastic, 1 + 0.6 * kept * np.exp(-since / 0.5), rtol=0, atol=2e-3
-    )
-
-
-def test_branch_of_a_long_slide_is_empty() -> None:
-    # In a steady slide the branch fades over time (1 + gain); a rest then changes nothing.
-    t = np.append(np.arange(1001) * 0.01, 60.0)
-    drive = replace(turn(np.minimum(t, 10.0) * 5.0), t=t)
-
-    M_z = run(drive, CENTRED, {"viscoelastic_relaxation": BRANCH}).M_z
-
-    np.testing.assert_allclose(M_z[-2:], -SLIDE, rtol=1e-5)
-
-
-def test_torques_beside_the_patch() -> None:
-    drive = hand_path(3, 6.0, rate=100.0)
-    M_z = run(drive, TRAILED).M_z
-    expected = {
-        "contact_damping": M_z - 2.0 * drive.psi_dot,
-        "bearing_friction": M_z - 2.0 * np.tanh(drive.psi_dot / 0.01),
-        "steering_return": M_z - 2.0 * drive.psi,
-        "torque_offset": M_z + 2.0,
-    }
-    parameter = {
-        "contact_damping": "c",
-        "bearing_friction": "M_c",
-        "steering_return": "stiffness",
-        "torque_offset": "M_0",
-    }
-
-    for name, torque in expected.items():
-        np.testing.assert_allclose(
-            run(drive, TRAILED, {name: {parameter[name]: 2.0}}).M_z, torque, atol=1e-12
-        )
-
-
 def test_play_is_a_lost_way() -> None:
     psi = np.array([0.0, 0.005, 0.03, 0.025, 0.01])
     taken_up = np.array([0.0, 0.0, 0.025, 0.025, 0.015])
@@ -206,11 +141,9 @@ def test_one_branch_only() -> None:
         simulate_bristles(turn([0.0, 0.1]), TRAILED, [*branch, *branch])
 
 
-def drive(psi: Array, dt: float = 0.01) -> RigDrive:
+def drive(psi: Array) -> RigDrive:
     """Angles at an even clock under a constant load."""
-    rate = np.gradient(psi, dt)
-    t = np.arange(psi.size) * dt
-    return RigDrive(t=t, psi=psi, psi_dot=rate, F_N=np.full(psi.size, LOAD), psi_virgin=float(psi[0]))
+    return free_path(np.arange(psi.size) * 0.01, psi, load=LOAD, rate=100.0)
 
 
 def torque(path: RigDrive, **planted: dict[str, float]) -> Array:
@@ -276,9 +209,3 @@ def test_a_rested_contact_holds_more() -> None:
     assert np.abs(rested).max() > 1.03 * np.abs(rested[-1])
     age = RENEWAL / 0.05
     assert rested[-1] / bare[-1] == pytest.approx(1 + 0.2 * np.log1p(age), rel=1e-2)
-
-
-def test_a_weak_effect_is_as_weak_as_asked() -> None:
-    weak = make_campaign("bearing_friction", 3, 1, duration=5.0, shares=(0.01, 0.03))
-
-    assert 0.009 < weak.share < 0.031

@@ -110,9 +110,9 @@ def test_hand_pulls_towards_its_path() -> None:
 
 
 def test_recorded_torque_repeats_the_motion() -> None:
-    made = clean()
+    made = clean(duration=3.0)
 
-    again = clean(torque=made.M_true)
+    again = clean(torque=made.M_true, duration=3.0)
 
     np.testing.assert_allclose(again.M_true, made.M_true, atol=1e-12)
     np.testing.assert_allclose(again.psi_true, made.psi_true, atol=2e-6)
@@ -125,20 +125,13 @@ def test_torque_needs_a_value_a_sample() -> None:
 
 
 def test_friction_may_fall_while_turning() -> None:
-    made = clean(friction=friction_step(5.0, 1.2, 0.5))
+    made = clean(friction=friction_step(3.0, 1.2, 0.5), duration=6.0)
     limit = full_slide_moment(TYRE, 1.0) * made.mu_true * made.F_N
 
     assert set(made.mu_true) == {0.5, 1.2}
     assert made.tyre.mu == 1.2
     assert np.all(np.abs(made.M_z_true) <= limit * (1 + 1e-4))
-    assert np.max(np.abs(made.M_z_true[made.t < 5])) > 1.5 * limit[-1]
-
-
-def test_slower_sampling_shows_the_same_motion() -> None:
-    fast, slow = clean(duration=3.0), clean(duration=3.0, rate=100.0)
-
-    np.testing.assert_allclose(fast.psi_true[::10], slow.psi_true, atol=1e-14)
-    np.testing.assert_allclose(fast.M_true[::10], slow.M_true, atol=1e-10)
+    assert np.max(np.abs(made.M_z_true[made.t < 3])) > 1.5 * limit[-1]
 
 
 def test_uneven_samples_lie_on_the_same_motion() -> None:

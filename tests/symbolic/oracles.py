@@ -80,14 +80,8 @@ def flat(planted: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
     return {f"{name}.{p}": value for name, values in planted.items() for p, value in values.items()}
 
 
-def grid_torque(*paths: Path, bristles: int = 5000, turned: float = 0.0) -> Array:
-    """M_z of a uniform grid of elastoplastic stops (midpoint rule), shape (paths, n).
-
-    Args:
-        paths: recordings of equal length, taken side by side.
-        bristles: of each patch.
-        turned: angle by which every virgin patch was turned before its first sample [rad].
-    """
+def grid_torque(*paths: Path, bristles: int = 5000) -> Array:
+    """M_z of a uniform grid of elastoplastic stops (midpoint rule), paths side by side, (paths, n)."""
     a, e, k, mu = (
         np.array([[getattr(path.tyre, name)] for path in paths]) for name in ("a", "e", "k", "mu")
     )
@@ -95,7 +89,7 @@ def grid_torque(*paths: Path, bristles: int = 5000, turned: float = 0.0) -> Arra
     parabola = 3 * mu / (4 * a**3 * k) * (a**2 - x**2)
     share = k * (x - e) * (2 * a / bristles)
     psi = np.stack([path.psi for path in paths])
-    turn = np.diff(psi, axis=1, prepend=psi[:, :1] - turned)
+    turn = np.diff(psi, axis=1, prepend=psi[:, :1])
     F_N = np.stack([np.broadcast_to(path.F_N, path.psi.shape) for path in paths])
     q, M_z = np.zeros_like(x), np.empty_like(psi)
     for i in range(psi.shape[1]):
@@ -109,11 +103,7 @@ def grid_torque(*paths: Path, bristles: int = 5000, turned: float = 0.0) -> Arra
 def virgin_torque(psi: float, F_N: float, tyre: Tyre, number: Callable[[float], Any] = float) -> float:
     """M_v of a patch turned once from rest: the closed form with its two zone boundaries.
 
-    Args:
-        psi: the turn [rad].
-        F_N: load [N].
-        tyre: the tyre.
-        number: arithmetic to work in; Decimal takes rounding out of the comparison.
+    Decimal as arithmetic takes rounding out of the comparison.
     """
     if psi == 0:
         return 0.0
@@ -134,10 +124,7 @@ def virgin_torque(psi: float, F_N: float, tyre: Tyre, number: Callable[[float], 
 def masing_torque(path: Path, *, most: int | None = None, drop: str = "inner") -> Array:
     """M_z under constant load from the stack of turning points alone: Masing's and Madelung's rules.
 
-    Args:
-        path: recording with a constant load.
-        most: turning points kept; the innermost or the outermost loop is dropped beyond.
-        drop: "inner" or "outer".
+    Beyond so many turning points at most the innermost or the outermost loop is dropped.
     """
     load = float(path.F_N[0])
     stack, here, side = [float(path.psi[0])], float(path.psi[0]), 0.0

@@ -154,7 +154,6 @@ def test_effect_is_the_one_of_the_rig(effect: Effect) -> None:
     error = worst(model_torque(planted), reference)
 
     seen = worst(reference, declared)
-    print(f"{effect.name}: {error:.1e} of range off the rig, which it changes by {seen:.1e}")
     # The exact patch meets the rig to the rig's own grid. Between samples the rig interpolates the late
     # torque, the effect the angle that makes it. The rig's flanks are hard, those of the effect rounded.
     apart = {"sensor_delay": 1e-3, "backlash": 5e-3}

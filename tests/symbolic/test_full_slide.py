@@ -130,17 +130,6 @@ def test_many_effects_at_once_on_the_rig() -> None:
     assert mu_eff > 1.2 * TYRE.mu
 
 
-def test_models_of_equal_torque_have_equal_effective_friction() -> None:
-    creeping: Planted = {"frictional_creep": {"c": 0.06}}
-    falling: Planted = {"stribeck": {"ratio": 1.3, "v_s": 3e-3}, "pressure_shape": {"exponent": 4.0}}
-    # The torque of full slide is proportional to mu: this is the mu that makes the two equal.
-    mu = 0.9 * on_the_rig(creeping, 0.9) / on_the_rig(falling, 0.9)
-    one, other = full_slide(creeping, 0.9), full_slide(falling, mu)
-
-    assert abs(mu - 0.9) > 0.05
-    assert one == pytest.approx(other, rel=2e-3)
-
-
 def test_drift_counts_as_far_as_it_has_come() -> None:
     planted: Planted = {"friction_drift": {"gain": 0.3, "scale": 0.6}}
     model = model_of(planted)

@@ -65,18 +65,7 @@ def test_bristles_are_many_stops_added_up(shape: Shape) -> None:
 
     error = worst(torque(psi, shape), sum_of_stops(psi, slip_turns(*shape)))
 
-    print(f"early, late, plateau {shape}: {error:.1e} of range off 20,000 stops")
     assert error <= 4e-3
-
-
-@SHAPES
-def test_branch_is_the_virgin_curve_at_twice_its_size(shape: Shape) -> None:
-    steps = 50
-    M = torque(GO * straight(0.0, 1.5, -1.5, 1.5, steps=steps), shape)
-    virgin, down, up = M[: steps + 1], M[steps : 2 * steps + 1], M[2 * steps :]
-
-    np.testing.assert_allclose(M[steps] - down, 2 * virgin, rtol=0, atol=1e-9 * LIMIT)
-    np.testing.assert_allclose(up, -down, rtol=0, atol=1e-9 * LIMIT)
 
 
 def test_the_parabola_is_one_of_them() -> None:

@@ -42,6 +42,8 @@ def test_an_effect_stands_for_itself_and_a_name_for_one_that_is_given() -> None:
     assert effects_named([*EFFECTS, stop]) == (*EFFECTS.values(), stop)
     with pytest.raises(InvalidInputError, match=r"unknown effect 'stop'; .* --effects MODULE"):
         effects_named(["stop"])
+    with pytest.raises(InvalidInputError, match="'pretwist' is named twice"):
+        effects_named(["pretwist", "pretwist"])
 
 
 def test_a_module_declares_its_effects() -> None:

@@ -17,32 +17,12 @@ from symbolic import (
     effects_named,
     simulate,
 )
-from tests.symbolic.oracles import GO, LOAD, TYRE, Path, constant, random_path, run, straight
+from tests.symbolic.oracles import GO, Path, constant, random_path, run, straight
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 REALISATIONS = pytest.mark.parametrize(
     "model", [Model(), Model(discretised=True)], ids=["zones", "bristles"]
 )
-
-
-@pytest.mark.parametrize(("model", "share"), [(Model(), 1e-9), (Model(discretised=True), 1e-3)])
-def test_full_slide_is_three_eighths_of_mu_load_and_half_length(model: Model, share: float) -> None:
-    tyre = replace(TYRE, e=0.0)
-
-    M_z = run(model, constant(GO * straight(0.0, 1e6, -1e6), tyre)).M_z
-
-    slide = 3 / 8 * tyre.mu * LOAD * tyre.a
-    assert M_z[40] == pytest.approx(-slide, rel=share)
-    assert M_z[-1] == pytest.approx(slide, rel=share)
-
-
-@REALISATIONS
-def test_full_stick_is_the_stiffness_of_the_patch(model: Model) -> None:
-    M_z = run(model, constant(GO * straight(0.0, 1e-7))).M_z
-
-    assert M_z[0] == 0
-    stiffness = 2 * TYRE.a * TYRE.k * (TYRE.a**2 / 3 + TYRE.e**2)
-    assert M_z[-1] == pytest.approx(-stiffness * 1e-7 * GO, rel=1e-5)
 
 
 @REALISATIONS
@@ -118,14 +98,6 @@ def test_theta_refuses(values: dict[str, float], message: str) -> None:
         Model().theta(values)
 
 
-def test_effects_are_found_by_name() -> None:
-    assert effects_named(["pretwist", "stribeck"]) == (EFFECTS["pretwist"], EFFECTS["stribeck"])
-    with pytest.raises(InvalidInputError, match="unknown effect 'magic'; known are asymmetric_friction"):
-        effects_named(["magic"])
-    with pytest.raises(InvalidInputError, match="'pretwist' is named twice"):
-        effects_named(["pretwist", "pretwist"])
-
-
 def test_parameter_refuses_a_start_outside_its_bounds() -> None:
     with pytest.raises(
         InvalidInputError, match=r"parameter c: start must lie in \[0.0, 1.0\] 1, got 2.0"
@@ -138,16 +110,6 @@ def test_bristles_are_taken_only_where_needed() -> None:
     assert Model(effects=effects_named(["sensor_delay", "carcass_torsion"])).exact
     assert not Model(discretised=True).exact
     assert not Model(effects=effects_named(["sensor_delay", "patch_width"])).exact
-
-
-@REALISATIONS
-def test_initial_memory_is_the_untouched_patch(model: Model) -> None:
-    memory = model.initial(
-        np.array([0.3, 0.1, LOAD, 0.01]), np.array([1.3, 2.4e6]), np.array([TYRE.a, TYRE.e])
-    )
-
-    assert float(memory[0]) == 0.3
-    assert not np.any(np.asarray(memory[1:]))
 
 
 @pytest.mark.parametrize("other", ["friction_drift", "asymmetric_friction", "rate_friction"])

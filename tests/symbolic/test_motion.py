@@ -7,13 +7,11 @@ import pytest
 from reference_rig import RigTyre, Wheel, simulate_steering
 from symbolic import (
     InvalidInputError,
-    Model,
     Rig,
     TorqueProfile,
     Tyre,
     WheelMotion,
     lateral_deformation,
-    simulate,
     simulate_motion,
     zone_boundaries,
 )
@@ -120,16 +118,6 @@ def work(motion: WheelMotion, torque: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(0.5 * np.diff(motion.t) * (power[1:] + power[:-1]))])
 
 
-def test_torque_is_that_of_the_zones() -> None:
-    motion = simulate_motion(LOOSE, STIFF, RINGING, 400.0, rate=5000.0)
-    n = len(motion.t)
-    signals = np.vstack([motion.psi, motion.psi_dot, np.full(n, 400.0), np.full(n, 2e-4)])
-    zones = simulate(Model(), signals, np.array([1.3, 2.4e6]), np.array([LOOSE.a, LOOSE.e]))
-
-    # The zones see turning points at samples only, here up to 1e-5 of range beside them.
-    assert np.max(np.abs(zones.M_z - motion.M_z)) < 2e-5 * np.ptp(motion.M_z)
-
-
 def test_deformation_makes_the_torque() -> None:
     motion = simulate_motion(RIG, TYRE, NESTED, LOAD)
     x = RIG.a * (np.arange(-9999, 10000, 2) / 10000)
@@ -153,14 +141,6 @@ def test_boundaries_are_the_kinks_of_the_deformation() -> None:
         assert len(expected) == motion.zones[i] - 1
         assert np.max(np.min(np.abs(expected[:, None] - kinks[None, :]), axis=1)) < 3e-6
         assert np.max(np.min(np.abs(expected[:, None] - kinks[None, :]), axis=0)) < 3e-6
-
-
-def test_mirrored_torque_mirrors_the_motion() -> None:
-    there = simulate_motion(RIG, TYRE, NESTED, LOAD)
-    back = simulate_motion(RIG, TYRE, TorqueProfile(t=NESTED.t, M=tuple(-M for M in NESTED.M)), LOAD)
-
-    np.testing.assert_allclose(back.psi, -there.psi, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(back.M_z, -there.M_z, rtol=0, atol=1e-15)
 
 
 def test_rate_of_the_result_does_not_matter() -> None:

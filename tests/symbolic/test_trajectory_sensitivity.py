@@ -69,7 +69,6 @@ def test_published_simulations_are_met_one_sample_late(mu: float, simulation_dir
         return float(np.sqrt(np.mean(error**2)) / np.ptp(torque))
 
     late, now, later = rms(M_z[:-1] + torque[1:]), rms(M_z + torque), rms(M_z[:-2] + torque[2:])
-    print(f"published, mu = {mu}: rms {late:.1e} of range one sample late, {now:.1e} as it stands")
     assert late <= 3e-4
     assert min(now, later) > 20 * late
 
@@ -87,7 +86,6 @@ def test_derivatives_are_finite_differences_at_every_kink(name: str) -> None:
         # A parameter that does not act on this patch has no derivative to be a share of.
         size = np.max(np.abs(expected)) or 1.0
         error = np.max(np.abs(exact[:, j] - expected)) / size
-        print(f"d M_z / d {coordinate}: {error:.1e} off")
         assert error <= 2e-5, coordinate
 
 
@@ -134,7 +132,6 @@ def test_derivative_in_a_delay_of_whole_samples(delay: float, discretised: bool,
 
     expected = central_difference(model, samples, theta, 2, share=1e-5)
     error = np.max(np.abs(exact - expected)) / np.max(np.abs(expected))
-    print(f"d M_z / d delay at {delay} s: {error:.1e} off")
     assert error <= bound
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from symbolic import EFFECTS, InvalidInputError, Model
+from symbolic import InvalidInputError, Model
 from symbolic.zones import NEAR, ZonePatch
 from tests.symbolic.oracles import (
     GEOMETRY,
@@ -26,7 +26,6 @@ from tests.symbolic.oracles import (
     run,
     signals,
     straight,
-    virgin_torque,
     wandering_load,
     worst,
 )
@@ -115,20 +114,7 @@ def test_special_paths_follow_the_grid() -> None:
         for (name, path), reference in zip(SPECIAL.items(), references, strict=True)
     }
 
-    print("special paths:", {name: f"{error:.1e}" for name, error in errors.items()})
     assert {name: error for name, error in errors.items() if not error <= 1e-6} == {}
-
-
-@pytest.mark.parametrize("psi_0", [-3.0, -0.2, 0.5])
-def test_pretwist_follows_the_grid(psi_0: float) -> None:
-    path = turning(*REVERSALS)
-    model = Model(effects=(EFFECTS["pretwist"],))
-
-    M_z = run(model, path, pretwist__psi_0=psi_0 * GO).M_z
-
-    (reference,) = grid_torque(path, turned=psi_0 * GO)
-    assert worst(M_z, reference) <= 1e-6
-    assert M_z[0] == pytest.approx(virgin_torque(psi_0 * GO, LOAD, TYRE), rel=1e-12)
 
 
 @given(corners=st.lists(TURNS, min_size=1, max_size=8))

@@ -23,7 +23,6 @@ from symbolic.vehicle.steering import (
     mean_angle,
     rack_force,
     rack_position,
-    wheel_angles,
 )
 
 CAR = Vehicle(front_axle_load=8000.0, tyre_width=0.2, pressure=2.4e5, wheelbase=2.6, track=1.5)
@@ -94,12 +93,6 @@ def test_the_lever_is_the_derivative_of_the_angle() -> None:
 
     np.testing.assert_allclose(lever(CAR, s), by_differences, rtol=1e-6)
     assert lever(CAR, CAR.rack_travel) == pytest.approx((1 - CAR.lever_loss) * CAR.steering_arm)
-
-
-def test_full_ackermann_turns_about_one_point() -> None:
-    left, right = wheel_angles(replace(CAR, ackermann=1.0), 0.3)
-
-    assert 1 / np.tan(right) - 1 / np.tan(left) == pytest.approx(CAR.track / CAR.wheelbase, rel=0.03)
 
 
 @pytest.mark.parametrize("psi", [-0.5, 0.2, 0.6])
