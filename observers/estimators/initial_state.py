@@ -28,10 +28,7 @@ def build_initial_state(
 ) -> ca.Function:
     """(sample, constants) -> state: the prior, the patch at rest, an empty window.
 
-    Args:
-        model: the model.
-        measurement_model: gives the prior of the states.
-        layout: parts of the state; in a window one column stands for all, other parts begin as zeros.
+    In a window one column of a part stands for all; parts that are not named here begin as zeros.
     """
     inputs = symbols(ca.MX, sample=len(SAMPLE), constants=observer_constants_size(model))
     theta, rig, vector = split_theta_rig_tuning(model, inputs["constants"])

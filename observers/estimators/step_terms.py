@@ -13,7 +13,7 @@ from observers.measurement.torque_error import is_known
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.protocol import SAMPLE, Status
-from observers.quality.innovation_gate import InnovationTest, build_innovation_test
+from observers.quality.innovation_gate import build_innovation_test
 from observers.quality.innovation_monitor import log_mu_change_variance
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, full_slide_torque
@@ -49,16 +49,9 @@ def clip_to_bounds(measurement_model: MeasurementModel, x: Expression, tuning: E
 
 @dataclass(frozen=True, kw_only=True)
 class StepSample:
-    """Inputs of a step at a sample.
+    """Inputs of a step: the sample `now`, cleaned, whether a value of it is imputed, and constants.
 
-    Attributes:
-        model: the model.
-        measurement_model: states and measurement.
-        now: the sample, cleaned.
-        imputed: whether a value of it is imputed.
-        theta: parameters of the model.
-        rig: as in `RIG`.
-        tuning: as in `TUNING_FIELDS`.
+    theta are the parameters of the model, rig is as in `RIG` and tuning as in `TUNING_FIELDS`.
     """
 
     model: PatchModel
@@ -91,27 +84,21 @@ class StepSample:
         """The variance that a change of the ground adds to ln mu."""
         return log_mu_change_variance(named(TUNING_FIELDS, self.tuning))
 
-    def test(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> InnovationTest:
-        """The innovation at predicted states x (n,) of covariance P, and its test."""
-        results = outputs_of(
+    def test(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> Parts:
+        """The outputs of `build_innovation_test` at predicted states x (n,) of covariance P (n, n)."""
+        return outputs_of(
             build_innovation_test(self.measurement_model), x, P, M_z, slopes, self.now, before["counts"],
             before["monitor"], self.rig, self.tuning,
         )  # fmt: skip
-        return InnovationTest(**results)
 
     def output(
         self, x: ca.MX, P: ca.MX, memory: ca.MX, M_z: ca.MX, test: Parts, **conditions: ca.MX
     ) -> ca.MX:
         """The output of a step in the order of `observers.protocol.OUTPUT`.
 
-        Args:
-            x: corrected states (n,).
-            P: their covariance (n, n).
-            memory: of the model after the sample (m,).
-            M_z: predicted aligning torque [N m].
-            test: missing, accepted, reset, nis, inconsistent and, where friction differs by direction,
-                untested of an `InnovationTest`, by name.
-            conditions: further flags of `Status` in small letters.
+        At corrected states x (n,) of covariance P (n, n), from the memory after the sample (m,), the
+        predicted M_z [N m], outputs of `build_innovation_test`, and further flags of `Status` in small
+        letters.
         """
         log_mu, tuning, rig = x[self.at], named(TUNING_FIELDS, self.tuning), named(RIG, self.rig)
         mu, F_N = ca.exp(log_mu), self.now[CLEAN.index("F_N")]

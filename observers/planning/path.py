@@ -100,14 +100,10 @@ def steer(
 ) -> SteeringPath:  # fmt: skip
     """Fastest path from angle to angle within rate and acceleration, with a stop at each angle.
 
-    Args:
-        points: turning points, the first one is the present angle [rad].
-        rate: greatest yaw rate [rad/s].
-        acceleration: of every start and stop [rad/s^2].
-        dt: between samples; the first sample is one step after the present [s].
-        time: the path ends here at the latest [s]; earlier where the last point is reached.
-        speed: present rate toward the second point, which is not nearer than the way to stop [rad/s].
-        rest: time before the wheel turns, where it has no speed [s].
+    The first of the turning points is the present angle, the first sample one step after it. The path
+    ends where the last point is reached, or the time is over; `speed` is the present rate toward the
+    second point, which is not nearer than the way to stop, `rest` the time before the wheel turns,
+    where it has no speed. All in SI units.
     """
     begin = points[0] - np.sign(points[1] - points[0]) * speed**2 / (2 * acceleration)
     at = rest - speed / acceleration

@@ -147,13 +147,9 @@ def build_handover(
 
     (own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction) -> (own, handover,
     output), the second in the order of `handover_names`; counted is 1 where a torque was weighed, share
-    what it is worth; friction is the patch's; M_z and added are as for `build_search`.
-
-    Args:
-        patch: the declared patch that stands for the model.
-        is_scaled: the estimator's torque is divided by s.
-        states: that are handed over.
-        gain_share: of s that is the torque's.
+    what it is worth; friction is the patch's; M_z and added are as for `build_search`. The declared
+    patch stands for the model; is_scaled: the estimator's torque is divided by s, of which gain_share
+    is the torque's.
     """
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,

@@ -150,12 +150,8 @@ def build_supervised_step(
 ) -> ca.Function:  # fmt: skip
     """The step of an estimator, (state, sample, constants) -> (state_next, output), supervised.
 
-    Args:
-        step: of the estimator alone, on the first part of the state.
-        model: its model.
-        measurement_model: what is measured.
-        parts: of the estimator's state; those of `layout` follow.
-        patch: the declared patch that stands for the model; its numbers are among the constants.
+    Its state has the parts of the estimator, on which `step` works, and those of `layout`. The numbers
+    of the declared patch that stands for the model are among the constants.
     """
     added_parts = layout(measurement_model)
     inputs = symbols_like(step)

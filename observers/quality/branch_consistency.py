@@ -61,11 +61,8 @@ def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear:
 
     (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits, friction)
     -> (own, output), torques as measured; turn is the present branch's [rad], counted 1 after a search.
-
-    Args:
-        patch: the declared patch that stands for the model.
-        is_computed: M_z is computed from the steering torque, and compared with the predicted one.
-        gear: there is a steering gear, whose friction and return torque last too.
+    is_computed: M_z is computed from the steering torque, and compared with the predicted one. The
+    friction and the return torque of a steering gear last too.
     """
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, turn=1, dt=1,

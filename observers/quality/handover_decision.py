@@ -22,16 +22,9 @@ def is_decided(
 ) -> Expression:  # fmt: skip
     """Whether friction is handed over: it is known, and the estimator's patch is as the wheel's.
 
-    Args:
-        own: of the supervision.
-        verdict: of the hypotheses.
-        output: of the estimator.
-        limits: of the tuning.
-        sample: M_z [N m], variance of its noise `added` [N^2 m^2], that of the model's `error` [1].
-        unsure: variance of ln mu [1].
-        zero: of the torque [N m].
-        memoryless_share: share of the full slide beyond which memory keeps nothing of an earlier mu [1].
-        gear: there is a steering gear.
+    sample has M_z [N m], the variance of its noise, `added` [N^2 m^2], and that of the model's `error`
+    [1]; unsure is the variance of ln mu [1], zero that of the torque [N m], memoryless_share as in
+    `EquivalentPatch`.
     """
     decided = _is_friction_known(verdict, unsure, limits, gear)
     # The estimator begins with a patch free of torque.

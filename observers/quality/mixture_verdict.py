@@ -60,10 +60,7 @@ Pair = Callable[[Parts], tuple[Expression, Expression, Expression]]
 class Mixture:
     """The hypotheses with weights exp(exponent) factor, of which logarithms are taken where they matter.
 
-    Attributes:
-        parts: of the hypotheses, a vector (G,) each, with ln mu at the declared k as `grid`.
-        exponent: of each hypothesis (G,).
-        factor: of each, from its parts.
+    Parts are vectors (G,), with ln mu at the declared k as `grid`; a factor is computed from its parts.
     """
 
     parts: Parts

@@ -92,14 +92,7 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
 
 
 def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], body: Body) -> Body:
-    """The code of an estimator with its supervision; as it is where that is switched off.
-
-    Args:
-        observer: the observer.
-        real: the type.
-        terms: values of the placeholders of all templates, those of the estimator among them.
-        body: code of the estimator alone.
-    """
+    """The code of an estimator with its supervision; as it is where that is switched off."""
     if not observer.acquire:
         return body
     values = {
