@@ -87,7 +87,7 @@ def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
 def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
     """Model and values of a model file, or of the folder of a diagnosis with one.
 
-    See `symbolic.model_from_tables`. It may name effects beside the library's; errors as of `from_files`.
+    See `symbolic.model_from_tables`. It may name further effects; errors as of `from_files`.
     """
     path = model_file_in(Path(path))
     with naming(path):

@@ -24,9 +24,9 @@ from observers import (
 )
 from reference_rig import RigRecording, RigTyre, SteeringRecording, hand_path, simulate_bristles
 from symbolic import Model, simulate
+from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 
-Array = NDArray[np.float64]
 Recording = RigRecording | SteeringRecording
 FIELDS = ESTIMATE
 UNLIMITED: dict[str, Any] = {"psi_limit": inf, "psi_rate_limit": inf}

@@ -30,11 +30,11 @@ from observers.embedded import Real, Tunable, generate
 from observers.embedded.compact_codegen import compact_patch
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model, compiler, effects_named
+from symbolic.array_alias import Array
 from tests.compile_once import OPTIMISATION, compile_once
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import columns_of, samples_of
 
-Array = NDArray[np.float64]
 NO_COMPILER = "no C compiler installed (CC, else cc), or BRUSHGRIP_INTERPRET is set"
 needs_compiler = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 STRICT = (
@@ -150,21 +150,7 @@ class GeneratedCode:
 
     def run(self, samples: Array) -> Array:
         """Estimates as `python_estimates` for samples (n, 5) psi, psi_dot, torque, F_N, dt."""
-        inputs = np.ascontiguousarray(samples, self.real.dtype)
-        estimates = np.empty((len(inputs), len(ESTIMATE)), self.real.dtype)
-        self.library.run(ctypes.c_int64(len(inputs)), _pointer(inputs), _pointer(estimates))
-        return estimates.astype(float)
-
-    def run_two(self, samples: Array) -> tuple[Array, Array]:
-        """The same for two observers that take turns, the second on the samples in reverse order."""
-        inputs = np.ascontiguousarray(samples, self.real.dtype)
-        forward, reverse = (np.empty((len(inputs), len(ESTIMATE)), self.real.dtype) for _ in range(2))
-        self.library.run_two(ctypes.c_int64(len(inputs)), *map(_pointer, (inputs, forward, reverse)))
-        return forward.astype(float), reverse.astype(float)
-
-    def fuzz(self, count: int, seed: int, usual: list[float]) -> tuple[int, int]:
-        """Of count samples with random bytes: how many leave an invalid estimate, or are refused."""
-        return RunningCode(self).fuzz(count, seed, usual)
+        return RunningCode(self).run(samples)
 
     def compile(self, *flags: str, sources: tuple[str, ...], out: str, command: str = "") -> Path:
         """Compile sources, relative to the folder, into a file of it."""

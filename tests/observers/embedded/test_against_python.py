@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, Status, Tuning, run
 from observers.embedded import DOUBLE, SINGLE
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Tyre
+from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
@@ -27,7 +27,6 @@ from tests.observers.embedded.generated_code import (
 from tests.observers.factories import change_of_ground
 
 pytestmark = needs_compiler
-Array = NDArray[np.float64]
 LONG = pytest.mark.long
 EACH = cases(
     "ekf declared aligning; mhe declared aligning",

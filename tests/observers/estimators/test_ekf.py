@@ -7,19 +7,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, covariance_of
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model, effects_named
+from symbolic.array_alias import Array
 from tests.observers.conftest import K
 from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, sparse, states_of
 from tests.observers.textbook import Filter, StateSpace
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-Array = NDArray[np.float64]
 Make = Callable[..., Ekf]
 
 

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, run
 from reference_rig import RigRecording, SteeringRecording, make_recording
@@ -78,24 +77,6 @@ def test_moving_window_equals_dense_equations_by_the_book(
         )
         moved = max(moved, np.abs(x[:, 0]).max())
     assert moved > 0.1, "the comparison saw no correction"
-
-
-@pytest.mark.long
-def test_converged_window_is_the_minimum_that_a_general_optimiser_finds(
-    recording: RigRecording,
-) -> None:
-    observer = make(Mhe, window=10, iterations=12, mu_walk=0.3, **CLEAN_RIG)
-    samples = sparse(samples_of(columns_of(recording, slice(40, 120, 2))))
-    oracle = WindowOracle(observer)
-    *_, (x, _) = oracle.run(samples)
-    *_, state = states_of(observer, samples)
-    start = x + 1e-3 * np.random.default_rng(2).standard_normal(x.shape)
-    found = least_squares(
-        lambda flat: oracle.residuals(flat.reshape(x.shape)), start.ravel(), xtol=1e-15, ftol=1e-15
-    )
-
-    np.testing.assert_allclose(state["x"].T, found.x.reshape(x.shape), rtol=0, atol=1e-7)
-    assert np.abs(np.diff(state["x"][0])).max() > 1e-4, "nothing walked"
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])

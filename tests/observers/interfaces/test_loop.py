@@ -195,23 +195,6 @@ def test_history_is_a_whole_number(history: Any) -> None:
         Loop(OBSERVERS["ekf"](), history=history)
 
 
-@pytest.mark.parametrize("nonsense", [float("nan"), float("inf"), 1e30])
-def test_nonsense_is_no_angle(observer: Observer, nonsense: float) -> None:
-    if isinstance(observer, RootObserver):
-        pytest.skip("the root solve takes what it is given")
-    sound = [
-        Sample(psi=0.01 * i, psi_dot=float("nan"), F_N=400.0, dt=0.01, M_z=-1.0, M=1.0) for i in range(5)
-    ]
-    first = replace(sound[0], psi=nonsense)
-    loop, other = Loop(observer), Loop(observer)
-    said = [loop(s) for s in (first, sound[0], sound[1], replace(sound[2], psi=nonsense), sound[3])]
-    missing = [other(s) for s in (sound[0], sound[1], replace(sound[2], psi=float("nan")), sound[3])]
-
-    assert said[0].status == Status.MISSING
-    assert said[-1].mu == pytest.approx(missing[-1].mu, abs=1e-12)
-    assert np.isfinite(said[-1].mu)
-
-
 class Listener:
     """An observer whose state is the samples that it was given."""
 

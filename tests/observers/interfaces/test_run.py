@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, RootObserver, Status, SteeringTorque, run
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import InvalidInputError, Model
+from symbolic.array_alias import Array
 from tests.interpreted import without_machine_code
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (
@@ -19,7 +19,6 @@ from tests.observers.factories import (
     samples_of,
 )
 
-Array = NDArray[np.float64]
 OBSERVERS: dict[str, Any] = {
     "ekf": make(Ekf),
     "ekf, stiffness": make(Ekf, measurement_model=AligningTorque(stiffness=True)),

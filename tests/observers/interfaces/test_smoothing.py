@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
-from numpy.typing import NDArray
 
 from observers import Ekf, Mhe, SteeringTorque, Tuning, covariance_of, run, smooth
 from reference_rig import RigRecording, SteeringRecording, make_recording
 from symbolic import InvalidInputError, Model, effects_named
+from symbolic.array_alias import Array
 from tests.observers.conftest import EXACT_RIG, K
 from tests.observers.factories import (
     CLEAN_RIG,
@@ -24,7 +24,6 @@ from tests.observers.textbook import StateSpace
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-Array = NDArray[np.float64]
 DECLARED: dict[str, Any] = {
     "model": Model(), "values": {"k": K}, "rig": EXACT_RIG, "acquire": False,
 }  # fmt: skip
@@ -119,15 +118,6 @@ def test_it_ends_as_the_filter_and_knows_more_before(
     if settings is DECLARED:
         assert np.abs(smoothed.mu[early] - recording.tyre.mu).max() < 0.06
     np.testing.assert_array_equal(smoothed.M_z_predicted, causal.M_z_predicted)
-
-
-def test_a_change_of_the_ground_is_not_smoothed_over() -> None:
-    t, psi, F_N, M_z = change_of_ground()
-    tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3)
-    smoothed = smooth(Ekf(**DECLARED, tuning=tuning), t, psi, F_N, M_z)
-
-    assert smoothed.mu[np.abs(t - 6.0) < 0.5] == pytest.approx(1.5, abs=0.05)
-    assert smoothed.mu[t > 10] == pytest.approx(1.1, abs=0.05)
 
 
 @pytest.mark.parametrize(("first", "then"), [(0.08, 0.05), (0.3, 0.3)])

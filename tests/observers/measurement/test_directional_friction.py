@@ -4,15 +4,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import CLEAN, DirectionalFriction, Ekf, Estimates, Mhe, Status, Tuning, build_clean, run
 from observers.measurement.linearisation import build_motion
 from observers.measurement.measurement_model import RIG as RIG_NUMBERS
 from symbolic import Model
+from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 
-Array = NDArray[np.float64]
 F_N, FORTH, BACK, LATER, CHANGE = 400.0, 1.2, 0.6, 0.7, 10.0
 """Load [N]; friction by direction, and forth after a change at 10 s [1]."""
 t = np.arange(0, 20, 0.01)

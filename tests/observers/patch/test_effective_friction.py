@@ -5,10 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from observers import Ekf, Estimate, Loop, Mhe, RootObserver, Sample, SteeringTorque, Tuning, run
-from observers.protocol import ESTIMATE
+from observers import Ekf, Loop, Mhe, RootObserver, Sample, SteeringTorque, Tuning, run
 from reference_rig import RigRecording, make_recording
 from symbolic import Model, Rig, effects_named
 from tests.observers.conftest import RIG, K
@@ -16,7 +14,6 @@ from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, states_
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-Array = NDArray[np.float64]
 ARM = (
     0.75
     / RIG.a**3
@@ -116,15 +113,6 @@ def test_the_method_of_the_thesis_states_it_too(recording: RigRecording) -> None
     np.testing.assert_array_equal(estimates.mu_eff, estimates.mu)
     np.testing.assert_allclose(estimates.M_slide, estimates.mu * recording.F_N * ARM, rtol=1e-6)
     assert np.isnan([estimates.mu_eff_std, estimates.nis]).all()
-
-
-def test_an_estimate_need_not_state_it() -> None:
-    said = Estimate(mu=1.2, mu_std=0.1, M_z_predicted=0.0, informed=True)
-
-    assert len(said.numbers) == len(ESTIMATE)
-    assert [name for name, v in zip(ESTIMATE, said.numbers, strict=True) if isnan(v)] == [
-        "mu_eff", "mu_eff_std", "M_slide", "nis",
-    ]  # fmt: skip
 
 
 def test_squared_innovations_are_one_on_average_where_the_model_is_right() -> None:

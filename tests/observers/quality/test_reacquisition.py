@@ -241,19 +241,35 @@ def test_another_ground_begins_with_the_scale_that_was_found() -> None:
         assert own["scale"][at] < 0.97
 
 
+USUAL = Tuning()
+
+
+def concluded(
+    verdict: dict[str, float], output: dict[str, float], M_z: float, again: int = 0,
+    tuning: Tuning = USUAL, patch: EquivalentPatch = DECLARED_PATCH,
+) -> dict[str, float]:  # fmt: skip
+    """The supervision's own numbers after a sample at which friction may be handed over."""
+    own = dict.fromkeys(OWN, 0.0) | {
+        "acquiring": 1,
+        "phase": 1,
+        "scale": 1,
+        "F_N": 400.0,
+        "again": again,
+    }
+    found = dict.fromkeys(VERDICT, 0.0) | {"variance": 1e-3, "verified": 1, "wiped": 1} | verdict
+    told = dict.fromkeys(OUTPUT, 1.0) | {"status": 0} | output
+    conclude = build_handover(patch, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
+    given: list[Any] = [[*own.values()], [*found.values()], [*told.values()], 0.5, 1, 1, M_z, 0]
+    limits = [getattr(tuning, name) for name in SETTINGS]
+    after, *_ = conclude(*given, [K, RIG.a, RIG.e], limits, patch.friction)
+    return dict(zip(OWN, np.asarray(after).ravel(), strict=True))
+
+
 @pytest.mark.parametrize(("again", "handed"), [(0, True), (1, False), (2, True)])
 def test_another_friction_is_handed_over_where_the_torque_is_predicted(again: int, handed: bool) -> None:
     """The estimator remembers the old ground until its patch slides; a doubted model does not wait."""
-    verdict = dict.fromkeys(VERDICT, 0.0) | {"variance": 1e-3, "verified": 1, "wiped": 1}
-    own = dict.fromkeys(OWN, 0.0) | {"acquiring": 1, "phase": 1, "scale": 1, "F_N": 400.0}
-    own["again"] = again
-    output = dict.fromkeys(OUTPUT, 1.0) | {"status": 0, "M_z_predicted": 3.0, "M_slide": 6.75}
-    conclude = build_handover(DECLARED_PATCH, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
-    limits = [getattr(Tuning(), name) for name in SETTINGS]
     for M_z, expected in ((5.0, handed), (3.2, True), (np.nan, True)):
-        given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1, M_z, 0]
-        after, *_ = conclude(*given, [K, RIG.a, RIG.e], limits, 1)
-        own_next = dict(zip(OWN, np.asarray(after).ravel(), strict=True))
+        own_next = concluded({}, {"M_z_predicted": 3.0, "M_slide": 6.75}, M_z, again)
         assert bool(own_next["acquiring"]) is not expected
         # What had explained nothing is handed over with its doubt.
         assert own_next["doubt"] == (HOPELESS if again == FAILED else 0)
@@ -264,23 +280,15 @@ def test_another_friction_is_handed_over_where_the_torque_is_predicted(again: in
 def test_what_the_scale_may_be_off_by_widens_the_band(
     off: float, variance: float, patch: EquivalentPatch
 ) -> None:
-    tuning = Tuning(stiffness_std=0.14)
-    verdict = dict.fromkeys(VERDICT, 0.0) | {
-        "log_gain": off, "var_log_gain": variance, "variance": 1e-3, "verified": 1, "wiped": 1,
-    }  # fmt: skip
-    own = dict.fromkeys(OWN, 0.0) | {"acquiring": 1, "phase": 1, "scale": 1, "F_N": 400.0}
-    output = dict.fromkeys(OUTPUT, 1.0) | {"status": 0}
-    conclude = build_handover(patch, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
-    given: list[Any] = [[*own.values()], [*verdict.values()], [*output.values()], 0.5, 1, 1, 1, 0]
-    given += [[K, 0.045, 0.009], [getattr(tuning, name) for name in SETTINGS], patch.friction]
-    after, *_ = conclude(*given)
+    verdict = {"log_gain": off, "var_log_gain": variance}
+    after = concluded(verdict, {}, 1, tuning=Tuning(stiffness_std=0.14), patch=patch)
 
     # Of two pieces of evidence, the torque and the tolerances, the precisions add up.
     known = np.sqrt(1 / (1 / variance + 1 / 0.14**2)) if variance else 0
     # Of the declared model, what is off and its deviation are correlated by half.
     both = np.sqrt(off**2 + known**2 + (0 if patch.misfit else abs(off) * known))
     expected = 0.5 * max(0.0, np.exp(both) - 1 - 0.14 * (0.25 if patch.misfit else 0.5))
-    assert np.asarray(after).ravel()[OWN.index("excess")] == pytest.approx(expected)
+    assert after["excess"] == pytest.approx(expected)
 
 
 def test_the_search_for_the_scale_goes_on_until_friction_is_confirmed() -> None:
