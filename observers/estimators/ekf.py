@@ -37,7 +37,6 @@ from observers.protocol import OUTPUT
 from observers.quality.change_by_direction import monitor_fields
 from observers.quality.innovation_gate import COUNTS, huber_weight, innovation_variance
 from observers.udu import add_variance, build_predict_covariance, build_update_covariance, covariance
-from symbolic import InvalidInputError
 from symbolic.casadi_functions import named_function
 
 
@@ -57,14 +56,6 @@ class Ekf(ModelObserver):
     """
 
     iterations: int = 1
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        super().__post_init__()
-        if not (isinstance(self.iterations, int) and self.iterations >= 1):
-            raise InvalidInputError(
-                f"iterations must be a whole number of at least 1, got {self.iterations}"
-            )
 
     @property
     def kind(self) -> str:

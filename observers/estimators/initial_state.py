@@ -7,7 +7,7 @@ import casadi as ca
 from observers.layout import Layout, named, symbols, vector_of
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
-from observers.measurement.torque_error import is_known
+from observers.measurement.torque_error import declared_share, is_known
 from observers.patch.effective_friction import output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.patch.update import tyre_states
@@ -36,9 +36,8 @@ def build_initial_state(
     first["psi_dot"] = ca.if_else(is_known(first["psi_dot"]), first["psi_dot"], 0)
     signals = vector_of(SIGNALS, first)
     numbers = named(RIG, rig)
-    slide, known = full_slide_torque(first["F_N"], numbers["a"]), is_known(numbers["zero_std"])
-    declared = ca.if_else(known, numbers["zero_std"], 0) / slide
-    tuning["zero_std"] = ca.if_else(known, declared, tuning["zero_std"])
+    slide = full_slide_torque(first["F_N"], numbers["a"])
+    tuning["zero_std"] = declared_share(numbers["zero_std"], slide, tuning["zero_std"])
     prior = measurement_model.prior(tuning, first, slide)
     mean, variance = (
         ca.vertcat(*(prior[name][i] for name in measurement_model.states)) for i in range(2)

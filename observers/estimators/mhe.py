@@ -55,7 +55,6 @@ from observers.quality.change_by_direction import monitor_fields
 from observers.quality.innovation_gate import COUNTS
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
-from symbolic import InvalidInputError
 from symbolic.casadi_functions import named_function
 
 
@@ -75,14 +74,6 @@ class Mhe(ModelObserver):
 
     window: int = 50
     iterations: int = 1
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        super().__post_init__()
-        for name in ("window", "iterations"):
-            value = getattr(self, name)
-            if not (isinstance(value, int) and value >= 1):
-                raise InvalidInputError(f"{name} must be a whole number of at least 1, got {value}")
 
     @property
     def kind(self) -> str:

@@ -9,7 +9,7 @@ from observers.layout import Expression, Layout, Parts, named, outputs_of, symbo
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_clean, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
-from observers.measurement.torque_error import is_known
+from observers.measurement.torque_error import declared_share
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.protocol import SAMPLE, Status
@@ -103,14 +103,11 @@ class StepSample:
         log_mu, tuning, rig = x[self.at], named(TUNING_FIELDS, self.tuning), named(RIG, self.rig)
         mu, F_N = ca.exp(log_mu), self.now[CLEAN.index("F_N")]
         # Dry friction in the bearings cannot be told from that of the ground.
-        known, slide = is_known(rig["dry_friction"]), full_slide_torque(F_N, rig["a"])
-        dry = ca.if_else(known, ca.if_else(known, rig["dry_friction"], 0) / slide, DRY_FRICTION)
-        zero = ca.MX(0)
+        slide, zero = full_slide_torque(F_N, rig["a"]), ca.MX(0)
+        dry = declared_share(rig["dry_friction"], slide, DRY_FRICTION)
         if OTHER in self.measurement_model.states and "M_0" not in self.measurement_model.states:
             # A zero that is no state adds to friction one way and takes from it the other way.
-            known = is_known(rig["zero_std"])
-            declared = ca.if_else(known, rig["zero_std"], 0) / slide
-            zero = ca.if_else(known, declared, tuning["zero_std"])
+            zero = declared_share(rig["zero_std"], slide, tuning["zero_std"])
         std = ca.sqrt(mu**2 * (P[self.at, self.at] + tuning["mu_floor"] ** 2) + dry**2 + zero**2)
         given = (mu, std, memory, F_N, self.theta, self.rig[: len(GEOMETRY)], rig["slide_rate"])
         effective = outputs_of(build_effective_friction(self.model), *given)

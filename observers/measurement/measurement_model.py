@@ -48,8 +48,6 @@ CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel", "gear_angle", "slip", "dry", "
 load of the first sample [N]; turn since the last sample without its sign [rad];
 angle that a steering gear has followed [rad], its presliding, -1 to 1, and the torque of its declared
 dry friction with the standard deviation that presliding leaves to it [N m]."""
-NO_GEAR = dict.fromkeys(("gear_angle", "slip", "dry", "dry_std"), 0)
-"""Those of a wheel without a steering gear between it and the sensor."""
 ROWS = (*CLEAN, "accepted", "jump")
 """Rows of a window's samples: a cleaned sample, whether it is accepted, and what a change of the
 ground adds to the variance of ln mu before it."""
@@ -181,6 +179,11 @@ def select_states(**selected: bool) -> tuple[str, ...]:
     return tuple(name for name in STATES if selected.get(name, False))
 
 
+def has_gear_friction(measurement_model: MeasurementModel) -> bool:
+    """Whether the dry friction of a steering gear is a state."""
+    return "gear" in measurement_model.states
+
+
 @dataclass(frozen=True, kw_only=True)
 class AligningTorque:
     """The aligning torque is measured, the angle known; states mu and as chosen.
@@ -246,18 +249,10 @@ class AligningTorque:
         psi_dot = ca.if_else(turning, sample["psi_dot"], 0)
         # The rate tells noise of the angle from a turn; a rate of 0 may stand for no sensor at all.
         travel = ca.fabs(ca.if_else(psi_dot == 0, psi - last["psi"], psi_dot * sample["dt"]))
-        now = {
-            "psi": psi,
-            "psi_dot": psi_dot,
-            "F_N": F_N,
-            "dt": sample["dt"],
-            "M_z": ca.if_else(usable, sample["M_z"], float("nan")),
-            "M": 0,
-            "M_age": 0,
-            "travel": travel,
-            "F_N_first": last["F_N_first"],
-            **NO_GEAR,
-        }
+        now = dict.fromkeys(CLEAN, 0) | {
+            "psi": psi, "psi_dot": psi_dot, "F_N": F_N, "F_N_first": last["F_N_first"],
+            "dt": sample["dt"], "M_z": ca.if_else(usable, sample["M_z"], float("nan")), "travel": travel,
+        }  # fmt: skip
         return now, ca.logic_or(load_imputed, ca.logic_not(known))
 
     def motion(

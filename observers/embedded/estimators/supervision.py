@@ -16,7 +16,7 @@ from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
-from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG
+from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG, has_gear_friction
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import (
     acquisition,
@@ -26,8 +26,8 @@ from observers.quality import (
     mixture_verdict,
     ratio_hypotheses,
 )
-from observers.quality.acquired_to_estimator import covariance_pairs, handed_states, handover_names
 from observers.quality.equivalent_patch import build_added_torque
+from observers.quality.handover import covariance_pairs, handed_states, handover_names
 from observers.tuning import TUNING_FIELDS
 from symbolic.deformation import corner_moment_and_derivative
 from symbolic.zones import FAR
@@ -37,25 +37,20 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     """The Functions that C calls beside those of the estimator; none without supervision."""
     if not observer.acquire:
         return []
-    gear = acquisition_and_tracking.has_gear_friction(observer.measurement_model)
-    patch = observer.equivalent_patch
-    scaled = bool(observer.measurement_model.scaled)
-    share = observer.measurement_model.gain_share
+    patch, model = observer.equivalent_patch, observer.measurement_model
     known = {"friction": [patch.friction]}
-    follow = branch_consistency.build_branch_consistency(patch, is_computed=not scaled, gear=gear)
-    conclude = acquisition.build_handover(
-        patch, is_scaled=scaled, states=handed_states(observer.states), gain_share=share
-    )
+    follow = branch_consistency.build_branch_consistency(patch, model)
+    conclude = acquisition.build_handover(patch, model)
     functions = [
         without_outputs(branches.build_track(), {"turns"}).expand("follow_turns", {"cse": True}),
         branches.build_present_branch(),
         branches.build_new_ground_branches(),
         branches.build_sliding_onset(),
         _edge(observer, constants.tunable == "all"),
-        ratio_hypotheses.build_hypothesis_update(gear),
+        ratio_hypotheses.build_hypothesis_update(has_gear_friction(model)),
         ratio_hypotheses.build_torque_error(),
         scalar_function("follow_output", follow, known),
-        mixture_verdict.build_deviation_by_scale(found=patch.misfit > 0, gain_share=share),
+        mixture_verdict.build_deviation_by_scale(patch.misfit > 0, model.gain_share),
         scalar_function("conclude", conclude, known),
     ]
     if (added := build_added_torque(observer.model)) is not None:
@@ -77,9 +72,7 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
 
     Of its limits those are numbers that are the tuning's, without `tunable`.
     """
-    function = mixture_verdict.build_verdict(
-        acquisition_and_tracking.has_gear_friction(observer.measurement_model)
-    )
+    function = mixture_verdict.build_verdict(has_gear_friction(observer.measurement_model))
     begin = len(observer.model.coordinates) + len(RIG)
     numbers = {
         ratio_hypotheses.SETTINGS.index(name): float(
@@ -106,9 +99,7 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
         "track": len(branches.TRACK), "points": branches.POINTS * branches.PATHS, "result": len(OUTPUT),
     }  # fmt: skip
     fields = ", ".join(f"{name}[{size}]" for name, size in sizes.items() if size)
-    parts = ratio_hypotheses.hypothesis_fields(
-        acquisition_and_tracking.has_gear_friction(observer.measurement_model)
-    )
+    parts = ratio_hypotheses.hypothesis_fields(has_gear_friction(observer.measurement_model))
     rows, columns = len(ratio_hypotheses.RATIOS), len(parts)
     return replace(
         body,
@@ -173,7 +164,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         observer.states,
         observer.measurement_model.torque_state,
     )
-    gear = acquisition_and_tracking.has_gear_friction(observer.measurement_model)
+    gear = has_gear_friction(observer.measurement_model)
     declared = f"{literal['zero_std']} * 0.375 * sample[2] * {literal['a']}"
     return {
         "own": acquisition.OWN, "track": branches.TRACK, "gear": gear,

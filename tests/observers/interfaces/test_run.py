@@ -149,21 +149,6 @@ def test_a_load_of_nothing_leaves_friction_alone(
     assert not (faulty.status & (Status.RESET | Status.REJECTED | Status.BOUND)).any()
 
 
-def test_observers_in_between_are_run_by_their_steps(recording: RigRecording) -> None:
-    class Stepped:
-        """An observer without `run_samples`."""
-
-        def __init__(self) -> None:
-            self.init, self.step, self.estimate = ekf.init, ekf.step, ekf.estimate
-            self.channel = ekf.channel
-
-    ekf, columns = make(Ekf), columns_of(recording, slice(0, 130))
-    for name in FIELDS:
-        stepped, whole = (getattr(run(o, **columns), name) for o in (Stepped(), ekf))
-        np.testing.assert_allclose(stepped, whole, rtol=0, atol=1e-12)
-        assert stepped.dtype == whole.dtype
-
-
 @pytest.mark.parametrize(
     ("change", "word"),
     [

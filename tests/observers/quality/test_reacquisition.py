@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers import Ekf, Loop, Sample, run
+from observers import AligningTorque, Ekf, Loop, Sample, SteeringTorque, run
 from observers.protocol import OUTPUT, Status
 from observers.quality.acquisition import (
     DECLARED_PATCH,
@@ -185,7 +185,8 @@ def _tracked(*, is_computed: bool = False, var_zero: float = 0.0, **own: float) 
         "M_slide": 6.75,
         "nis": 0.1,
     }
-    follow = build_branch_consistency(DECLARED_PATCH, is_computed=is_computed, gear=False)
+    sensing = SteeringTorque() if is_computed else AligningTorque()
+    follow = build_branch_consistency(DECLARED_PATCH, sensing)
     verdict = [var_zero * (name == "var_zero") for name in VERDICT]
     limits = [getattr(Tuning(stiffness_std=0.1), name) for name in SETTINGS]
     given: list[Any] = [[*before.values()], verdict, [*output.values()], 0.1, 0.3, 1e-3]
@@ -258,7 +259,7 @@ def concluded(
     }
     found = dict.fromkeys(VERDICT, 0.0) | {"variance": 1e-3, "verified": 1, "wiped": 1} | verdict
     told = dict.fromkeys(OUTPUT, 1.0) | {"status": 0} | output
-    conclude = build_handover(patch, is_scaled=True, states=("log_mu", "M_0"), gain_share=0.5)
+    conclude = build_handover(patch, AligningTorque())
     given: list[Any] = [[*own.values()], [*found.values()], [*told.values()], 0.5, 1, 1, M_z, 0]
     limits = [getattr(tuning, name) for name in SETTINGS]
     after, *_ = conclude(*given, [K, RIG.a, RIG.e], limits, patch.friction)
