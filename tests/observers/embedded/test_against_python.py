@@ -191,20 +191,3 @@ def test_creep_with_a_compliance_in_single_precision(
     off = np.abs(generated(observer, SINGLE).run(rows) - python_estimates(observer, rows))
 
     assert off[:, :2].max() < 5e-3
-
-
-@pytest.mark.parametrize("name", EACH)
-def test_loads_of_nothing_count_for_nothing(
-    generated: Generate, name: str, recording: RigRecording
-) -> None:
-    observer = observer_named(name)
-    part = with_gaps(recording)[: PART[type(observer)]]
-    light = slice(len(part) // 2, len(part) // 2 + 9)
-    without = part.copy()
-    without[light, 2] = without[light, 3] = np.nan
-    code = generated(observer, SINGLE)
-    expected = code.run(without)
-    assert np.ptp(expected[:, 0]) > 0.005
-    for load in (1e-40, 0.02, 19.0, 0.0, -3.0):
-        part[light, 3] = load
-        np.testing.assert_array_equal(code.run(part), expected)

@@ -26,7 +26,7 @@ from tests.observers.embedded.generated_code import (
     observer_of,
     python_estimates,
 )
-from tests.observers.embedded.ordinary_steering import decreasing, path, samples_along, samples_of_path
+from tests.observers.embedded.ordinary_steering import decreasing, path, samples_of_path
 
 pytestmark = needs_compiler
 MU = 1.3
@@ -315,12 +315,3 @@ def test_the_paths_reach_the_cap(generated: Generate) -> None:
 
     assert most[0] > 20
     assert most[1] == DEPTH - 2
-
-
-def test_single_precision_where_the_model_explains_the_torque(generated: Generate) -> None:
-    observer = observer_named("ekf declared aligning")
-    rows = SINGLE.round(samples_along(decreasing(), observer))
-    off = np.abs(generated(observer, SINGLE).run(rows) - python_estimates(observer, rows))
-    print(f"mu off by {off[:, 0].max():.1e}, later by {off[100:, 0].max():.1e}")
-
-    assert off[100:, 0].max() < 1e-5

@@ -13,7 +13,6 @@ from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (
     CLEAN_RIG,
     FIELDS,
-    change_of_ground,
     columns_of,
     first_full_slide,
     samples_of,
@@ -77,14 +76,6 @@ def test_moving_window_equals_dense_equations_by_the_book(
         )
         moved = max(moved, np.abs(x[:, 0]).max())
     assert moved > 0.1, "the comparison saw no correction"
-
-
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_follows_a_change_of_ground(kind: Any) -> None:
-    estimates = run(make(kind, noise=0.3, error_travel=0.0, mu_walk=0.02), *change_of_ground())
-
-    assert estimates.mu[690] == pytest.approx(1.5, abs=0.03)
-    assert estimates.mu[-1] == pytest.approx(1.1, abs=0.03)
 
 
 @pytest.mark.parametrize("error", [0.02, inf])

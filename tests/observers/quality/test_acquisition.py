@@ -40,7 +40,7 @@ from reference_rig import (
     make_steering_recording,
     plant_effect,
 )
-from symbolic import Model, Rig, Tolerances, effects_named, simulate
+from symbolic import Model, Rig, Tolerances, effects_named
 from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import LONG, acquiring_ekf, wrong_and_usable
@@ -323,31 +323,6 @@ def test_a_fall_of_the_ground_is_known_from_the_steering_torque(
     assert (estimates.status & Status.RESET).any()
     assert estimates.usable[-1]
     assert abs(estimates.mu[-1] - after) < 2 * estimates.mu_std[-1]
-
-
-def test_a_parked_wheel_is_not_suspected() -> None:
-    """An encoder that toggles one step of 14 bits turns no wheel."""
-    rng, n = np.random.default_rng(3), 3000
-    psi = rng.integers(0, 2, n) * 2 * np.pi / 2**14
-    M_z = 0.03 * rng.standard_normal(n)
-    estimates = run(acquiring_ekf(), np.arange(n) * 0.01, psi, np.full(n, 400.0), M_z)
-    assert not (estimates.status & Status.SUSPECT).any()
-    assert not estimates.usable.any()
-
-
-def test_a_scale_of_the_torque_is_one_of_friction_and_stiffness() -> None:
-    """As s M(mu, k) = M(s mu, s k), and mu F_N alone enters, no observer can tell these apart."""
-    signals = np.vstack([path(), np.zeros_like(path()), np.full(path().size, 400.0)])
-    signals = np.vstack([signals, np.full(path().size, 0.01)])
-
-    def torque(mu: float, k: float, load: float = 400.0) -> Array:
-        signals[2] = load
-        theta = Model().theta({"mu": mu, "k": k}).full().ravel()
-        return np.asarray(simulate(Model(), signals, theta, np.array([0.045, 0.009])).M_z)
-
-    for scale in (0.67, 0.8, 1.25):
-        np.testing.assert_allclose(scale * torque(0.7, K), torque(0.7 * scale, K * scale), rtol=1e-12)
-        np.testing.assert_allclose(torque(0.7, K), torque(0.7 / scale, K, 400 * scale), rtol=1e-12)
 
 
 @pytest.mark.parametrize("fault", ["drifts", pytest.param("rolls", marks=LONG)])
