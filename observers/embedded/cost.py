@@ -148,10 +148,8 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     drops = bool(corner) and "psi" not in patch.observer.states
     most = step + acquiring + MAX_CORNERS * corner + counts.drop * drops
     if on_bristles:
-        mean, most = (
-            mean + _bristle_instructions(patch, counts, 0),
-            most + _bristle_instructions(patch, counts, 1),
-        )
+        mean += _bristle_instructions(patch, counts, 0)
+        most += _bristle_instructions(patch, counts, 1)
     return Cost(
         instructions=int(round(mean, -2)),
         at_most=int(round(MARGIN * most, -2)),
