@@ -8,12 +8,13 @@ import pytest
 
 from observers import Ekf, Mhe, run
 from reference_rig import RigRecording, make_recording
-from symbolic import Model, effects_named, simulate
+from symbolic import Model, simulate
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (
     CLEAN_RIG,
     columns_of,
     first_full_slide,
+    found_model,
 )
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -64,9 +65,8 @@ def test_a_torque_zero_does_not_pass_for_friction(
 def test_effects_of_a_found_model_are_used(kind: Any, settings: Any) -> None:
     planted = {"carcass_torsion": {"k_t": 400.0}, "rate_friction": {"c": 0.04}}
     made = make_recording(32, planted, mu=1.3, k=K, bristles=1000, duration=8.0)
-    values = {"k": K, "carcass_torsion.k_t": 400.0, "rate_friction.c": 0.04}
     tuning = {"noise": 0.02, "error": inf, "gate": inf, **settings}
-    found = {"model": Model(effects=effects_named(planted)), "values": values}
+    found = found_model({"carcass_torsion.k_t": 400.0, "rate_friction.c": 0.04})
     with_effects, without = (run(make(kind, **tuning, **own), **columns_of(made)) for own in (found, {}))
 
     late = slice(400, None)

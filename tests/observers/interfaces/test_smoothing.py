@@ -7,7 +7,7 @@ import pytest
 
 from observers import Ekf, Mhe, SteeringTorque, Tuning, covariance_of, run, smooth
 from reference_rig import RigRecording, SteeringRecording, make_recording
-from symbolic import InvalidInputError, Model, effects_named
+from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from tests.observers.conftest import EXACT_RIG, K
 from tests.observers.factories import (
@@ -15,6 +15,7 @@ from tests.observers.factories import (
     change_of_ground,
     columns_of,
     first_full_slide,
+    found_model,
     samples_of,
     slide,
     states_of,
@@ -23,15 +24,8 @@ from tests.observers.textbook import StateSpace
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-DECLARED: dict[str, Any] = {
-    "model": Model(), "values": {"k": K}, "rig": EXACT_RIG, "acquire": False,
-}  # fmt: skip
-BRISTLES: dict[str, Any] = {
-    "model": Model(effects=effects_named(["rate_friction"]), bristles=20),
-    "values": {"k": K, "rate_friction.c": 0.04},
-    "rig": EXACT_RIG,
-    "acquire": False,
-}
+ALONE: dict[str, Any] = {"rig": EXACT_RIG, "acquire": False}
+DECLARED, BRISTLES = found_model({}) | ALONE, found_model({"rate_friction.c": 0.04}, bristles=20) | ALONE
 
 
 def filtered(observer: Ekf, columns: dict[str, Array]) -> tuple[Array, Array, list[Any]]:

@@ -40,10 +40,10 @@ from reference_rig import (
     make_steering_recording,
     plant_effect,
 )
-from symbolic import Model, Rig, Tolerances, effects_named
+from symbolic import Model, Rig, Tolerances, simulate
 from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
-from tests.observers.factories import LONG, acquiring_ekf, wrong_and_usable
+from tests.observers.factories import LONG, acquiring_ekf, found_model, wrong_and_usable
 
 
 def test_a_hypothesis_is_linear_least_squares() -> None:
@@ -237,8 +237,8 @@ def test_a_torque_scale_beside_a_model_that_was_found_is_in_the_band() -> None:
     tyre = RigTyre(a=RIG.a, e=RIG.e, k=K, mu=0.3)
     made = plant_effect("carcass_torsion", 591_004, tyre=tyre, duration=14.0, share=0.05)
     (k_t,) = made.effects["carcass_torsion"].values()
-    model, values = Model(effects=effects_named(made.effects)), {"k": K, "carcass_torsion.k_t": k_t}
-    estimates = run(Ekf(model=model, values=values, rig=RIG), made.t, made.psi, made.F_N, 1.2 * made.M_z)
+    observer = Ekf(**found_model({"carcass_torsion.k_t": k_t}), rig=RIG)
+    estimates = run(observer, made.t, made.psi, made.F_N, 1.2 * made.M_z)
 
     assert estimates.usable.any()
     assert np.mean(wrong_and_usable(estimates, tyre.mu)) < 0.01
@@ -325,6 +325,21 @@ def test_a_fall_of_the_ground_is_known_from_the_steering_torque(
     assert abs(estimates.mu[-1] - after) < 2 * estimates.mu_std[-1]
 
 
+def test_a_scale_of_the_torque_is_one_of_friction_and_stiffness() -> None:
+    """As s M(mu, k) = M(s mu, s k), and mu F_N alone enters, no observer can tell these apart."""
+    signals = np.vstack([path(), np.zeros_like(path()), np.full(path().size, 400.0)])
+    signals = np.vstack([signals, np.full(path().size, 0.01)])
+
+    def torque(mu: float, k: float, load: float = 400.0) -> Array:
+        signals[2] = load
+        theta = Model().theta({"mu": mu, "k": k}).full().ravel()
+        return np.asarray(simulate(Model(), signals, theta, np.array([0.045, 0.009])).M_z)
+
+    for scale in (0.67, 0.8, 1.25):
+        np.testing.assert_allclose(scale * torque(0.7, K), torque(0.7 * scale, K * scale), rtol=1e-12)
+        np.testing.assert_allclose(torque(0.7, K), torque(0.7 / scale, K, 400 * scale), rtol=1e-12)
+
+
 @pytest.mark.parametrize("fault", ["drifts", pytest.param("rolls", marks=LONG)])
 def test_a_torque_that_depends_on_time_is_no_friction(fault: str) -> None:
     """On ice the noise of a sample hides it; smoothed, it is more than the model's error."""
@@ -362,12 +377,8 @@ def test_a_steering_torque_that_depends_on_time_is_no_friction(fault: str, seed:
 def test_the_tolerance_of_k_is_no_error_of_a_model_that_was_found(off: float) -> None:
     effect = {"rate_friction": {"c": 0.02}}
     made = make_recording(3, effect, a=0.045, k=off * K, mu=0.9, load=400.0, duration=10.0, bristles=300)
-    observer = Ekf(
-        model=Model(effects=effects_named(["rate_friction"])),
-        values={"k": K, "rate_friction.c": 0.02},
-        rig=RIG,
-        tuning=Tuning(error=0.02, noise=0.005, explained=2.5, error_travel=0.15),
-    )
+    tuning = Tuning(error=0.02, noise=0.005, explained=2.5, error_travel=0.15)
+    observer = Ekf(**found_model({"rate_friction.c": 0.02}), rig=RIG, tuning=tuning)
     estimates = run(observer, made.t, made.psi, made.F_N, made.M_z)
 
     assert not (estimates.status & Status.INCONSISTENT).any()

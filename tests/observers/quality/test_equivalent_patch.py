@@ -17,8 +17,9 @@ from reference_rig import (
     make_steering_recording,
     simulate_bristles,
 )
-from symbolic import Model, Rig, effects_named
+from symbolic import Rig
 from tests.observers.conftest import RIG, K
+from tests.observers.factories import found_model
 
 ADDED = {
     "steering_return": ("stiffness", lambda psi, _, stiffness: -stiffness * psi),
@@ -32,11 +33,8 @@ def estimates_of(
     made: Any, torque: Any, name: str = "", value: float = 0.0, **settings: Any
 ) -> Estimates:
     """Estimates of a filter that knows rate friction, of nearly no strength, and a further effect."""
-    values = {"k": K, "rate_friction.c": 1e-6}
-    if name:
-        values |= {f"{name}.{ADDED[name][0]}": value}
-    model = Model(effects=effects_named(["rate_friction", *([name] if name else [])]), bristles=40)
-    observer = Ekf(model=model, values=values, rig=RIG, **settings)
+    added = {f"{name}.{ADDED[name][0]}": value} if name else {}
+    observer = Ekf(**found_model({"rate_friction.c": 1e-6, **added}, bristles=40), rig=RIG, **settings)
     return run(observer, made.t, made.psi, made.F_N, **{observer.channel: torque})
 
 
@@ -67,9 +65,8 @@ def test_a_torque_that_the_model_knows_changes_nothing(mu: float, name: str, val
 
 
 def test_one_step_serves_all_rigs_and_values() -> None:
-    model = Model(effects=effects_named(["carcass_torsion"]), bristles=40)
     softer, stiffer = (
-        Ekf(model=model, values={"k": K, "carcass_torsion.k_t": k_t}, rig=rig)
+        Ekf(**found_model({"carcass_torsion.k_t": k_t}, bristles=40), rig=rig)
         for k_t, rig in ((200.0, RIG), (2000.0, replace(RIG, a=1.1 * RIG.a)))
     )
 
@@ -98,7 +95,6 @@ def test_a_spring_beside_the_steering_torque_is_no_friction() -> None:
 
 
 PERIOD, LOAD = 0.01, 450.0
-EFFECTS = ("carcass_torsion", "rate_friction")
 
 
 def deviations(mu: float, rate: float, turns: tuple[float, float], **tuning: float) -> np.ndarray:
@@ -114,8 +110,7 @@ def deviations(mu: float, rate: float, turns: tuple[float, float], **tuning: flo
         free_path(t, path.psi, load=LOAD, rate=1 / PERIOD), tyre, planted, bristles=800
     )
     observer = Ekf(
-        model=Model(effects=effects_named(EFFECTS)),
-        values={"k": 2.21e6, "carcass_torsion.k_t": 264.0, "rate_friction.c": 0.05},
+        **found_model({"carcass_torsion.k_t": 264.0, "rate_friction.c": 0.05}, k=2.21e6),
         rig=Rig(a=0.05, e=0.011, J_A=0.05, b_t=0.1),
         tuning=replace(PROFILES["real_tyre"], **tuning),
     )
