@@ -154,7 +154,7 @@ def _texts(
     """Every text of the archive, by its path."""
     texts, terms = source_texts(observer, real, name, tunable=tunable)
     parameters = texts[f"{name}.json"]
-    terms |= {
+    terms = terms | {
         "guid": f"{{{uuid.uuid5(uuid.NAMESPACE_URL, texts[f'{name}.c'] + parameters)}}}",
         "inputs": [variable for variable in INPUTS if variable.name in INPUTS_OF[observer.channel]],
         "outputs": OUTPUTS,

@@ -15,6 +15,7 @@ from tests.observers.factories import (
     FIELDS,
     columns_of,
     first_full_slide,
+    found_model,
     samples_of,
     sparse,
     states_of,
@@ -94,14 +95,12 @@ def test_huber_bears_bouts_of_model_error(recording: RigRecording, error: float)
 def test_behind_a_compliance_an_observer_takes_bristles(name: str) -> None:
     # The corners of the exact patch depend on mu there: after a reversal mu ran to its bound.
     (effect,) = effects_named([name])
-    model, planted = Model(effects=(effect,)), {p.name: p.start for p in effect.parameters}
+    planted = {p.name: p.start for p in effect.parameters}
     recording = make_recording(4, {name: planted}, duration=6.0, k=K, mu=1.0, bristles=400)
-    values = {"k": K, **{f"{name}.{p}": value for p, value in planted.items()}}
-    estimates = run(
-        Mhe(model=model, values=values, rig=RIG, window=20, acquire=False), **columns_of(recording)
-    )
+    found = found_model({f"{name}.{p}": value for p, value in planted.items()})
+    estimates = run(Mhe(**found, rig=RIG, window=20, acquire=False), **columns_of(recording))
 
-    assert model.exact
+    assert found["model"].exact
     assert make(Mhe).model.exact
     assert estimates.mu.min() > 0.5
     assert estimates.mu.max() < 1.6

@@ -8,9 +8,9 @@ import pytest
 
 from observers import Ekf, Loop, Mhe, RootObserver, Sample, SteeringTorque, run
 from reference_rig import RigRecording, make_recording
-from symbolic import Model, Rig, effects_named
+from symbolic import Rig
 from tests.observers.conftest import RIG, K
-from tests.observers.factories import columns_of, samples_of, states_of
+from tests.observers.factories import DECLARED, columns_of, found_model, samples_of, states_of
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -20,14 +20,13 @@ ARM = (
     * np.trapezoid((RIG.a**2 - (x := np.linspace(-RIG.a, RIG.a, 100001)) ** 2) * np.abs(x - RIG.e), x)
 )
 """Torque of the declared patch in full slide over load, mu = 1 [m]."""
-NAMES = ("rate_friction", "friction_drift", "asymmetric_friction", "contact_damping")
-VALUES = {
-    "k": K, "rate_friction.c": 0.05, "friction_drift.gain": 0.3, "friction_drift.scale": 0.6,
-    "asymmetric_friction.ratio": 1.2, "contact_damping.c": 2.0,
-}  # fmt: skip
-FEW = Model(effects=effects_named(NAMES), bristles=8)
-EFFECTS: dict[str, Any] = {"model": FEW, "values": VALUES}
-DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
+EFFECTS = found_model(
+    {
+        "rate_friction.c": 0.05, "friction_drift.gain": 0.3, "friction_drift.scale": 0.6,
+        "asymmetric_friction.ratio": 1.2, "contact_damping.c": 2.0,
+    }, bristles=8,
+)  # fmt: skip
+FEW, VALUES = EFFECTS.values()
 KINDS = [
     pytest.param(Ekf, {}, id="ekf"),
     pytest.param(Mhe, {"window": 5}, id="mhe"),
@@ -82,11 +81,9 @@ def test_with_effects_it_is_the_full_slide_at_mu(
 def test_models_whose_mu_differ_by_two_fifths_come_close_in_it() -> None:
     planted = {"patch_width": {"half_width": 0.03}, "contact_damping": {"c": 1.5}}
     made = make_recording(9, planted, mu=1.1, k=K, noise=0.002)
-    names = tuple(planted)
-    values = {"k": K, "patch_width.half_width": 0.03, "contact_damping.c": 1.5}
+    found = found_model({"patch_width.half_width": 0.03, "contact_damping.c": 1.5})
     right, declared = (
-        run(Ekf(model=model, values=known, rig=RIG, acquire=False), **columns_of(made))
-        for model, known in ((Model(effects=effects_named(names)), values), (Model(), {"k": K}))
+        run(Ekf(**model, rig=RIG, acquire=False), **columns_of(made)) for model in (found, DECLARED)
     )
     mu, mu_eff = (abs(getattr(right, n)[-1] / getattr(declared, n)[-1] - 1) for n in ("mu", "mu_eff"))
 
