@@ -1,7 +1,7 @@
 """The source's own method: the root, what it needs, and where it ends."""
 
 from dataclasses import replace
-from math import nan
+from math import isnan, nan
 from pathlib import Path as FilePath
 from time import perf_counter
 
@@ -132,6 +132,21 @@ def test_missing_samples_keep_the_estimate(name: str) -> None:
         assert not states[i].solved
         assert np.isfinite(states[i].M_z_predicted)
     assert np.abs(mu_of(states)[10:] - TYRE.mu).max() < 1e-4
+
+
+@pytest.mark.parametrize("name", ["psi", "F_N"])
+def test_until_angle_and_load_are_known_there_is_the_first_guess(name: str) -> None:
+    psi = 0.05 + straight(0.0, REACH)
+    rows = {"psi": psi.copy(), "M_z": exact(psi), "F_N": np.full(psi.shape, LOAD)}
+    rows[name][:3] = nan
+    if name == "psi":
+        # The patch then stands at rest where its angle is first seen.
+        rows["M_z"][3:] = exact(psi[3:])
+    states = states_of(root(mu=0.9), *rows.values())
+
+    assert [state.mu for state in states[:3]] == [0.9] * 3
+    assert all(isnan(state.M_z_predicted) for state in states[:3])
+    assert mu_of(states)[-1] == pytest.approx(TYRE.mu, abs=1e-6)
 
 
 def test_smoothing_is_the_printed_filter() -> None:
