@@ -146,9 +146,12 @@ def test_code_calls_only_the_mathematics_library(generated: Generate, name: str)
 @pytest.mark.parametrize(
     ("name", "count"),
     [
-        *cases("ekf declared aligning", "ekf creep aligning; ekf creep steering", HOUR),
+        *cases("ekf declared aligning", "", HOUR // 10),
         *cases("mhe declared aligning", "ekf creep aligning", HOUR // 100),
-        pytest.param("ekf declared steering", HOUR, marks=LONG),
+        *(
+            pytest.param(f"ekf {name}", HOUR, marks=LONG)
+            for name in ("declared aligning", "declared steering", "creep aligning", "creep steering")
+        ),
         *(
             pytest.param(f"mhe {model} aligning", HOUR // 4, marks=LONG)
             for model in ("creep", "declared")
