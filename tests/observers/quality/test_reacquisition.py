@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers import AligningTorque, Ekf, Loop, Sample, SteeringTorque, run
+from observers import AligningTorque, Loop, Sample, SteeringTorque, run
 from observers.protocol import OUTPUT, Status
 from observers.quality.acquisition import (
     DECLARED_PATCH,
@@ -158,9 +158,7 @@ def test_single_spikes_of_the_torque_are_no_other_ground() -> None:
     made = make_recording(9001, mu=0.5, k=K, load=400.0, bristles=500, duration=14.0)
     rng = np.random.default_rng(9001)
     spikes = (rng.random(made.t.size) < 0.002) * rng.choice([-1, 1], made.t.size) * np.ptp(made.M_z)
-    found = run(
-        Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, made.M_z + spikes
-    )
+    found = run(acquiring_ekf(), made.t, made.psi, made.F_N, made.M_z + spikes)
 
     assert np.count_nonzero(spikes) >= 2
     assert not (found.status & Status.RESET).any()
