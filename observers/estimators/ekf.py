@@ -164,11 +164,8 @@ def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:
         sample.tuning,
     )  # fmt: skip
     factor = build_predict_covariance(x.numel())(before["factor"], A, Q)
-
-    def retention() -> ca.MX:
-        P = covariance(before["factor"])
-        return sensitivity_retention(measurement_model, P, Q, before["x"], sample.now)
-
+    P = covariance(before["factor"])
+    retention = sensitivity_retention(measurement_model, P, Q, before["x"], sample.now)
     return x, factor, retained_memory(model, measurement_model, before, retention)
 
 

@@ -60,12 +60,12 @@ class PatchWindow:
     def append(
         self, parts: Parts, retention: ca.MX, now: ca.MX, x: ca.MX, theta: ca.MX, rig: ca.MX
     ) -> dict[str, ca.MX]:
-        """The parts with one more sample `now`, cleaned, the oldest dropped; retention as it says.
+        """The parts with one more cleaned sample `now`, the oldest dropped.
 
-        The patch is updated at the states x (n,).
+        The patch is updated at the states x (n,); retention is that of `sensitivity_retention`.
         """
         model, measurement_model = self.model, self.measurement_model
-        memory = retained_memory(model, measurement_model, self.newest(parts), lambda: retention)
+        memory = retained_memory(model, measurement_model, self.newest(parts), retention)
         added = advanced_patch(model, measurement_model, memory, x, now, theta, rig)
         if "psi" in directions(measurement_model):
             slope = added["slopes"][directions(measurement_model).index("psi")]

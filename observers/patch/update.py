@@ -12,7 +12,7 @@ with the present one only in part, so the sensitivity is multiplied by the regre
 one on the other. So bristles, `Model(discretised=True)`, suit a ground that changes within seconds.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
 
 import casadi as ca
@@ -103,12 +103,12 @@ def build_patch_update(model: PatchModel, measurement_model: MeasurementModel) -
 
 
 def retained_memory(
-    model: PatchModel, measurement_model: MeasurementModel, parts: Parts, retention: Callable[[], ca.MX]
+    model: PatchModel, measurement_model: MeasurementModel, parts: Parts, retention: ca.MX
 ) -> dict[str, ca.MX]:
     """The fields of the memory among parts; of its sensitivity the share of `sensitivity_retention`."""
     memory = {name: parts[name] for name, *_ in memory_fields(model, measurement_model)}
     if memory_depends_on_tyre(model, measurement_model):
-        memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention()
+        memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
     return memory
 
 
