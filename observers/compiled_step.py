@@ -48,27 +48,33 @@ def compiled_stretch(step: ca.Function, length: int = SAMPLES_PER_CALL) -> ca.Fu
     return compiled(step.mapaccum(f"{step.name()}_stretch", length, 1, {"base": -1}))
 
 
+class CompiledStretch:
+    """Calls a step mapped over some samples, as of `compiled_stretch`, on buffers of its own.
+
+    CasADi's matrices would be new ones in every call, and the states are large.
+    """
+
+    def __init__(self, stretch: ca.Function) -> None:
+        """Allocate the buffers."""
+        self._buffered, self.length = BufferedCall(stretch), stretch.size2_in(1)
+
+    def __call__(self, state: Array, samples: Array, constants: Array) -> list[Array]:
+        """States and outputs of `length` samples, one a column, valid until the next call."""
+        given = (state, samples.ravel("F"), np.tile(constants, self.length))
+        for buffer, values in zip(self._buffered.inputs, given, strict=True):
+            buffer[:] = values
+        self._buffered.call()
+        return [output.reshape(self.length, -1).T for output in self._buffered.outputs]
+
+
 def run_stretches(
     stretch: ca.Function, state: Array, samples: Array, constants: Array, result: int = 1
 ) -> Array:
-    """Outputs of all samples, one column each; the states, which take far more memory, for result 0.
-
-    Args:
-        stretch: a step mapped over some samples, as of `compiled_stretch`.
-        state: before the first sample.
-        samples: one a column.
-        constants: of the step.
-        result: index of the step's result.
-    """
-    length, count = stretch.size2_in(1), samples.shape[1]
-    padded = np.pad(samples, ((0, 0), (0, -count % length)), mode="edge")
-    # CasADi's matrices would be new ones in every call, and the states are large.
-    buffered, parts = BufferedCall(stretch), []
-    buffered.inputs[0][:] = state
-    buffered.inputs[2][:] = np.tile(constants, length)
-    for at in range(0, count, length):
-        buffered.inputs[1][:] = padded[:, at : at + length].ravel("F")
-        buffered.call()
-        buffered.inputs[0][:] = buffered.outputs[0][-state.size :]
-        parts.append(buffered.outputs[result].reshape(length, -1).T.copy())
+    """Outputs of all samples, one column each; the states, which take far more memory, for result 0."""
+    call, count, parts = CompiledStretch(stretch), samples.shape[1], []
+    padded = np.pad(samples, ((0, 0), (0, -count % call.length)), mode="edge")
+    for at in range(0, count, call.length):
+        results = call(state, padded[:, at : at + call.length], constants)
+        state = results[0][:, -1].copy()
+        parts.append(results[result].copy())
     return np.hstack(parts)[:, :count]

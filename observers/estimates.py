@@ -124,10 +124,7 @@ class Estimates:
             raise InvalidInputError(
                 "a data frame needs pandas; pip install 'brushgrip[pandas]'"
             ) from None
-        columns = vars(self)
-        return pandas.DataFrame(
-            {n: v for n, v in columns.items() if n != "t"}, index=self.t
-        ).rename_axis("t")
+        return pandas.DataFrame(vars(self)).set_index("t")
 
     def _friction(self) -> str:
         known = "informed" if self.informed[-1] else "not informed"

@@ -137,11 +137,7 @@ UNCHECKED = (
 
 
 def uninformed_remedy(relative_std: float) -> str:
-    """Meaning and remedy of an estimate that is not informed and has no flag.
-
-    Args:
-        relative_std: standard deviation of mu over mu [1]; NaN for an observer without one.
-    """
+    """Meaning and remedy of an estimate that is not informed and has no flag; NaN for no deviation."""
     if not isfinite(relative_std):
         return "the patch has not slid far enough to tell friction: turn further"
     return (

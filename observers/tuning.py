@@ -51,6 +51,13 @@ TUNING_UNITS = {
 """Units of the fields that have one."""
 
 
+def require_whole(**counts: object) -> None:
+    """Refuses what is no whole number of at least 1."""
+    for name, value in counts.items():
+        if not (isinstance(value, int) and value >= 1):
+            raise InvalidInputError(f"{name} must be a whole number of at least 1, got {value}")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Tuning:
     """Prior, noises and limits; torques are shares of 3/8 F_N a, the full-slide torque at mu = 1.
@@ -144,10 +151,7 @@ class Tuning:
                 f"mu must lie between least and greatest, {self.least} and {self.greatest},"
                 f" got {self.mu}"
             )
-        if not (isinstance(self.reset_after, int) and self.reset_after >= 1):
-            raise InvalidInputError(
-                f"reset_after must be a whole number of at least 1, got {self.reset_after}"
-            )
+        require_whole(reset_after=self.reset_after)
 
     @property
     def log_std(self) -> float:

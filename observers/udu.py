@@ -49,15 +49,9 @@ def covariance_of(factor: Array) -> Array:
 
 
 def update_covariance(factor: ca.SX, H: ca.SX, weight: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """After one scalar measurement: factor, gain (n,), and weight over innovation variance times weight.
+    """The factor (n, n) after one scalar measurement of derivative H (n,), the gain K, 1 / (R + H P H').
 
-    Args:
-        factor: before, (n, n).
-        H: derivative of the measurement by the state, (n,).
-        weight: inverse variance of the measurement, 0 where there is none.
-
-    Returns:
-        The factor, the gain K, and 1 / (R + H P H'), 0 where there is no measurement.
+    weight is the inverse variance of the measurement; it and the last result are 0 where there is none.
     """
     n = H.numel()
     U = ca.triu(factor, False) + ca.SX.eye(n)

@@ -79,12 +79,7 @@ class EmbeddedCode:
 
 
 def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> EmbeddedCode:
-    """C99 of Functions in one floating-point type.
-
-    Args:
-        functions: the Functions to call, their names unique.
-        real: the type of every real number.
-        prefix: begins the names of the helpers, so that two such files can be joined.
+    """C99 of Functions of unique names in one type; the names of helpers begin with the prefix.
 
     Raises:
         InvalidInputError: a constant is beyond the type.
@@ -126,11 +121,7 @@ def casadi_text(functions: Sequence[ca.Function], real: Real, prefix: str) -> st
 
 
 def work_sizes(text: str, name: str) -> tuple[int, ...]:
-    """Lengths of arg, res, iw and w of a Function, from its C: less than `Function.sz_w` says.
-
-    Raises:
-        BrushgripError: they do not stand there.
-    """
+    """Lengths of arg, res, iw and w of a Function, from its C: less than `Function.sz_w` says."""
     match = re.search(rf"int {name}_work\(.*?{_SIZES}", text, re.S)
     if match is None:
         raise _unknown(f"no work sizes of {name}")
@@ -138,11 +129,7 @@ def work_sizes(text: str, name: str) -> tuple[int, ...]:
 
 
 def resolve_conditions(text: str) -> str:
-    """The branches of preprocessor conditions that hold, without the conditions.
-
-    Raises:
-        BrushgripError: a condition is not one of `CONDITIONS`.
-    """
+    """The branches of preprocessor conditions that hold, without the conditions."""
     lines, branches = [], [True]
     for line in text.splitlines():
         directive = line.strip()

@@ -95,20 +95,20 @@ def generate(
             constant is beyond the type, or a file that was not generated is in the way; with `tunable`,
             the observer is neither an `Ekf` nor an `Mhe`.
     """
-    return write_texts(folder, source_texts(observer, real, name, tunable=tunable))
+    return write_texts(folder, source_texts(observer, real, name, tunable=tunable)[0])
 
 
 def source_texts(
     observer: FunctionObserver, real: Real, name: str, *, tunable: Tunable = ""
-) -> dict[str, str]:
-    """The text of every file, by its name; errors as for `generate`."""
+) -> tuple[dict[str, str], dict[str, Any]]:
+    """The text of every file, by its name, and the values of the templates; errors as for `generate`."""
     require_usable(name)
     if absent := [name for name in MEMBERS if getattr_static(observer, name, None) is None]:
         raise InvalidInputError(
             "observer must be an Ekf, an Mhe or another observers.FunctionObserver, made of casadi"
             f" Functions, got {type(observer).__name__} without {', '.join(absent)}"
         )
-    terms = template_placeholders(observer, real, name, tunable=tunable)
+    terms = _placeholders(observer, real, name, tunable)
     patch = compact_patch(observer, real, tunable)
     body = _casadi_body(observer, real, terms) if patch is None else compact_body(patch, terms)
     result = "result" if body.supervised else "output"
@@ -130,11 +130,9 @@ def source_texts(
     }  # fmt: skip
     texts = {file: render(template, terms) for file, template in templates.items()}
     texts[f"{name}.c"] = with_prefix(in_type(texts[f"{name}.c"], real), name)
-    return {
-        **texts,
-        f"{name}.json": _parameters(observer, real, terms["version"], tunable),
-        f"{name}_vector.csv": reference_csv(observer, real),
-    }
+    texts[f"{name}.json"] = _parameters(observer, real, terms["version"], tunable)
+    texts[f"{name}_vector.csv"] = reference_csv(observer, real)
+    return texts, terms
 
 
 def _state_size(body: Body, real: Real, constants: int, checked: int) -> int:
@@ -155,17 +153,12 @@ def _limit(observer: FunctionObserver, real: Real) -> dict[str, str]:
     }
 
 
-def template_placeholders(
-    observer: FunctionObserver, real: Real, name: str, *, tunable: Tunable = ""
-) -> dict[str, Any]:
+def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tunable) -> dict[str, Any]:
     """The values that all templates share."""
     prior = observer.prior
-    parameters = run_time_parameters(observer, tunable) if tunable else ()
-    changed = (
-        parameter_placeholders(observer, parameters, real)
-        if tunable
-        else {"parameters": (), "constants_size": 0}
-    )
+    changed: dict[str, Any] = {"parameters": (), "constants_size": 0}
+    if tunable:
+        changed = parameter_placeholders(observer, run_time_parameters(observer, tunable), real)
     return {
         "tunable": tunable,
         "constants_at": ", state->constants" if tunable else "",

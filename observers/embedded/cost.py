@@ -140,18 +140,17 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     on_bristles = bool(patch.terms["bristles"])
     if isinstance(observer, Mhe) and effects and not on_bristles:
         return Cost(instructions=None)
-    corner = 0.0 if on_bristles else _corner_instructions(patch, counts, tunable)
+    step, corner = _step_and_corner(patch, counts, tunable)
+    corner *= not on_bristles
     acquiring = counts.acquiring[bool(tunable)] + GEAR_ACQUIRING * ("gear" in patch.observer.states)
-    step, acquiring = _step_instructions(patch, counts, tunable), acquiring * patch.observer.acquire
+    acquiring *= patch.observer.acquire
     mean = step + counts.tracking * patch.observer.acquire + CORNERS * corner
     # From the steering torque no corner is dropped in the longest step.
     drops = bool(corner) and "psi" not in patch.observer.states
     most = step + acquiring + MAX_CORNERS * corner + counts.drop * drops
     if on_bristles:
-        mean, most = (
-            mean + _bristle_instructions(patch, counts, 0),
-            most + _bristle_instructions(patch, counts, 1),
-        )
+        mean += _bristle_instructions(patch, counts, 0)
+        most += _bristle_instructions(patch, counts, 1)
     return Cost(
         instructions=int(round(mean, -2)),
         at_most=int(round(MARGIN * most, -2)),
@@ -163,22 +162,16 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     )
 
 
-def _step_instructions(patch: PatchCode, counts: Instructions, tunable: Tunable) -> float:
-    """Instructions of a step without corners, bristles and supervision."""
-    window, steered = getattr(patch.observer, "window", 0), "psi" in patch.observer.states
-    each = float(counts.sample_bristles if patch.terms["bristles"] else counts.sample)
-    if steered:
-        each *= STEERING_SAMPLE
+def _step_and_corner(patch: PatchCode, counts: Instructions, tunable: Tunable) -> tuple[float, float]:
+    """Instructions of a step without patch and supervision, and of each corner of the patch."""
+    states, window = patch.observer.states, getattr(patch.observer, "window", 0)
+    steered = "psi" in states
+    sample = float(counts.sample_bristles if patch.terms["bristles"] else counts.sample)
+    sample = sample * (STEERING_SAMPLE if steered else 1.0) + counts.tunable_sample * bool(tunable)
     step = counts.step * (STEERING if steered else 1.0) + counts.tunable * bool(tunable)
-    step += GEAR * ("gear" in patch.observer.states)
-    return step + window * (each + counts.tunable_sample * bool(tunable))
-
-
-def _corner_instructions(patch: PatchCode, counts: Instructions, tunable: Tunable) -> float:
-    """Instructions that each corner of the patch adds."""
-    window, steered = getattr(patch.observer, "window", 0), "psi" in patch.observer.states
-    each = counts.corner + window * counts.sample_corner * (STEERING_CORNER if steered else 1.0)
-    return each * (RIG_CORNER if tunable == "all" else 1.0)
+    step += GEAR * ("gear" in states)
+    corner = counts.corner + window * counts.sample_corner * (STEERING_CORNER if steered else 1.0)
+    return step + window * sample, corner * (RIG_CORNER if tunable == "all" else 1.0)
 
 
 def _bristle_instructions(patch: PatchCode, counts: Instructions, column: int) -> float:

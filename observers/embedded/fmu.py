@@ -5,7 +5,6 @@ estimate. The archive contains the sources, the model description, the parameter
 variables and the library for 64-bit Linux.
 """
 
-import json
 import platform
 import subprocess
 import tempfile
@@ -15,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts, template_placeholders
+from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts
 from observers.embedded.constants import Tunable
 from observers.embedded.fmi_versions import VERSIONS, Version, base_unit, marked_unused
 from observers.embedded.generated_files import require_replaceable
@@ -153,11 +152,9 @@ def _texts(
     observer: FunctionObserver, real: Real, name: str, version: Version, *, tunable: Tunable
 ) -> dict[str, str]:
     """Every text of the archive, by its path."""
-    texts = source_texts(observer, real, name, tunable=tunable)
-    terms = template_placeholders(observer, real, name, tunable=tunable)
+    texts, terms = source_texts(observer, real, name, tunable=tunable)
     parameters = texts[f"{name}.json"]
-    terms |= {
-        "version": json.loads(parameters)["version"],
+    terms = terms | {
         "guid": f"{{{uuid.uuid5(uuid.NAMESPACE_URL, texts[f'{name}.c'] + parameters)}}}",
         "inputs": [variable for variable in INPUTS if variable.name in INPUTS_OF[observer.channel]],
         "outputs": OUTPUTS,

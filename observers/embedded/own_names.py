@@ -7,21 +7,18 @@ replaced where they stand as a word: not in comments and strings, not behind a d
 
 import re
 
+from observers.embedded.scalar_type import tokens
+
 _STATIC = re.compile(r"^static [\w \t*]*?\b(\w+)\s*(?:\(|\[|=|;)", re.MULTILINE)
 _MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", re.MULTILINE)
 _TYPE = re.compile(r"^} (\w+);", re.MULTILINE)
 _ENUM = re.compile(r"^enum \{(.*?)\};", re.MULTILINE | re.DOTALL)
 _CONSTANT = re.compile(r"(?:^|,)\s*(\w+)")
-_TOKEN = re.compile(
-    r"""(?P<skip>"(?:\\.|[^"\\])*"|/\*.*?\*/|//[^\n]*|(?:\.|->)\s*[A-Za-z_]\w*)|(?P<word>\b[A-Za-z_]\w*)""",
-    re.DOTALL,
-)
-_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 
 
 def defined_names(text: str) -> frozenset[str]:
     """Names that a file of C defines for itself."""
-    code = _COMMENT.sub(" ", text)
+    code = "".join(" " if kind == "comment" else token for kind, token in tokens(text))
     constants = (_CONSTANT.findall(inside) for inside in _ENUM.findall(code))
     found = [_STATIC.findall(code), _MACRO.findall(code), _TYPE.findall(code), *constants]
     return frozenset(name for names in found for name in names)
@@ -32,10 +29,9 @@ def with_prefix(text: str, name: str) -> str:
     taken = (f"{name}_", f"{name.upper()}_")
     own = {n for n in defined_names(text) if not n.startswith(taken)}
 
-    def renamed(token: re.Match[str]) -> str:
-        word = token["word"]
-        if word not in own:
-            return token[0]
-        return taken[word.isupper()] + word
-
-    return _TOKEN.sub(renamed, text)
+    renamed, before = [], ""
+    for kind, token in tokens(text):
+        is_own = kind == "name" and token in own and not before.endswith((".", "->"))
+        renamed.append(f"{taken[token.isupper()]}{token}" if is_own else token)
+        before = (before + token.strip())[-2:]
+    return "".join(renamed)

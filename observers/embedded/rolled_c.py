@@ -23,14 +23,10 @@ from symbolic.compilation.scalar_c import Term, as_real, is_kept, number, operat
 
 
 def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Known) -> str:
-    """A static C function, whose matrices have a column for each round of its loops.
+    """A static C function of a Function of `MX` with one output, a column of scalars.
 
-    Args:
-        name: of the C function.
-        function: of `MX`, with one output, a column of scalars.
-        length: columns of its matrices.
-        real: the type.
-        known: elements of inputs that are numbers, by the input's name and their index.
+    Its matrices have `length` columns, one for each round of its loops; known are elements of inputs
+    that are numbers, by the input's name and their index.
 
     Raises:
         BrushgripError: an operation cannot be rolled.

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from observers.embedded.codegen import source_texts, template_placeholders
+from observers.embedded.codegen import source_texts
 from observers.embedded.generated_files import write_texts
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
@@ -30,8 +30,7 @@ def generate_ros2(
     Raises:
         InvalidInputError: as for `generate`.
     """
-    texts = source_texts(observer, real, name)
-    terms = template_placeholders(observer, real, name)
+    texts, terms = source_texts(observer, real, name)
     kept = {file: texts[file] for file in (f"{name}.c", f"{name}.h", f"{name}.hpp", f"{name}.json")}
     templates = {
         f"{name}_node.cpp": "ros2_node.cpp", "package.xml": "ros2_package.xml",

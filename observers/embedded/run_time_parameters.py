@@ -106,8 +106,8 @@ def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[R
     """The parameters of an observer that C takes at run time.
 
     Raises:
-        InvalidInputError: the observer is no `Ekf` and no `Mhe`, or has no model and tuning as these do;
-            a name of an effect cannot be one in C, or two parameters have the same.
+        InvalidInputError: the observer is no `Ekf` and no `Mhe`; a name of an effect cannot be one in
+            C, or two parameters have the same.
     """
     if not isinstance(observer, ModelObserver):
         raise InvalidInputError(

@@ -69,14 +69,9 @@ def scalar_function(
 ) -> ca.Function:
     """A Function with some inputs as numbers, expanded to scalar operations, each done once.
 
-    Infinite parameters enter as 1/ε with ε = 0 after simplification, so that terms divided by them
-    vanish. Outputs are dense columns.
-
-    Args:
-        name: of the result.
-        function: the Function.
-        numbers: for an input, its elements: numbers, or expressions of `last`.
-        last: a further input of the result, `constants`.
+    `numbers` has the elements of an input by its name: numbers, or expressions of `last`, a further
+    input of the result, `constants`. Infinite parameters enter as 1/ε with ε = 0 after simplification,
+    so that terms divided by them vanish. Outputs are dense columns.
     """
     names = [n for n in function.name_in() if n not in numbers]
     symbols = {n: ca.SX.sym(n, *function.size_in(n)) for n in names}
@@ -98,13 +93,7 @@ def _with_infinity(values: Iterable[Any], epsilon: ca.SX) -> ca.SX:
 
 
 def with_known_exponential(function: ca.Function, of: tuple[str, int], known: str) -> ca.Function:
-    """The same Function of scalars, where exp of one element of an input is read from another input.
-
-    Args:
-        function: a Function that is expanded to scalars.
-        of: the input, and the element of it.
-        known: name of the input, a scalar, that holds exp of it.
-    """
+    """The same Function of scalars, where exp of an element of an input is another input."""
     inputs = [ca.SX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
     outputs = [ca.SX(function.sparsity_out(i)) for i in range(function.n_out())]
     exponential = inputs[function.index_in(known)]

@@ -21,11 +21,8 @@ class Body:
     """The part of generated code that differs between observers.
 
     Attributes:
-        core: C of the computation, in the type.
-        stepping: C of `begin` and `advance`, which the public functions call.
-        private_fields: fields of the state, lines of C.
-        bytes: size of these fields.
-        types: their types, C of the header.
+        core, stepping: C of the computation, and of `begin` and `advance`, which public functions call.
+        private_fields, types, bytes: fields of the state, their types in the header, and their size.
         supervised: C acquires friction first, see `observers.embedded.estimators.supervision`.
         scaled: and divides the aligning torque by the stiffness that was found.
         rig_at_run_time: the patch takes the rig at run time, by its `set_geometry`.

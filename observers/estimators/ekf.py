@@ -15,7 +15,7 @@ import casadi as ca
 
 from observers.estimators.model_observer import ModelObserver
 from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
-from observers.layout import Layout, Parts, outputs_of
+from observers.layout import Layout, Parts
 from observers.measurement.linearisation import (
     angle_is_state,
     build_measurement,
@@ -25,20 +25,18 @@ from observers.measurement.linearisation import (
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import (
-    build_patch_update,
+    advanced_patch,
     memory_depends_on_tyre,
     memory_fields,
     reset_retention,
+    retained_memory,
     sensitivity_retention,
-    signals_with_states,
     slopes_by_states,
-    tyre_parameters,
 )
 from observers.protocol import OUTPUT
 from observers.quality.change_by_direction import monitor_fields
-from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight, innovation_variance
+from observers.quality.innovation_gate import COUNTS, huber_weight, innovation_variance
 from observers.udu import add_variance, build_predict_covariance, build_update_covariance, covariance
-from symbolic import GEOMETRY, InvalidInputError
 from symbolic.casadi_functions import named_function
 
 
@@ -58,14 +56,6 @@ class Ekf(ModelObserver):
     """
 
     iterations: int = 1
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        super().__post_init__()
-        if not (isinstance(self.iterations, int) and self.iterations >= 1):
-            raise InvalidInputError(
-                f"iterations must be a whole number of at least 1, got {self.iterations}"
-            )
 
     @property
     def kind(self) -> str:
@@ -137,7 +127,7 @@ def _step(
     P = covariance(predicted_factor)
     test = sample.test(before, predicted, P, patch["M_z"], patch["slopes"])
     correct = _correction(sample, predicted, predicted_factor, test)
-    x, factor = correct(test.innovation, test.H)
+    x, factor = correct(test["innovation"], test["H"])
     for _ in range(0 if measurement_model.is_linear else iterations - 1):
         patch = _update_patch(sample, memory, x)
         # Linearised again at the corrected states.
@@ -145,23 +135,23 @@ def _step(
             x, patch["M_z"], patch["slopes"], sample.now, sample.rig, sample.tuning
         )
         x, factor = correct(residual - ca.dot(H, predicted - x), H)
-    M_z = test.expected
+    M_z = test["expected"]
     if follows_angle:
         patch = _update_patch(sample, memory, x)
         M_z = patch["M_z"]
     if memory_depends_on_tyre(model, measurement_model):
         variance = P[sample.at, sample.at]
-        retention = reset_retention(test.reset, variance, test.reset * sample.change)
+        retention = reset_retention(test["reset"], variance, test["reset"] * sample.change)
         patch = {**patch, "memory_sensitivity": retention * patch["memory_sensitivity"]}
-    output = sample.output(x, covariance(factor), patch["memory"], M_z, vars(test))
+    output = sample.output(x, covariance(factor), patch["memory"], M_z, test)
     state_next = {
-        **patch, "x": x, "factor": factor, "last": sample.now, "counts": test.counts_next,
-        "monitor": test.monitor_next, "output": output,
+        **patch, "x": x, "factor": factor, "last": sample.now, "counts": test["counts_next"],
+        "monitor": test["monitor_next"], "output": output,
     }  # fmt: skip
     between = {
-        "predicted_x": predicted, "predicted_factor": predicted_factor, "innovation": test.innovation,
-        "innovation_variance": innovation_variance(test.H_P_H, test.weight, test.huber_scale),
-        "accepted": test.accepted, "reset": test.reset,
+        "predicted_x": predicted, "predicted_factor": predicted_factor, "innovation": test["innovation"],
+        "innovation_variance": innovation_variance(test["H_P_H"], test["weight"], test["huber_scale"]),
+        "accepted": test["accepted"], "reset": test["reset"],
     }  # fmt: skip
     return inputs, {"state_next": parts.join(state_next), "output": output}, between
 
@@ -174,35 +164,27 @@ def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:
         sample.tuning,
     )  # fmt: skip
     factor = build_predict_covariance(x.numel())(before["factor"], A, Q)
-    memory = {name: before[name] for name, *_ in memory_fields(model, measurement_model)}
-    if memory_depends_on_tyre(model, measurement_model):
-        P = covariance(before["factor"])
-        retention = sensitivity_retention(measurement_model, P, Q, before["x"], sample.now)
-        memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
-    return x, factor, memory
+    P = covariance(before["factor"])
+    retention = sensitivity_retention(measurement_model, P, Q, before["x"], sample.now)
+    return x, factor, retained_memory(model, measurement_model, before, retention)
 
 
 def _update_patch(sample: StepSample, memory: Parts, x: ca.MX) -> Parts:
     """Memory, M_z and slopes by the states after the sample, at the states x."""
-    measurement_model = sample.measurement_model
-    update = build_patch_update(sample.model, measurement_model)
-    signals = signals_with_states(measurement_model, x, sample.now)
-    tyre = tyre_parameters(measurement_model, x)
-    geometry = sample.rig[: len(GEOMETRY)]
-    results = outputs_of(update, *memory.values(), signals, tyre, sample.theta, geometry)
-    patch = {name.removesuffix("_next"): result for name, result in results.items()}
-    return {**patch, "slopes": slopes_by_states(measurement_model, patch["slopes"], x)}
+    model = sample.measurement_model
+    patch = advanced_patch(sample.model, model, memory, x, sample.now, sample.theta, sample.rig)
+    return {**patch, "slopes": slopes_by_states(model, patch["slopes"], x)}
 
 
 def _correction(
-    sample: StepSample, x: ca.MX, factor: ca.MX, test: InnovationTest
+    sample: StepSample, x: ca.MX, factor: ca.MX, test: Parts
 ) -> Callable[[ca.MX, ca.MX], tuple[ca.MX, ca.MX]]:
     """(innovation, H) -> states within their bounds and their factor, from predicted x and factor."""
-    increment = test.reset * sample.change
+    increment = test["reset"] * sample.change
     factor = add_variance(factor, sample.at, increment)
-    spread = test.H_P_H + increment * test.H[sample.at] ** 2
-    weight = test.weight * test.accepted
-    weight = weight * huber_weight(test.innovation, test.huber_scale, spread)
+    spread = test["H_P_H"] + increment * test["H"][sample.at] ** 2
+    weight = test["weight"] * test["accepted"]
+    weight = weight * huber_weight(test["innovation"], test["huber_scale"], spread)
 
     def correct(innovation: ca.MX, H: ca.MX) -> tuple[ca.MX, ca.MX]:
         factor_next, K, _ = build_update_covariance(x.numel())(factor, H, weight)

@@ -7,7 +7,7 @@ import casadi as ca
 from observers.layout import Layout, named, symbols, vector_of
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
-from observers.measurement.torque_error import is_known
+from observers.measurement.torque_error import declared_share, is_known
 from observers.patch.effective_friction import output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.patch.update import tyre_states
@@ -28,10 +28,7 @@ def build_initial_state(
 ) -> ca.Function:
     """(sample, constants) -> state: the prior, the patch at rest, an empty window.
 
-    Args:
-        model: the model.
-        measurement_model: gives the prior of the states.
-        layout: parts of the state; in a window one column stands for all, other parts begin as zeros.
+    In a window one column of a part stands for all; parts that are not named here begin as zeros.
     """
     inputs = symbols(ca.MX, sample=len(SAMPLE), constants=observer_constants_size(model))
     theta, rig, vector = split_theta_rig_tuning(model, inputs["constants"])
@@ -39,9 +36,8 @@ def build_initial_state(
     first["psi_dot"] = ca.if_else(is_known(first["psi_dot"]), first["psi_dot"], 0)
     signals = vector_of(SIGNALS, first)
     numbers = named(RIG, rig)
-    slide, known = full_slide_torque(first["F_N"], numbers["a"]), is_known(numbers["zero_std"])
-    declared = ca.if_else(known, numbers["zero_std"], 0) / slide
-    tuning["zero_std"] = ca.if_else(known, declared, tuning["zero_std"])
+    slide = full_slide_torque(first["F_N"], numbers["a"])
+    tuning["zero_std"] = declared_share(numbers["zero_std"], slide, tuning["zero_std"])
     prior = measurement_model.prior(tuning, first, slide)
     mean, variance = (
         ca.vertcat(*(prior[name][i] for name in measurement_model.states)) for i in range(2)

@@ -55,7 +55,6 @@ from observers.quality.change_by_direction import monitor_fields
 from observers.quality.innovation_gate import COUNTS
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
-from symbolic import InvalidInputError
 from symbolic.casadi_functions import named_function
 
 
@@ -75,14 +74,6 @@ class Mhe(ModelObserver):
 
     window: int = 50
     iterations: int = 1
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        super().__post_init__()
-        for name in ("window", "iterations"):
-            value = getattr(self, name)
-            if not (isinstance(value, int) and value >= 1):
-                raise InvalidInputError(f"{name} must be a whole number of at least 1, got {value}")
 
     @property
     def kind(self) -> str:
@@ -173,29 +164,31 @@ def build_window_step(
     test = sample.test(before, predicted, P, M_z[-1], slopes[:, -1])
     # A memory that depends on the old friction does not fit samples of the new ground: they stay
     # rejected.
-    run = 1 if memory_depends_on_tyre(model, measurement_model) else test.run
+    run = 1 if memory_depends_on_tyre(model, measurement_model) else test["run"]
     samples = _update_acceptance(
-        samples[:, 1:], ca.MX(ca.vertcat(test.accepted, test.reset, run)), sample.change
+        samples[:, 1:], ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), sample.change
     )
     at = sample.at
-    factor = add_variance(factor, at, arrival_variance_increment(window, test.reset, run, sample.change))
+    factor = add_variance(
+        factor, at, arrival_variance_increment(window, test["reset"], run, sample.change)
+    )
     smoother, given = build_smoother(measurement_model, window), (samples, sample.rig, sample.tuning)
     for i in range(iterations):
         M_z, slopes = torques(history, x) if i > 0 else (M_z, slopes)
         previous = x[:, -1]
         x, P = smoother(mean, factor, x, M_z, slopes, *given)
-    x_newest, M_z = x[:, -1], test.expected
+    x_newest, M_z = x[:, -1], test["expected"]
     unsettled = has_not_converged(measurement_model, x_newest, previous, P)
     if follows_angle:
         history = append(x=x_newest)
         M_z, _ = torques(patch.newest(history), x_newest)
-    old = reset_retention(test.reset, before["P_newest"][at, at], sample.change)
+    old = reset_retention(test["reset"], before["P_newest"][at, at], sample.change)
     memory = patch.newest(history)["memory"]
-    output = sample.output(x_newest, P, memory, M_z, vars(test), unsettled=unsettled)
+    output = sample.output(x_newest, P, memory, M_z, test, unsettled=unsettled)
     state_next = {
         **patch.scale_newest_sensitivity(history, old), "samples": samples, "x": x, "mean": mean,
-        "factor": factor, "P_newest": P, "counts": test.counts_next,
-        "monitor": test.monitor_next, "output": output,
+        "factor": factor, "P_newest": P, "counts": test["counts_next"],
+        "monitor": test["monitor_next"], "output": output,
     }  # fmt: skip
     return named_function("mhe_step", inputs, {"state_next": parts.join(state_next), "output": output})
 

@@ -18,7 +18,7 @@ from observers.quality import acquisition_and_tracking
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.quality.tolerances import with_tolerances
-from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning
+from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.array_alias import Array
 from symbolic.compliance import deflection_of
@@ -70,6 +70,7 @@ class ModelObserver(CasadiObserver):
             object.__setattr__(self, "model", replace(self.model, discretised=True))
         self.model.theta({**self.values, "mu": self.tuning.mu})
         self.measurement_model.check(self.rig, self.model)
+        require_whole(window=getattr(self, "window", 1), iterations=getattr(self, "iterations", 1))
 
     @property
     def _by_direction(self) -> bool:

@@ -9,11 +9,11 @@ from observers.layout import Expression, Layout, Parts, named, outputs_of, symbo
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_clean, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
-from observers.measurement.torque_error import is_known
+from observers.measurement.torque_error import declared_share
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.protocol import SAMPLE, Status
-from observers.quality.innovation_gate import InnovationTest, build_innovation_test
+from observers.quality.innovation_gate import build_innovation_test
 from observers.quality.innovation_monitor import log_mu_change_variance
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, full_slide_torque
@@ -49,16 +49,9 @@ def clip_to_bounds(measurement_model: MeasurementModel, x: Expression, tuning: E
 
 @dataclass(frozen=True, kw_only=True)
 class StepSample:
-    """Inputs of a step at a sample.
+    """Inputs of a step: the sample `now`, cleaned, whether a value of it is imputed, and constants.
 
-    Attributes:
-        model: the model.
-        measurement_model: states and measurement.
-        now: the sample, cleaned.
-        imputed: whether a value of it is imputed.
-        theta: parameters of the model.
-        rig: as in `RIG`.
-        tuning: as in `TUNING_FIELDS`.
+    theta are the parameters of the model, rig is as in `RIG` and tuning as in `TUNING_FIELDS`.
     """
 
     model: PatchModel
@@ -91,39 +84,30 @@ class StepSample:
         """The variance that a change of the ground adds to ln mu."""
         return log_mu_change_variance(named(TUNING_FIELDS, self.tuning))
 
-    def test(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> InnovationTest:
-        """The innovation at predicted states x (n,) of covariance P, and its test."""
-        results = outputs_of(
+    def test(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> Parts:
+        """The outputs of `build_innovation_test` at predicted states x (n,) of covariance P (n, n)."""
+        return outputs_of(
             build_innovation_test(self.measurement_model), x, P, M_z, slopes, self.now, before["counts"],
             before["monitor"], self.rig, self.tuning,
         )  # fmt: skip
-        return InnovationTest(**results)
 
     def output(
         self, x: ca.MX, P: ca.MX, memory: ca.MX, M_z: ca.MX, test: Parts, **conditions: ca.MX
     ) -> ca.MX:
         """The output of a step in the order of `observers.protocol.OUTPUT`.
 
-        Args:
-            x: corrected states (n,).
-            P: their covariance (n, n).
-            memory: of the model after the sample (m,).
-            M_z: predicted aligning torque [N m].
-            test: missing, accepted, reset, nis, inconsistent and, where friction differs by direction,
-                untested of an `InnovationTest`, by name.
-            conditions: further flags of `Status` in small letters.
+        At corrected states x (n,) of covariance P (n, n), from the memory after the sample (m,), the
+        predicted M_z [N m], outputs of `build_innovation_test`, and further flags of `Status` in small
+        letters.
         """
         log_mu, tuning, rig = x[self.at], named(TUNING_FIELDS, self.tuning), named(RIG, self.rig)
         mu, F_N = ca.exp(log_mu), self.now[CLEAN.index("F_N")]
         # Dry friction in the bearings cannot be told from that of the ground.
-        known, slide = is_known(rig["dry_friction"]), full_slide_torque(F_N, rig["a"])
-        dry = ca.if_else(known, ca.if_else(known, rig["dry_friction"], 0) / slide, DRY_FRICTION)
-        zero = ca.MX(0)
+        slide, zero = full_slide_torque(F_N, rig["a"]), ca.MX(0)
+        dry = declared_share(rig["dry_friction"], slide, DRY_FRICTION)
         if OTHER in self.measurement_model.states and "M_0" not in self.measurement_model.states:
             # A zero that is no state adds to friction one way and takes from it the other way.
-            known = is_known(rig["zero_std"])
-            declared = ca.if_else(known, rig["zero_std"], 0) / slide
-            zero = ca.if_else(known, declared, tuning["zero_std"])
+            zero = declared_share(rig["zero_std"], slide, tuning["zero_std"])
         std = ca.sqrt(mu**2 * (P[self.at, self.at] + tuning["mu_floor"] ** 2) + dry**2 + zero**2)
         given = (mu, std, memory, F_N, self.theta, self.rig[: len(GEOMETRY)], rig["slide_rate"])
         effective = outputs_of(build_effective_friction(self.model), *given)

@@ -79,24 +79,15 @@ def from_files(
 
 
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
-    """Rig and tyre of a rig file, see `symbolic.tables.rig_from_tables.rig_from_tables`.
-
-    Raises:
-        InvalidInputError: the file cannot be read or is no rig file; one line says what is wrong.
-    """
+    """Rig and tyre of a rig file, see `symbolic.rig_from_tables`; errors as of `from_files`."""
     with naming(path):
         return rig_from_tables(toml_of(_content(path)))
 
 
 def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
-    """Model and values of a model file, see `symbolic.tables.found_model_from_tables.model_from_tables`.
+    """Model and values of a model file, or of the folder of a diagnosis with one.
 
-    Args:
-        path: the model file, or the folder of a diagnosis with one.
-        effects: effects beside the library's that it may name.
-
-    Raises:
-        InvalidInputError: the file cannot be read or is no model file; one line says what is wrong.
+    See `symbolic.model_from_tables`. It may name further effects; errors as of `from_files`.
     """
     path = model_file_in(Path(path))
     with naming(path):
@@ -120,11 +111,7 @@ def model_file_in(path: Path) -> Path:
 
 
 def read_vehicle_file(path: str | Path) -> Vehicle:
-    """The vehicle of a vehicle file, see `symbolic.vehicle_from_tables`.
-
-    Raises:
-        InvalidInputError: the file cannot be read or is no vehicle file; one line says what is wrong.
-    """
+    """The vehicle of a vehicle file, see `symbolic.vehicle_from_tables`; errors as of `from_files`."""
     with naming(path):
         return vehicle_from_tables(toml_of(_content(path)))
 

@@ -21,7 +21,7 @@ from observers.quality.sensor_limits import (
     initial_screen,
     sample_limits_of,
 )
-from observers.tuning import NO_LIMIT
+from observers.tuning import NO_LIMIT, require_whole
 from symbolic import InvalidInputError
 
 AT_PSI, AT_AGE = (SCREEN.places[name][0].start for name in ("psi", "age"))
@@ -67,8 +67,7 @@ class Loop:
 
     def __init__(self, observer: Observer, history: int = 50) -> None:
         """Begin without a sample."""
-        if not (isinstance(history, int) and history >= 1):
-            raise InvalidInputError(f"history must be a whole number of at least 1, got {history}")
+        require_whole(history=history)
         self.observer = observer
         self.history = history
         self._limits = sample_limits_of(observer)

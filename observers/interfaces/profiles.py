@@ -15,9 +15,8 @@ from types import MappingProxyType
 from observers.tuning import REFERENCE_STEP, Tuning
 from symbolic import FoundModel, InvalidInputError, ModelError
 
-CAR = MappingProxyType({"error": 0.03, "mu_floor": 0.0})
-"""Fields of the tuning that differ for a car: its contacts match their model better than a rig's small
-wheel does, and its tolerances count in full."""
+CAR_ERROR = 0.03
+"""Greatest `Tuning.error` of a car [1]: its contacts match their model better than a small wheel's."""
 TURNING_RATE = 0.1
 """Yaw rate at which a correlation time is taken for a turn [rad/s]: that of hand-turned recordings."""
 SENSOR_SHARE = 0.1
@@ -69,12 +68,12 @@ def tuning_for(
         tuning: the tuning to begin with; None for `real_tyre`.
         by_hand: fields that go before all of that.
         by_direction: friction has one value each way; it walks as much as it did under that model.
-        car: it is for a car, see `CAR`.
+        car: it is for a car, see `CAR_ERROR`; its tolerances count in full, without a floor.
     """
     tuning = Tuning() if tuning is None else tuning
     if car:
         tuning = replace(
-            tuning, mu_floor=CAR["mu_floor"], error=min(tuning.error, CAR["error"]),
+            tuning, mu_floor=0.0, error=min(tuning.error, CAR_ERROR),
             alarm=max(tuning.alarm, UNSTEADY_ALARM),
         )  # fmt: skip
     if found is not None and found.error is not None:

@@ -48,8 +48,6 @@ CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel", "gear_angle", "slip", "dry", "
 load of the first sample [N]; turn since the last sample without its sign [rad];
 angle that a steering gear has followed [rad], its presliding, -1 to 1, and the torque of its declared
 dry friction with the standard deviation that presliding leaves to it [N m]."""
-NO_GEAR = dict.fromkeys(("gear_angle", "slip", "dry", "dry_std"), 0)
-"""Those of a wheel without a steering gear between it and the sensor."""
 ROWS = (*CLEAN, "accepted", "jump")
 """Rows of a window's samples: a cleaned sample, whether it is accepted, and what a change of the
 ground adds to the variance of ln mu before it."""
@@ -181,6 +179,11 @@ def select_states(**selected: bool) -> tuple[str, ...]:
     return tuple(name for name in STATES if selected.get(name, False))
 
 
+def has_gear_friction(measurement_model: MeasurementModel) -> bool:
+    """Whether the dry friction of a steering gear is a state."""
+    return "gear" in measurement_model.states
+
+
 @dataclass(frozen=True, kw_only=True)
 class AligningTorque:
     """The aligning torque is measured, the angle known; states mu and as chosen.
@@ -246,18 +249,10 @@ class AligningTorque:
         psi_dot = ca.if_else(turning, sample["psi_dot"], 0)
         # The rate tells noise of the angle from a turn; a rate of 0 may stand for no sensor at all.
         travel = ca.fabs(ca.if_else(psi_dot == 0, psi - last["psi"], psi_dot * sample["dt"]))
-        now = {
-            "psi": psi,
-            "psi_dot": psi_dot,
-            "F_N": F_N,
-            "dt": sample["dt"],
-            "M_z": ca.if_else(usable, sample["M_z"], float("nan")),
-            "M": 0,
-            "M_age": 0,
-            "travel": travel,
-            "F_N_first": last["F_N_first"],
-            **NO_GEAR,
-        }
+        now = dict.fromkeys(CLEAN, 0) | {
+            "psi": psi, "psi_dot": psi_dot, "F_N": F_N, "F_N_first": last["F_N_first"],
+            "dt": sample["dt"], "M_z": ca.if_else(usable, sample["M_z"], float("nan")), "travel": travel,
+        }  # fmt: skip
         return now, ca.logic_or(load_imputed, ca.logic_not(known))
 
     def motion(
@@ -265,20 +260,32 @@ class AligningTorque:
     ) -> tuple[Parts, Parts]:
         """All states are random walks."""
         del M_z, last
-        return random_walk(x, full_slide_torque(now["F_N"], rig["a"]), now["dt"], tuning)
+        return random_walk(x, self.full_slide(now, rig), now["dt"], tuning)
 
     def measurement(
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
     ) -> Measurement:
         """The aligning torque with the zero of its channel [N m]."""
-        slide, dt = full_slide_torque(now["F_N"], rig["a"]), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
+        return self.measured_torque(M_z + x.get("M_0", 0), x, now, rig, tuning)
+
+    def full_slide(self, now: Parts, rig: Parts) -> Expression:
+        """Torque of full slide at mu = 1 [N m]."""
+        return full_slide_torque(now["F_N"], rig["a"])
+
+    def measured_torque(
+        self, expected: Expression, x: Parts, now: Parts, rig: Parts, tuning: Parts,
+        unsure: Expression = 0,
+    ) -> Measurement:  # fmt: skip
+        """The measurement of a torque; unsure is a deviation of what is expected that lasts [N m]."""
+        slide, dt = self.full_slide(now, rig), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
         independent = independent_share(now["travel"], tuning["error_travel"])
         noise, error = sensor_noise_variance(rig, tuning, slide), model_error_variance(x, tuning)
-        variance = error * dt + REFERENCE_STEP * noise * independent
+        lasting = error + (unsure / slide) ** 2
+        variance = lasting * dt + REFERENCE_STEP * noise * independent
         return Measurement(
-            expected=M_z + x.get("M_0", 0),
+            expected=expected,
             measured=now["M_z"],
             precision=dt * independent / (variance * slide**2),
-            huber_scale=huber_scale(x, tuning, noise) * slide**2,
+            huber_scale=huber_scale(x, tuning, noise) * slide**2 + unsure**2,
             independent=independent,
         )

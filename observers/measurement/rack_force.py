@@ -18,21 +18,12 @@ import casadi as ca
 
 from observers.layout import Expression, Parts
 from observers.measurement.measurement_model import (
-    MAX_WEIGHTED_STEP,
     AligningTorque,
     Measurement,
     Moments,
-    random_walk,
     select_states,
 )
-from observers.measurement.torque_error import (
-    huber_scale,
-    independent_share,
-    is_known,
-    model_error_variance,
-    sensor_noise_variance,
-)
-from observers.tuning import REFERENCE_STEP
+from observers.measurement.torque_error import is_known
 from symbolic import full_slide_arm
 from symbolic.vehicle.kingpin import growth_to_full_lock
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock
@@ -145,28 +136,17 @@ class RackForce(AligningTorque):
         self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, tuning: Parts
     ) -> tuple[Parts, Parts]:
         """All states are random walks."""
-        del M_z, last
-        after, variance = random_walk(x, _slide(now, rig), now["dt"], tuning)
-        return after | {"gear": x.get("gear", 0)}, variance | {"gear": now["dt"] * GEAR_WALK**2}
+        after, variance = super().motion(x, M_z, last, now, rig, tuning)
+        gear = x.get("gear", 0), now["dt"] * GEAR_WALK**2
+        return {**after, "gear": gear[0]}, {**variance, "gear": gear[1]}
 
     def measurement(
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
     ) -> Measurement:
         """The torque of the mean wheel with the gear's and the zero of its channel [N m]."""
-        slide, dt = _slide(now, rig), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
-        independent = independent_share(now["travel"], tuning["error_travel"])
-        noise, error = sensor_noise_variance(rig, tuning, slide), model_error_variance(x, tuning)
-        lasting = error + (now["dry_std"] / slide) ** 2
-        variance = lasting * dt + REFERENCE_STEP * noise * independent
-        return Measurement(
-            expected=M_z + x.get("M_0", 0) + x.get("gear", 0) * now["dry"],
-            measured=now["M_z"],
-            precision=dt * independent / (variance * slide**2),
-            huber_scale=huber_scale(x, tuning, noise) * slide**2 + now["dry_std"] ** 2,
-            independent=independent,
-        )
+        expected = M_z + x.get("M_0", 0) + x.get("gear", 0) * now["dry"]
+        return self.measured_torque(expected, x, now, rig, tuning, now["dry_std"])
 
-
-def _slide(now: Parts, rig: Parts) -> Expression:
-    """Torque of full slide at mu = 1 [N m]."""
-    return now["F_N"] * full_slide_arm(rig["a"], rig["e"])
+    def full_slide(self, now: Parts, rig: Parts) -> Expression:
+        """Torque of full slide at mu = 1 [N m]."""
+        return now["F_N"] * full_slide_arm(rig["a"], rig["e"])

@@ -47,6 +47,12 @@ def sensor_noise_variance(rig: Parts, tuning: Parts, slide: Expression) -> Expre
     return ca.if_else(known, (ca.if_else(known, rig["noise"], 0) / slide) ** 2, tuning["noise"] ** 2)
 
 
+def declared_share(value: Expression, slide: Expression, otherwise: Expression) -> Expression:
+    """A value of the rig over full slide at mu = 1 [1], or another share where it is unknown."""
+    known = is_known(value)
+    return ca.if_else(known, ca.if_else(known, value, 0) / slide, otherwise)
+
+
 def sensor_variance(rig: Parts) -> Expression:
     """Variance of the sensor's noise that the rig declares, 0 where it declares none [N^2 m^2]."""
     return ca.if_else(is_known(rig["noise"]), rig["noise"] ** 2, 0)

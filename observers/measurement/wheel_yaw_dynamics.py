@@ -16,8 +16,8 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named
 from observers.measurement.measurement_model import (
+    CLEAN,
     GAIN_SHARE,
-    NO_GEAR,
     RIG,
     Measurement,
     Moments,
@@ -149,18 +149,11 @@ class SteeringTorque:
         """Impute a missing steering torque by the last one; its error grows with its age."""
         F_N, load_imputed, _ = impute_load(sample, last)
         missing = ca.logic_not(is_known(sample["M"]))
-        now = {
-            "psi": sample["psi"],
-            "psi_dot": 0,
-            "F_N": F_N,
-            "dt": sample["dt"],
-            "M_z": 0,
+        now = dict.fromkeys(CLEAN, 0) | {
+            "psi": sample["psi"], "F_N": F_N, "F_N_first": last["F_N_first"], "dt": sample["dt"],
             "M": ca.if_else(missing, last["M"], sample["M"]),
             "M_age": ca.if_else(missing, last["M_age"] + sample["dt"], 0),
-            "F_N_first": last["F_N_first"],
-            "travel": 0,
-            **NO_GEAR,
-        }
+        }  # fmt: skip
         return now, ca.logic_or(load_imputed, missing)
 
     def motion(

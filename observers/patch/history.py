@@ -16,11 +16,10 @@ from observers.measurement.linearisation import directions, state_index
 from observers.measurement.measurement_model import MeasurementModel
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import (
-    build_patch_update,
+    advanced_patch,
     build_torque,
-    memory_depends_on_tyre,
     memory_fields,
-    signals_with_states,
+    retained_memory,
     slopes_by_states,
     tyre_parameters,
 )
@@ -61,32 +60,18 @@ class PatchWindow:
     def append(
         self, parts: Parts, retention: ca.MX, now: ca.MX, x: ca.MX, theta: ca.MX, rig: ca.MX
     ) -> dict[str, ca.MX]:
-        """The parts with one more sample, the oldest dropped.
+        """The parts with one more cleaned sample `now`, the oldest dropped.
 
-        Args:
-            parts: the parts before it.
-            retention: share of the memory's sensitivity that stays, see `sensitivity_retention`.
-            now: the sample, cleaned.
-            x: the states at which the patch is updated, (n,).
-            theta: parameters of the model.
-            rig: numbers of the rig, a and e first.
+        The patch is updated at the states x (n,); retention is that of `sensitivity_retention`.
         """
-        latest = self.newest(parts)
-        memory = {name: latest[name] for name, *_ in memory_fields(self.model, self.measurement_model)}
-        if memory_depends_on_tyre(self.model, self.measurement_model):
-            memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
-        signals = signals_with_states(self.measurement_model, x, now)
-        update = build_patch_update(self.model, self.measurement_model)
-        tyre = tyre_parameters(self.measurement_model, x)
-        *added, _, slopes = update(*memory.values(), signals, tyre, theta, rig[: len(GEOMETRY)])
-        if "psi" in directions(self.measurement_model):
-            slope = slopes[directions(self.measurement_model).index("psi")]
-            added.append(ca.vertcat(x[state_index(self.measurement_model, "psi")], slope))
+        model, measurement_model = self.model, self.measurement_model
+        memory = retained_memory(model, measurement_model, self.newest(parts), retention)
+        added = advanced_patch(model, measurement_model, memory, x, now, theta, rig)
+        if "psi" in directions(measurement_model):
+            slope = added["slopes"][directions(measurement_model).index("psi")]
+            added["angle_slope"] = ca.vertcat(x[state_index(measurement_model, "psi")], slope)
         older = self.without_oldest(parts)
-        return {
-            name: ca.horzcat(older[name], new)
-            for (name, *_), new in zip(self.blocks, added, strict=True)
-        }
+        return {name: ca.horzcat(older[name], added[name]) for name, *_ in self.blocks}
 
     def scale_newest_sensitivity(self, parts: Parts, retention: ca.MX) -> dict[str, ca.MX]:
         """The parts with the newest memory's sensitivity, if there is one, multiplied by a scalar."""

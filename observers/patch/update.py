@@ -17,7 +17,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, named, symbols, vector_of
+from observers.layout import Expression, Parts, named, outputs_of, symbols, vector_of
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import TYRE, directions, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
@@ -100,6 +100,29 @@ def build_patch_update(model: PatchModel, measurement_model: MeasurementModel) -
     outputs = dict(zip((f"{name}_next" for name in fields), results, strict=True))
     outputs |= {"patch_signals": patch_signals, "M_z": M_z, "slopes": ca.densify(slopes)}
     return named_function("patch_update", inputs, outputs)
+
+
+def retained_memory(
+    model: PatchModel, measurement_model: MeasurementModel, parts: Parts, retention: ca.MX
+) -> dict[str, ca.MX]:
+    """The fields of the memory among parts; of its sensitivity the share of `sensitivity_retention`."""
+    memory = {name: parts[name] for name, *_ in memory_fields(model, measurement_model)}
+    if memory_depends_on_tyre(model, measurement_model):
+        memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
+    return memory
+
+
+def advanced_patch(
+    model: PatchModel, measurement_model: MeasurementModel, memory: Parts, x: ca.MX, now: ca.MX,
+    theta: ca.MX, rig: ca.MX,
+) -> dict[str, ca.MX]:  # fmt: skip
+    """Memory, patch_signals, M_z and slopes after a cleaned sample `now`, at the states x (n,)."""
+    results = outputs_of(
+        build_patch_update(model, measurement_model), *memory.values(),
+        signals_with_states(measurement_model, x, now), tyre_parameters(measurement_model, x), theta,
+        rig[: len(GEOMETRY)],
+    )  # fmt: skip
+    return {name.removesuffix("_next"): result for name, result in results.items()}
 
 
 def _symbols(model: PatchModel, measurement_model: MeasurementModel, **own: int) -> dict[str, ca.MX]:

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.compiled_step import compiled_stretch
-from observers.estimators.casadi_observer import CasadiObserver
+from observers.compiled_step import CompiledStretch, compiled_stretch
 from observers.estimators.ekf import Ekf
 from observers.estimators.model_observer import ModelObserver
 from observers.estimators.step_terms import DRY_FRICTION
@@ -28,39 +27,18 @@ from observers.quality.acquisition import OWN
 from observers.quality.tolerances import friction_floor
 from symbolic import full_slide_torque
 from symbolic.array_alias import Array
-from symbolic.casadi_functions import BufferedCall
 
 SAMPLES_PER_CALL = 25
 """Samples of one compiled call; between two calls a forecast may end."""
 MU, STD, TORQUE, STATUS = (OUTPUT.index(n) for n in ("mu", "mu_std", "M_z_predicted", "status"))
 
 
-class _CompiledForecastSteps:
-    """The step of an observer over `SAMPLES_PER_CALL` samples: state and samples -> state and output."""
-
-    def __init__(self, observer: CasadiObserver) -> None:
-        """Compile it, or take it from the cache."""
-        self._call = BufferedCall(compiled_stretch(observer.screened_step, SAMPLES_PER_CALL))
-
-    def __call__(self, state: Array, samples: Array, constants: Array) -> tuple[Array, Array]:
-        given = (state, samples.ravel(order="F"), np.tile(constants, SAMPLES_PER_CALL))
-        for buffer, values in zip(self._call.inputs, given, strict=True):
-            buffer[:] = values
-        self._call.call()
-        states, output = self._call.outputs
-        return states[-state.size :].copy(), output.reshape(SAMPLES_PER_CALL, len(OUTPUT)).T.copy()
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForecastCase:
-    """A friction that the ground may have, and where wheel and observer begin.
+    """A friction that the ground may have [1], and where wheel and observer begin.
 
-    Attributes:
-        mu: friction [1].
-        torque_filter_state: state of the filter that predicts the torque at this friction.
-        torque_filter_constants: its constants.
-        state: of the observer.
-        scale: what the torque is multiplied with, as the observer divides it by that [1].
+    The torque filter predicts the torque at this friction, which is multiplied by `scale`, as the
+    observer divides it by that [1].
     """
 
     mu: float
@@ -72,14 +50,9 @@ class ForecastCase:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Forecast:
-    """Estimates of the observer along the samples of a path, at one friction.
+    """Estimates of the observer along the samples of a path, at one friction; arrays of shape (n,).
 
-    Attributes:
-        mu: its estimate, shape (n,) as of the others [1].
-        deviation: its standard deviation over the estimate [1].
-        usable: whether a controller may act on it.
-        torque: that is measured [N m].
-        status: as of `Status`.
+    deviation is the standard deviation over the estimate [1], torque that which is measured [N m].
     """
 
     mu: Array
@@ -125,8 +98,10 @@ class Forecaster:
             model=observer.model, values=observer.values, rig=observer.rig, tuning=observer.tuning,
             measurement_model=turned, acquire=False,
         )  # fmt: skip
-        self._torque = _CompiledForecastSteps(self.torque_filter)
-        self._step = _CompiledForecastSteps(observer)
+        self._torque, self._step = (
+            CompiledStretch(compiled_stretch(one.screened_step, SAMPLES_PER_CALL))
+            for one in (self.torque_filter, observer)
+        )
 
     def at_rest(self, mus: Iterable[float], psi: float, F_N: float, dt: float) -> list[ForecastCase]:
         """Cases of a wheel that has stood at psi since the observer began."""
@@ -171,7 +146,8 @@ class Forecaster:
             given = samples[:, first : first + SAMPLES_PER_CALL]
             count = given.shape[1]
             given = np.pad(given, ((0, 0), (0, SAMPLES_PER_CALL - count)), mode="edge")
-            ground, expected = self._torque(ground, given, case.torque_filter_constants)
+            states, expected = self._torque(ground, given, case.torque_filter_constants)
+            ground = states[:, -1].copy()
             torque = case.scale * expected[TORQUE]
             if self.observer.channel == "M":
                 torque = (
@@ -179,7 +155,8 @@ class Forecaster:
                     - torque
                 )
             given[SAMPLE.index(self.observer.channel)] = torque
-            state, output = self._step(state, given, self.observer.constants)
+            states, output = self._step(state, given, self.observer.constants)
+            state = states[:, -1].copy()
             parts.append(np.vstack([output, torque])[:, :count])
             yield self._forecast(np.hstack(parts))
 

@@ -1,9 +1,12 @@
-"""Paths of the steering angle between turning points, within limits."""
+"""Paths of the steering angle between turning points, within limits, and the family that a plan tries.
+
+They swing to either side and grow evenly.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from math import inf, sqrt
+from math import ceil, floor, inf, log2, log10, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -100,14 +103,10 @@ def steer(
 ) -> SteeringPath:  # fmt: skip
     """Fastest path from angle to angle within rate and acceleration, with a stop at each angle.
 
-    Args:
-        points: turning points, the first one is the present angle [rad].
-        rate: greatest yaw rate [rad/s].
-        acceleration: of every start and stop [rad/s^2].
-        dt: between samples; the first sample is one step after the present [s].
-        time: the path ends here at the latest [s]; earlier where the last point is reached.
-        speed: present rate toward the second point, which is not nearer than the way to stop [rad/s].
-        rest: time before the wheel turns, where it has no speed [s].
+    The first of the turning points is the present angle, the first sample one step after it. The path
+    ends where the last point is reached, or the time is over; `speed` is the present rate toward the
+    second point, which is not nearer than the way to stop, `rest` the time before the wheel turns,
+    where it has no speed. All in SI units.
     """
     begin = points[0] - np.sign(points[1] - points[0]) * speed**2 / (2 * acceleration)
     at = rest - speed / acceleration
@@ -189,3 +188,43 @@ def changed(present: PathNow, kind: str, limits: SteeringLimits, dt: float, time
     outward = bool(points) and points[-1] > middle
     points += [low, high] * FINAL_SWINGS if outward else [high, low] * FINAL_SWINGS
     return steer([psi, *points], rate, limits.acceleration, dt, time, speed)
+
+
+RAMP = 0.2
+"""Time in which a path comes to its rate [s]: a limit of the acceleration is one of the rate."""
+MIN_FIRST_TURN, POINTS_PER_DECADE = 10**-2.5, 10
+"""Least first turning point [rad], and the number of points per decade above it."""
+
+
+class Swing(NamedTuple):
+    """A path of the family: greatest rate [rad/s], first and farthest turning point [rad]."""
+
+    rate: float
+    first: float
+    farthest: float
+
+
+def swings(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
+    """The paths of the family that begin within limits; narrower ones begin with some of them.
+
+    Raises:
+        InvalidInputError: no rate of the family is within the limits.
+    """
+    fastest = min(limits.rate, limits.acceleration * RAMP)
+    rates = [2.0**i for i in range(floor(log2(fastest)), ceil(log2(limits.slowest)) - 1, -1)]
+    if not rates:
+        raise InvalidInputError(
+            f"limit rate must be at least {2 * limits.slowest:g} rad/s and acceleration"
+            f" {2 * limits.slowest / RAMP:g} rad/s^2, twice what the slowest rate,"
+            f" {limits.slowest:g} rad/s, needs; got {limits.rate:g} and {limits.acceleration:g}"
+        )
+    step, apart = (3, 1) if coarse else (1, 2)
+    # The last one lies beyond the limit: it stands for a turn without an end.
+    many = max(1, ceil(POINTS_PER_DECADE * log10(limits.angle / MIN_FIRST_TURN) / step + 1e-9)) * step
+    angles = [MIN_FIRST_TURN * 10 ** (i / POINTS_PER_DECADE) for i in range(0, many + 1, step)]
+    return [
+        Swing(rate, first, farthest)
+        for rate in rates
+        for i, first in enumerate(angles)
+        for farthest in angles[i::apart]
+    ]

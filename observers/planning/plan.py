@@ -20,8 +20,7 @@ import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import Forecast, Forecaster, least_deviation
-from observers.planning.path import SteeringLimits, SteeringPath, steer
-from observers.planning.path_family import RAMP, Swing, swings
+from observers.planning.path import RAMP, SteeringLimits, SteeringPath, Swing, steer, swings
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError

@@ -11,11 +11,11 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
+from observers.measurement.measurement_model import MeasurementModel, has_gear_friction
 from observers.measurement.torque_error import forgetting_factor, is_known
 from observers.protocol import OUTPUT, Status
-from observers.quality.acquired_to_estimator import handover_vector
 from observers.quality.branches import START, TRACK, build_mu_sensitivity, build_track
-from observers.quality.handover_decision import is_decided
+from observers.quality.handover import handed_states, handover_vector, is_decided
 from observers.quality.input_plausibility import MAX_TYRE_FRICTION
 from observers.quality.mixture_verdict import VERDICT, build_deviation_by_scale, build_verdict
 from observers.quality.ratio_hypotheses import (
@@ -140,21 +140,14 @@ def build_search(gear: bool = False) -> ca.Function:
 
 
 @cache
-def build_handover(
-    patch: EquivalentPatch, *, is_scaled: bool, states: tuple[str, ...], gain_share: float
-) -> ca.Function:
+def build_handover(patch: EquivalentPatch, measurement_model: MeasurementModel) -> ca.Function:
     """A sample while friction is acquired.
 
     (own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction) -> (own, handover,
     output), the second in the order of `handover_names`; counted is 1 where a torque was weighed, share
     what it is worth; friction is the patch's; M_z and added are as for `build_search`.
-
-    Args:
-        patch: the declared patch that stands for the model.
-        is_scaled: the estimator's torque is divided by s.
-        states: that are handed over.
-        gain_share: of s that is the torque's.
     """
+    is_scaled, states = bool(measurement_model.scaled), handed_states(measurement_model.states)
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
         M_z=1, added=1, tyre=3, limits=len(SETTINGS), friction=1,
@@ -172,7 +165,7 @@ def build_handover(
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
-    excess = build_deviation_by_scale(found=patch.misfit > 0, gain_share=gain_share)
+    excess = build_deviation_by_scale(patch.misfit > 0, measurement_model.gain_share)
     doubt = update_unexplained(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"])
     failed = decided * (own["again"] == FAILED)
     after = own | {
@@ -263,14 +256,12 @@ def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
 
 
 @cache
-def build_acquiring(
-    patch: EquivalentPatch, *, is_scaled: bool, states: tuple[str, ...], gain_share: float
-) -> ca.Function:
+def build_acquiring(patch: EquivalentPatch, measurement_model: MeasurementModel) -> ca.Function:
     """A sample while friction is acquired, from the torque to what is handed over.
 
     Inputs of `supervision_symbols` -> (search, verdict, own, handover, output).
     """
-    gear = "gear" in states
+    gear = has_gear_friction(measurement_model)
     inputs = supervision_symbols(gear)
     search, verdict, own, output, psi, M_z, _, added, tyre, limits, friction, *dry = inputs.values()
     numbers = named(OWN, own)
@@ -279,6 +270,6 @@ def build_acquiring(
         *dry,
     )  # fmt: skip
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
-    conclude = build_handover(patch, is_scaled=is_scaled, states=states, gain_share=gain_share)
+    conclude = build_handover(patch, measurement_model)
     results = conclude(own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

@@ -19,17 +19,10 @@ from typing import Any
 import casadi as ca
 
 from observers.layout import Expression, Layout, Parts, named, symbols_like, vector_of
-from observers.measurement.measurement_model import MIN_LOAD_SHARE, MeasurementModel
+from observers.measurement.measurement_model import MIN_LOAD_SHARE, MeasurementModel, has_gear_friction
 from observers.measurement.torque_error import is_known
 from observers.patch.patch_protocol import EQUIVALENT, split_theta_rig_tuning
 from observers.protocol import OUTPUT, SAMPLE, Status
-from observers.quality.acquired_to_estimator import (
-    handed_states,
-    handover_names,
-    newest_of_sample,
-    newest_state,
-    take_acquired,
-)
 from observers.quality.acquisition import (
     FAILED,
     FAILED_FOR_LONG,
@@ -44,6 +37,13 @@ from observers.quality.acquisition import (
 from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.branches import TRACK, build_present_branch, sliding_onset_turn
 from observers.quality.equivalent_patch import added_torques
+from observers.quality.handover import (
+    handed_states,
+    handover_names,
+    newest_of_sample,
+    newest_state,
+    take_acquired,
+)
 from observers.quality.mixture_verdict import VERDICT, build_deviation_by_scale
 from observers.quality.ratio_hypotheses import (
     RESTART_STD,
@@ -82,11 +82,6 @@ def layout(measurement_model: MeasurementModel) -> Layout:
     return Layout((*own, *search_layout(has_gear_friction(measurement_model)).fields))
 
 
-def has_gear_friction(measurement_model: MeasurementModel) -> bool:
-    """Whether the dry friction of a steering gear is a state."""
-    return "gear" in measurement_model.states
-
-
 def initial(
     measurement_model: MeasurementModel, psi: Expression, F_N: Expression, zero_std: Expression
 ) -> dict[str, Expression]:
@@ -105,14 +100,12 @@ def _spread(measurement_model: MeasurementModel) -> tuple[float, ...]:
 
 
 @cache
-def build_following(
-    patch: EquivalentPatch, *, is_computed: bool, states: tuple[str, ...], gain_share: float
-) -> ca.Function:
+def build_following(patch: EquivalentPatch, measurement_model: MeasurementModel) -> ca.Function:
     """A sample while the estimator tracks, with inputs and outputs as of `build_acquiring`.
 
     The search for s goes on until friction is confirmed or the model is doubted.
     """
-    gear = "gear" in states
+    gear, states = has_gear_friction(measurement_model), handed_states(measurement_model.states)
     inputs = supervision_symbols(gear)
     search, verdict, own, output, psi, M_z, dt, added, tyre, limits, friction, *dry = inputs.values()
     parts, numbers = search_layout(gear).split(search), named(OWN, own)
@@ -132,10 +125,10 @@ def build_following(
     )  # fmt: skip
     # While the search goes on, a branch tells something only where its torque was weighed.
     share = ca.if_else(numbers["phase"] < OVER, counted, 1) * share
-    excess = build_deviation_by_scale(found=patch.misfit > 0, gain_share=gain_share)
+    excess = build_deviation_by_scale(patch.misfit > 0, measurement_model.gain_share)
     judged = ca.logic_and(numbers["phase"] == 1, ca.logic_not(named(VERDICT, verdict)["unexplained"]))
     numbers["excess"] = output_if(judged, excess, (verdict, limits), numbers["excess"])
-    own, result = build_branch_consistency(patch, is_computed=is_computed, gear=gear)(
+    own, result = build_branch_consistency(patch, measurement_model)(
         vector_of(OWN, numbers), verdict, output, share, turn, dt, M_z, added, counted, tyre,
         limits, friction,
     )  # fmt: skip
@@ -150,12 +143,8 @@ def build_supervised_step(
 ) -> ca.Function:  # fmt: skip
     """The step of an estimator, (state, sample, constants) -> (state_next, output), supervised.
 
-    Args:
-        step: of the estimator alone, on the first part of the state.
-        model: its model.
-        measurement_model: what is measured.
-        parts: of the estimator's state; those of `layout` follow.
-        patch: the declared patch that stands for the model; its numbers are among the constants.
+    Its state has the parts of the estimator, on which `step` works, and those of `layout`. The numbers
+    of the declared patch that stands for the model are among the constants.
     """
     added_parts = layout(measurement_model)
     inputs = symbols_like(step)
@@ -208,10 +197,7 @@ def build_supervised_step(
 
 def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
     """A sample while friction is acquired or while the estimator tracks, by its first input."""
-    states = handed_states(measurement_model.states)
-    scaled, share = bool(measurement_model.scaled), measurement_model.gain_share
-    acquire = build_acquiring(patch, is_scaled=scaled, states=states, gain_share=share)
-    follow = build_following(patch, is_computed=not scaled, states=states, gain_share=share)
+    acquire, follow = (build(patch, measurement_model) for build in (build_acquiring, build_following))
     return ca.Function.if_else("supervise", acquire, follow)
 
 

@@ -11,6 +11,7 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
+from observers.measurement.measurement_model import MeasurementModel, has_gear_friction
 from observers.measurement.torque_error import SENSIBLE, forgetting_factor
 from observers.protocol import OUTPUT, Status
 from observers.quality.acquisition import (
@@ -56,17 +57,15 @@ SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 
 
 @cache
-def build_branch_consistency(patch: EquivalentPatch, *, is_computed: bool, gear: bool) -> ca.Function:
+def build_branch_consistency(patch: EquivalentPatch, measurement_model: MeasurementModel) -> ca.Function:
     """A sample while the estimator tracks.
 
     (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits, friction)
     -> (own, output), torques as measured; turn is the present branch's [rad], counted 1 after a search.
-
-    Args:
-        patch: the declared patch that stands for the model.
-        is_computed: M_z is computed from the steering torque, and compared with the predicted one.
-        gear: there is a steering gear, whose friction and return torque last too.
     """
+    # M_z that is computed from the steering torque is compared with the predicted one. The friction and
+    # the return torque of a steering gear last too.
+    is_computed, gear = not measurement_model.scaled, has_gear_friction(measurement_model)
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, turn=1, dt=1,
         M_z=1, added=1, counted=1, tyre=3, limits=len(SETTINGS), friction=1,

@@ -270,13 +270,7 @@ def _moment(
 
 
 def sliding_onset_turn(mu: Expression, F_N: Expression, tyre: Expression) -> Expression:
-    """Turn at which the patch begins to slide at its ends [rad], e = 0.
-
-    Args:
-        mu: friction [1].
-        F_N: load [N].
-        tyre: k, a and e.
-    """
+    """Turn at which the patch begins to slide at its ends [rad], e = 0; tyre is k, a and e."""
     k, a, _ = named(("k", "a", "e"), tyre).values()
     return 3 * F_N * mu / (4 * a**2 * k)
 

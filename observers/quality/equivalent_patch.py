@@ -15,12 +15,12 @@ import numpy as np
 from observers.layout import Expression, Layout
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.update import signals_with_states
-from observers.quality.acquired_to_estimator import newest_of_sample, newest_state
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
+from observers.quality.handover import newest_of_sample, newest_state
 from observers.quality.mixture_verdict import VERDICT
 from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, VAGUE, build_search_start
 from observers.tuning import Tuning
-from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
+from symbolic import SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
 from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Signals
 from symbolic.model import add_torques
@@ -84,25 +84,20 @@ def _equivalent(
     theta, k = model.theta({**dict(values), "mu": 1.0}), dict(values)["k"]
     ahead = np.arange(0, TURN, RATE * PERIOD)
     psi = np.concatenate([ahead, np.arange(TURN, -TURN, -RATE * PERIOD), -TURN + ahead])
-    load = SLIDES_AT * 4 * a**2 * k / 3
-    rows = {
-        "psi": psi, "psi_dot": np.gradient(psi, PERIOD), "F_N": np.full(psi.size, load),
-        "dt": np.full(psi.size, PERIOD),
-    }  # fmt: skip
-    geometry = dict(zip(GEOMETRY, (a, e), strict=True))
-    signals = np.vstack([rows[name] for name in SIGNALS])
-    M_z = simulate(model, signals, np.array(theta).ravel(), np.array(list(geometry.values()))).M_z
+    load, count = SLIDES_AT * 4 * a**2 * k / 3, psi.size
+    F_N, dt = np.full((1, count), load), np.full(count, PERIOD)
+    signals = np.vstack([psi, np.gradient(psi, PERIOD), F_N, dt])
+    M_z = simulate(model, signals, np.array(theta).ravel(), np.array([a, e])).M_z
     if (added := build_added_torque(model)) is not None:
         M_z = M_z - np.asarray(added(signals, theta)).ravel()
     tuning = Tuning(mu_std=1.0, error=MISFIT, psi_noise=1e-5, stiffness_std=1.0)
     start = build_search_start()(psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a))
-    count = psi.size
     search = build_search().mapaccum("searches", count, 2, {})
     constant = (np.array([[k], [a], [e]]), np.array([[getattr(tuning, name)] for name in SETTINGS]))
     phases = np.arange(count).reshape(1, -1) % 2
     _, verdicts, _, _ = search(
         start, np.zeros(len(VERDICT)), phases, np.full_like(phases, len(RATIOS)), psi.reshape(1, -1),
-        rows["F_N"].reshape(1, -1), M_z.reshape(1, -1), np.zeros((1, count)),
+        F_N, M_z.reshape(1, -1), np.zeros((1, count)),
         *(np.tile(vector, count) for vector in constant),
     )  # fmt: skip
     last = dict(zip(VERDICT, np.asarray(verdicts)[:, -1].tolist(), strict=True))

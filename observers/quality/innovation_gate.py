@@ -9,7 +9,6 @@ Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking an
 section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
 """
 
-from dataclasses import dataclass
 from functools import cache
 
 import casadi as ca
@@ -64,48 +63,17 @@ def build_gate() -> ca.Function:
     return named_function("gate", inputs, outputs)
 
 
-@dataclass(frozen=True, kw_only=True)
-class InnovationTest:
-    """The innovation of a sample and what its test says, as casadi expressions.
-
-    Attributes:
-        innovation, H, weight, expected, huber_scale, independent: as of `build_measurement`.
-        H_P_H: part of the innovation's variance that the states cause.
-        nis: innovation^2 over `innovation_variance`, NaN where it is missing.
-        missing: 1 where nothing was measured; this and the next two are 0 or 1.
-        accepted: within the gate, or a reset.
-        reset: the ground has changed.
-        run: samples in a row beyond the gate, this one included; 1 at an alarm of the monitor, which
-            is a reset too.
-        counts_next: as `COUNTS`.
-        inconsistent: the model does not explain the torque: 0 or 1.
-        untested: too few independent samples to say so: 0 or 1.
-        monitor_next: as `monitor_fields`.
-    """
-
-    innovation: ca.MX
-    H: ca.MX
-    weight: ca.MX
-    expected: ca.MX
-    huber_scale: ca.MX
-    independent: ca.MX
-    H_P_H: ca.MX
-    nis: ca.MX
-    missing: ca.MX
-    accepted: ca.MX
-    reset: ca.MX
-    run: ca.MX
-    counts_next: ca.MX
-    inconsistent: ca.MX
-    untested: ca.MX
-    monitor_next: ca.MX
-
-
 @cache
 def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
-    """The fields of an `InnovationTest`.
+    """The innovation of a sample at predicted states x (n,) of covariance P (n, n), and its test.
 
-    (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> fields; x (n,) and P (n, n) are predicted.
+    (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> the outputs of `build_measurement`;
+    H_P_H, the part of the innovation's variance that the states cause; nis, innovation^2 over
+    `innovation_variance`, NaN where it is missing; missing; accepted: within the gate, or a reset;
+    reset: the ground has changed; run, samples in a row beyond the gate, this one included, 1 at an
+    alarm of the monitor, which is a reset too; counts_next as `COUNTS`; inconsistent: the model does
+    not explain the torque; untested: too few independent samples to say so; monitor_next as
+    `monitor_fields`. What is a question is answered by 0 or 1.
     """
     measurement = build_measurement(measurement_model)
     n = len(measurement_model.states)
@@ -141,20 +109,19 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         sums = ca.logic_not(alarm) * monitor_next[:2]
         monitor_next = ca.vertcat(sums, monitor_next[2:], reset_reference(kept, reset + alarm))
     counts_next[COUNTS.index("resets")] += alarm
-    test = InnovationTest(
-        **results,
-        H_P_H=H_P_H,
-        nis=ca.if_else(missing, float("nan"), innovation**2 / variance),
-        missing=missing,
-        accepted=accepted,
-        reset=reset + alarm,
-        run=ca.fmax(run, alarm),
-        counts_next=counts_next,
-        inconsistent=inconsistent,
-        untested=monitor_next[MONITOR.index("samples")] < MIN_SAMPLES,
-        monitor_next=monitor_next,
-    )
-    return named_function("innovation", inputs, vars(test))
+    results |= {
+        "H_P_H": H_P_H,
+        "nis": ca.if_else(missing, float("nan"), innovation**2 / variance),
+        "missing": missing,
+        "accepted": accepted,
+        "reset": reset + alarm,
+        "run": ca.fmax(run, alarm),
+        "counts_next": counts_next,
+        "inconsistent": inconsistent,
+        "untested": monitor_next[MONITOR.index("samples")] < MIN_SAMPLES,
+        "monitor_next": monitor_next,
+    }
+    return named_function("innovation", inputs, results)
 
 
 def innovation_variance(H_P_H: Expression, weight: Expression, huber_scale: Expression) -> Expression:

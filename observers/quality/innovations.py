@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.estimates import Estimates
 from symbolic import InvalidInputError
-
-Array = NDArray[np.float64]
+from symbolic.array_alias import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -20,7 +20,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.compiled_step import compiled_stretch, run_stretches
 from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
@@ -28,6 +27,7 @@ from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
 from observers.quality.mixture_verdict import VERDICT
 from symbolic import Rig, full_slide_torque
+from symbolic.array_alias import Array
 from symbolic.casadi_functions import named_function
 from symbolic.plausible_ranges import (
     MAX_PLAUSIBLE_PERIOD,
@@ -37,7 +37,6 @@ from symbolic.plausible_ranges import (
     MIN_WHEEL_LOAD,
 )
 
-Array = NDArray[np.float64]
 MAX_TORQUE_RATIO = 15.0
 """Ratio of torque to that of full slide at mu = 1 which no ground reaches [1]."""
 MAX_TYRE_FRICTION = 2.75

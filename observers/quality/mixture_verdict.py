@@ -60,10 +60,7 @@ Pair = Callable[[Parts], tuple[Expression, Expression, Expression]]
 class Mixture:
     """The hypotheses with weights exp(exponent) factor, of which logarithms are taken where they matter.
 
-    Attributes:
-        parts: of the hypotheses, a vector (G,) each, with ln mu at the declared k as `grid`.
-        exponent: of each hypothesis (G,).
-        factor: of each, from its parts.
+    Parts are vectors (G,), with ln mu at the declared k as `grid`; a factor is computed from its parts.
     """
 
     parts: Parts
@@ -248,7 +245,7 @@ def variance_of_scale(verdict: Parts, stiffness_std: Expression) -> Expression:
 
 
 @cache
-def build_deviation_by_scale(*, found: bool, gain_share: float) -> ca.Function:
+def build_deviation_by_scale(found: bool, gain_share: float) -> ca.Function:
     """What the scale adds to the relative deviation of mu [1]: (verdict, limits) -> excess.
 
     It is the torque's share of what s may be off by beyond what is k's own, from its value and its

@@ -200,11 +200,8 @@ def build_hypothesis_update(gear: bool = False) -> ca.Function:
     names = hypothesis_fields(gear)
     inputs = symbols(ca.SX, part=len(names), free=1, slid=1, measured=1, variance=1, share=1)
     part, free, slid, measured, variance, share = inputs.values()
-    older, was, order = (
-        forgetting_factor(share, FORGETTING_SAMPLES),
-        named(names, part),
-        hypothesis_states(gear),
-    )
+    older, was = forgetting_factor(share, FORGETTING_SAMPLES), named(names, part)
+    order = hypothesis_states(gear)
     # The measured torque by each unknown.
     by: dict[str, Expression] = {"gain": free, "zero": 1, "twist": slid - free}
     if gear:

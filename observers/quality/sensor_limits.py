@@ -34,9 +34,9 @@ from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.input_plausibility import EVIDENCE, build_evidence
 from observers.tuning import NO_LIMIT, PLAUSIBLE
+from symbolic.array_alias import Array
 from symbolic.casadi_functions import named_function
 
-Array = NDArray[np.float64]
 SLACK = 0.01
 """Change of the angle that any time allows: noise, steps of a sensor, an uneven clock [rad]."""
 SCREEN = Layout.of(psi=1, age=1, offset=1, other=1, other_age=1, waiting=1, jump=1, implausible=1)
@@ -116,14 +116,9 @@ def build_screened_step(
 ) -> ca.Function:
     """A step (state, sample, constants) -> (state_next, output) of plausible samples alone.
 
-    Args:
-        step: of the observer.
-        parts: of its state; those of the check follow.
-        limits: of the samples, in the order of `PLAUSIBLE`, or the index of the first among the
-            constants, so that one step serves all limits.
-        channel: the torque that is measured.
-        a_at: index of the half-length of the patch among the constants, so that one step serves all
-            lengths; None where units and signs are not checked.
+    The parts of its state are followed by those of the check. `limits` are in the order of `PLAUSIBLE`,
+    or the index of the first among the constants; `a_at` is the index of the half-length there, None
+    where units and signs are not checked. So one step serves all limits and lengths.
     """
     checked = EVIDENCE.size if a_at is not None else 0
     # A user's own step need not name its inputs.

@@ -9,12 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.estimates import Estimates
 from symbolic import InvalidInputError
+from symbolic.array_alias import Array
 
-Array = NDArray[np.float64]
 NEAR_FINAL = 0.1
 """Share of the final estimate within which an estimate has settled [1]."""
 BAND_95 = 1.96

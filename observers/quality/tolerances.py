@@ -29,12 +29,8 @@ that is off by that error tells k no closer, and a k that is declared closer wou
 def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
     """The tuning with the floor of mu and the deviation of the stiffness that tolerances make.
 
-    Its limit of the torque is within the range of the sensor.
-
-    Args:
-        tuning: its own floor and deviation are added to, in quadrature.
-        rig: a and e with their tolerances; where none is declared, `symbolic.parameters.USUAL` counts.
-        k: declared stiffness [N/m^2].
+    They add to its own in quadrature; where no tolerance is declared, `symbolic.parameters.USUAL`
+    counts. Its limit of the torque is within the range of the sensor. k is the declared one [N/m^2].
     """
     stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
     patch = spread_by_lengths(lambda a, e: unit_corner_moment(0.0, a, e), rig)

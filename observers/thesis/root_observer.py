@@ -187,17 +187,8 @@ def nearest(
 
     scipy's fsolve is Powell's hybrid method, a trust region around the last estimate; [Györök 2022]
     used a trust region of MATLAB's fsolve. Beyond the bounds the curve goes on along its tangent, so
-    that no negative mu is tried.
-
-    Args:
-        torque: of this sample over mu.
-        M_z: the measured torque [N m].
-        start: where to start [1].
-        bounds: least and greatest mu [1].
-        close: |f| that counts as zero [N m].
-
-    Returns:
-        mu, and whether it is a root.
+    that no negative mu is tried. |f| counts as zero up to `close` [N m]; the second result is whether
+    mu is a root.
     """
     least, greatest = bounds
 

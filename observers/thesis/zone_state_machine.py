@@ -21,7 +21,6 @@ more, until the angle passes the turning point before it and both are deleted, b
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -29,6 +28,7 @@ from numpy.typing import NDArray
 
 from symbolic import InvalidInputError, Rig, virgin_torque
 from symbolic.array_alias import Array
+from symbolic.casadi_functions import BufferedCall
 
 POINT = ("mu", "turn", "turn_back", "F_N", "k", "a", "e")
 """Inputs of the torque of the zones: [1], [rad], [rad], [N], [N/m^2], [m], [m]."""
@@ -61,11 +61,7 @@ def advance_zones(before: ZoneState, psi: float, least_turn: float) -> ZoneState
     There psi_max is found afterwards, on a filtered angle. Here a reversal counts as soon as the angle
     has come back from its extreme by more than `least_turn`. Samples before that were taken for three
     zones; psi_max is the extreme itself. A false reversal ends where the angle goes on beyond it.
-
-    Args:
-        before: the state before it.
-        psi: yaw angle from rest [rad].
-        least_turn: turn back that counts [rad].
+    psi counts from rest [rad].
     """
     after = before
     if before.zones == 3:
@@ -82,47 +78,27 @@ def branch(state: ZoneState, psi: float) -> tuple[float, float]:
     return (psi, 0.0) if state.zones == 3 else (state.psi_max, psi - state.psi_max)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class TorqueCurve:
-    """M_z of one sample over mu; the casadi Function works in place, a call takes a microsecond.
-
-    Attributes:
-        point: inputs in the order of `POINT`, shape (7,).
-        result: M_z [N m] and its derivative by mu, shape (2,).
-        buffer: ties the Function to both arrays and lives as long as it is called.
-        evaluate: fills `result`.
-    """
-
-    point: Array
-    result: Array
-    buffer: Any
-    evaluate: Callable[[], None]
-
-    def __call__(self, mu: float) -> tuple[float, float]:
-        """M_z [N m] and its derivative by mu."""
-        self.point[0] = mu
-        self.evaluate()
-        return float(self.result[0]), float(self.result[1])
+TorqueCurve = Callable[[float], tuple[float, float]]
+"""M_z of one sample [N m] and its derivative by mu, over mu."""
 
 
 def curve(turns: tuple[float, float], F_N: float, k: float, rig: Rig) -> TorqueCurve:
-    """The torque over mu of a patch with three or five zones.
+    """The torque over mu of a patch with three or five zones; turns as `branch` gives them [rad]."""
+    # It works in place: a call takes a microsecond.
+    buffered = BufferedCall(_torque())
+    buffered.inputs[0][:] = (1.0, *turns, F_N, k, rig.a, rig.e)
 
-    Args:
-        turns: as `branch` gives them [rad].
-        F_N: vertical load [N].
-        k: distributed lateral stiffness [N/m^2].
-        rig: geometry.
-    """
-    point, result = np.array([1.0, *turns, F_N, k, rig.a, rig.e]), np.empty(2)
-    buffer, evaluate = _torque().buffer()
-    buffer.set_arg(0, point.data)
-    buffer.set_res(0, result.data)
-    return TorqueCurve(point=point, result=result, buffer=buffer, evaluate=evaluate)
+    def torque(mu: float) -> tuple[float, float]:
+        buffered.inputs[0][0] = mu
+        buffered.call()
+        M_z, by_mu = buffered.outputs[0].tolist()
+        return M_z, by_mu
+
+    return torque
 
 
 @cache
-def _torque() -> Any:
+def _torque() -> ca.Function:
     point = ca.SX.sym("point", len(POINT))
     mu, turn, turn_back, F_N, k, a, e = ca.vertsplit(point)
     rest = (F_N, mu, k, a, e)

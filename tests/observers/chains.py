@@ -1,11 +1,10 @@
-"""Linear chains of states and their least squares by two other ways: dense and textbook."""
+"""Linear chains of states and their dense least squares."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from symbolic.array_alias import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,29 +77,3 @@ def dense(chain: Chain) -> tuple[Array, Array]:
     x = np.array([centres[i] + spreads[i] @ drive for i in range(N)])
     half = np.linalg.solve(np.linalg.cholesky(stacked.T @ stacked), spreads[-1].T)
     return x, half.T @ half
-
-
-def textbook(chain: Chain) -> tuple[Array, Array, Array, Array]:
-    """Kalman filter and Rauch-Tung-Striebel smoother: filtered and smoothed means and covariances."""
-    N, n = chain.size
-    x, P = chain.mean, chain.P
-    filtered, predicted = [], []
-    for i in range(N):
-        predicted.append((x, P))
-        if chain.weight[i] > 0:
-            S = chain.H[i] @ P @ chain.H[i] + 1 / chain.weight[i]
-            gain = P @ chain.H[i] / S
-            x = x + gain * (chain.z[i] - chain.H[i] @ x)
-            keep = np.eye(n) - np.outer(gain, chain.H[i])
-            P = keep @ P @ keep.T + np.outer(gain, gain) / chain.weight[i]
-        filtered.append((x, P))
-        x, P = chain.A[i] @ x + chain.b[i], chain.A[i] @ P @ chain.A[i].T + np.diag(chain.Q[i])
-    smoothed = [filtered[-1]]
-    for i in range(N - 2, -1, -1):
-        (x, P), (x_next, P_next) = filtered[i], predicted[i + 1]
-        gain = np.linalg.solve(P_next, chain.A[i] @ P).T
-        later, P_later = smoothed[0]
-        smoothed.insert(0, (x + gain @ (later - x_next), P + gain @ (P_later - P_next) @ gain.T))
-    means, covariances = (np.array(parts) for parts in zip(*filtered, strict=True))
-    means_later, covariances_later = (np.array(parts) for parts in zip(*smoothed, strict=True))
-    return means, covariances, means_later, covariances_later

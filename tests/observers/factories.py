@@ -1,6 +1,6 @@
 """Recordings and samples made for observers, and where in them friction shows."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from math import inf, nan
 from typing import Any
@@ -23,10 +23,10 @@ from observers import (
     run,
 )
 from reference_rig import RigRecording, RigTyre, SteeringRecording, hand_path, simulate_bristles
-from symbolic import Model, simulate
+from symbolic import Model, effects_named, simulate
+from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 
-Array = NDArray[np.float64]
 Recording = RigRecording | SteeringRecording
 FIELDS = ESTIMATE
 UNLIMITED: dict[str, Any] = {"psi_limit": inf, "psi_rate_limit": inf}
@@ -57,6 +57,14 @@ def kinds(window: int = 20, *, marks: Any = ()) -> list[Any]:
 
 
 DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
+
+
+def found_model(values: Mapping[str, float], k: float = K, **model: Any) -> dict[str, Any]:
+    """Model and values of an observer, of the effects whose parameters these are."""
+    names = dict.fromkeys(name.partition(".")[0] for name in values)
+    return {"model": Model(effects=effects_named([*names]), **model), "values": {"k": k, **values}}
+
+
 MODEL_OBSERVERS: dict[str, Callable[[], Ekf | Mhe]] = {
     "ekf": lambda: Ekf(**DECLARED, rig=RIG, acquire=False),
     "mhe": lambda: Mhe(**DECLARED, rig=RIG, window=10, acquire=False),

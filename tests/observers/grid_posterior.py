@@ -3,16 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from observers import causal_rate
 from reference_rig import GroundRecording
 from symbolic import Model, simulate
+from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.monte_carlo import ALLOWANCE, GREATEST, LEAST, NOISE, PRIOR
 
-Array = NDArray[np.float64]
 COARSE, FINE, MARGIN = 200, 8000, 0.9
 """Torques simulated, points of the posterior between them, and how far in ln mu the grid goes on."""
 

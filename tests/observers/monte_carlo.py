@@ -22,10 +22,10 @@ from reference_rig import (
     make_ground_recording,
     make_steering_recording,
 )
+from symbolic.array_alias import Array
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of, slide
 
-Array = NDArray[np.float64]
 Recording = GroundRecording | SteeringRecording
 PRIOR = {"mu": 1.0, "mu_std": 0.5}
 """ln mu is normal about ln 1 with standard deviation 0.5."""
@@ -71,10 +71,7 @@ def steered_by_hand(
 def tuned(made: Recording, *, scale: float = ALLOWANCE, **beliefs: Any) -> dict[str, Any]:
     """Measurement model and tuning for known white sensor noise, no torque zero, constant friction.
 
-    Args:
-        made: the recording, whose torque range says how large the noise is.
-        scale: of the noise believed over the true one [1].
-        beliefs: fields of `Tuning` in place of these.
+    The noise believed is `scale` times the true one; beliefs are other fields of `Tuning`.
     """
     aligning = isinstance(made, GroundRecording)
     torque = made.M_z_true if aligning else made.M_true
@@ -95,13 +92,9 @@ def estimated(kind: Any, made: Recording, **settings: Any) -> Estimates:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Errors:
-    """The errors of one run.
+    """The errors of one run: of mu, and of ln mu over its standard deviation, shape (n,) [1].
 
-    Attributes:
-        of_mu: mu estimated less mu true, shape (n,) [1].
-        normal: error of ln mu over its standard deviation, shape (n,) [1].
-        informed: as in `Estimates`, shape (n,).
-        slid: first sample after the torque has been near full slide; n where it never is.
+    slid is the first sample after the torque has been near full slide; n where it never is.
     """
 
     of_mu: Array

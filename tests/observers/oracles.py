@@ -5,13 +5,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from observers import Sample
+from symbolic.array_alias import Array
 from tests.observers.chains import Chain, dense
 from tests.observers.textbook import History, StateSpace
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,7 +52,6 @@ class WindowOracle:
                 patches.append(self.update_patch(history, x[-1], now))
             inside = [*patches[len(patches) - len(x) + space.steers :], *([now] if space.steers else [])]
             for _ in range(self.observer.iterations):
-                self.problem = (mean, P, inside)
                 x, newest_P = dense(self.chain(mean, P, inside, x))
                 x = np.array([space.projected(row) for row in x])
             if space.steers:
@@ -120,22 +117,6 @@ class WindowOracle:
         measured, expected, H, weight = self.space.measurement(x, M_z, by_x, now)
         after, A, Q = self.space.motion(x, M_z, by_x, now, following or now)
         return measured - expected + H @ x, H, weight, A, after - A @ x, Q
-
-    def residuals(self, x: Array) -> Array:
-        """Everything whose squares the window last minimised, at x (N, n); every Q > 0."""
-        mean, P, inside = self.problem
-        parts = [np.linalg.solve(np.linalg.cholesky(P), x[0] - mean)]
-        for i, patch in enumerate(inside):
-            now = patch if isinstance(patch, Sample) else patch.sample
-            M_z, by_x = self.torque(patch, x[i])
-            measured, expected, _, weight = self.space.measurement(x[i], M_z, by_x, now)
-            parts.append(np.array([np.sqrt(weight) * (measured - expected)]))
-            if i + 1 < len(inside):
-                onward = inside[i + 1]
-                following = onward if isinstance(onward, Sample) else onward.sample
-                after, _, Q = self.space.motion(x[i], M_z, by_x, now, following)
-                parts.append((x[i + 1] - after) / np.sqrt(Q))
-        return np.concatenate(parts)
 
     def chain(self, mean: Array, P: Array, inside: list[Any], x: Array) -> Chain:
         """The linear problem of the window about x."""

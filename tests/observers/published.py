@@ -4,11 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from identification import Recording, read_recording
+from symbolic.array_alias import Array
 
-Array = NDArray[np.float64]
 STEEL = [("fem1", 190), ("fem3", 142), ("fem4_ident", 174), ("fem5", 92)]
 """Recordings on steel, and the sample at which the published estimate begins."""
 ASPHALT = [("piros1", 80), ("piros2_ident", 135), ("piros4", 101), ("piros7", 77)]

@@ -6,7 +6,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from reference_rig import (
     FOURTEEN_BIT_STEP,
@@ -20,6 +19,7 @@ from reference_rig import (
     quantise,
     sample_instants,
 )
+from symbolic.array_alias import Array
 from tests.observers.monte_carlo import (
     Recording,
     drawn,
@@ -29,7 +29,6 @@ from tests.observers.monte_carlo import (
     turned_by_hand,
 )
 
-Array = NDArray[np.float64]
 RecordingFactory = Callable[[int], Recording]
 SPREAD = 0.03
 """Jitter of the sampling instants [s]."""

@@ -37,15 +37,7 @@ class Crossing:
 
 @cache
 def crossing(seed: int, place: float, before: float, after: float, psi_dot: float = 0.4) -> Crossing:
-    """The ground changes so far after the first reversal.
-
-    Args:
-        seed: of the noise.
-        place: turn since that reversal [rad].
-        before: friction before [1].
-        after: and after [1].
-        psi_dot: yaw rate, without its sign [rad/s].
-    """
+    """The ground changes at so great a turn since the first reversal [rad]."""
     legs = [abs(b - a) / psi_dot for a, b in pairwise(CORNERS)]
     corners = np.concatenate([[0.0], np.cumsum(legs)])
     when = legs[0] + place / psi_dot

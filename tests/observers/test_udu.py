@@ -3,7 +3,6 @@
 import casadi as ca
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import covariance_of
 from observers.udu import (
@@ -13,8 +12,8 @@ from observers.udu import (
     covariance,
     factor_of,
 )
+from symbolic.array_alias import Array
 
-Array = NDArray[np.float64]
 SIZES = range(1, 6)
 
 

@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
-from numpy.typing import NDArray
 
 from observers import Sample
+from symbolic.array_alias import Array
 from tests.observers.factories import slide
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

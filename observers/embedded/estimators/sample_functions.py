@@ -80,12 +80,8 @@ def retentions(
 ) -> ca.Function:
     """(factor, now) -> shares of the memory's derivative by mu that a walk of mu and a new ground leave.
 
-    Args:
-        observer: its patch follows mu.
-        constants: of the observer.
-        factor: symbol of a covariance in the form that the estimator has.
-        variances: the covariance (n, n).
-        predicted: the variance of ln mu on a new ground adds to that after the walk.
+    factor is the symbol of a covariance in the form that the estimator has, variances that covariance;
+    predicted: the variance of ln mu on a new ground adds to that after the walk.
     """
     model, n = observer.measurement_model, len(observer.states)
     now, rig = ca.MX.sym("now", len(CLEAN)), ca.MX.sym("rig", len(RIG))

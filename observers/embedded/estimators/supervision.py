@@ -15,8 +15,8 @@ from observers.embedded.scalar_function import scalar_function, without_outputs
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import ModelObserver
-from observers.layout import named
-from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG
+from observers.layout import named, symbols, vector_of
+from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG, has_gear_friction
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import (
     acquisition,
@@ -26,9 +26,10 @@ from observers.quality import (
     mixture_verdict,
     ratio_hypotheses,
 )
-from observers.quality.acquired_to_estimator import covariance_pairs, handed_states, handover_names
 from observers.quality.equivalent_patch import build_added_torque
+from observers.quality.handover import covariance_pairs, handed_states, handover_names
 from observers.tuning import TUNING_FIELDS
+from symbolic.casadi_functions import named_function
 from symbolic.deformation import corner_moment_and_derivative
 from symbolic.zones import FAR
 
@@ -37,25 +38,20 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     """The Functions that C calls beside those of the estimator; none without supervision."""
     if not observer.acquire:
         return []
-    gear = acquisition_and_tracking.has_gear_friction(observer.measurement_model)
-    patch = observer.equivalent_patch
-    scaled = bool(observer.measurement_model.scaled)
-    share = observer.measurement_model.gain_share
+    patch, model = observer.equivalent_patch, observer.measurement_model
     known = {"friction": [patch.friction]}
-    follow = branch_consistency.build_branch_consistency(patch, is_computed=not scaled, gear=gear)
-    conclude = acquisition.build_handover(
-        patch, is_scaled=scaled, states=handed_states(observer.states), gain_share=share
-    )
+    follow = branch_consistency.build_branch_consistency(patch, model)
+    conclude = acquisition.build_handover(patch, model)
     functions = [
         without_outputs(branches.build_track(), {"turns"}).expand("follow_turns", {"cse": True}),
         branches.build_present_branch(),
         branches.build_new_ground_branches(),
         branches.build_sliding_onset(),
         _edge(observer, constants.tunable == "all"),
-        ratio_hypotheses.build_hypothesis_update(gear),
+        ratio_hypotheses.build_hypothesis_update(has_gear_friction(model)),
         ratio_hypotheses.build_torque_error(),
         scalar_function("follow_output", follow, known),
-        mixture_verdict.build_deviation_by_scale(found=patch.misfit > 0, gain_share=share),
+        mixture_verdict.build_deviation_by_scale(patch.misfit > 0, model.gain_share),
         scalar_function("conclude", conclude, known),
     ]
     if (added := build_added_torque(observer.model)) is not None:
@@ -66,10 +62,11 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
 
 def _edge(observer: ModelObserver, tunable: bool) -> ca.Function:
     """(z, a, e) -> moment that a stuck patch has beyond z, over k [m^3], `unit_corner_moment`."""
-    z, *geometry = (ca.SX.sym(name) for name in ("z", "a", "e"))
+    inputs = symbols(ca.SX, z=1, a=1, e=1)
+    z, *geometry = inputs.values()
     given = geometry if tunable else [ca.SX(observer.rig.a), ca.SX(observer.rig.e)]
     moment = corner_moment_and_derivative(z, *given)[0]
-    return ca.Function("beyond", [z, *geometry], [moment], ["z", "a", "e"], ["moment"], {"cse": True})
+    return named_function("beyond", inputs, {"moment": moment}, cse=True)
 
 
 def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tuple[ca.Function, str]:
@@ -77,9 +74,7 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
 
     Of its limits those are numbers that are the tuning's, without `tunable`.
     """
-    function = mixture_verdict.build_verdict(
-        acquisition_and_tracking.has_gear_friction(observer.measurement_model)
-    )
+    function = mixture_verdict.build_verdict(has_gear_friction(observer.measurement_model))
     begin = len(observer.model.coordinates) + len(RIG)
     numbers = {
         ratio_hypotheses.SETTINGS.index(name): float(
@@ -92,14 +87,7 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
 
 
 def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], body: Body) -> Body:
-    """The code of an estimator with its supervision; as it is where that is switched off.
-
-    Args:
-        observer: the observer.
-        real: the type.
-        terms: values of the placeholders of all templates, those of the estimator among them.
-        body: code of the estimator alone.
-    """
+    """The code of an estimator with its supervision; as it is where that is switched off."""
     if not observer.acquire:
         return body
     values = {
@@ -113,9 +101,7 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
         "track": len(branches.TRACK), "points": branches.POINTS * branches.PATHS, "result": len(OUTPUT),
     }  # fmt: skip
     fields = ", ".join(f"{name}[{size}]" for name, size in sizes.items() if size)
-    parts = ratio_hypotheses.hypothesis_fields(
-        acquisition_and_tracking.has_gear_friction(observer.measurement_model)
-    )
+    parts = ratio_hypotheses.hypothesis_fields(has_gear_friction(observer.measurement_model))
     rows, columns = len(ratio_hypotheses.RATIOS), len(parts)
     return replace(
         body,
@@ -146,20 +132,18 @@ def _handed(observer: ModelObserver, *, is_window: bool) -> dict[str, Any]:
 
 def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Function:
     """(block, sample, again) -> (block_next, psi, M_z, added, limits)."""
-    model = observer.measurement_model
-    block, sample = ca.SX.sym("block", len(model.torque_state)), ca.SX.sym("sample", len(SAMPLE))
-    rig, tuning = ca.SX.sym("rig", len(RIG)), ca.SX.sym("tuning", len(TUNING_FIELDS))
-    after, *rest = model.observed_torque(
-        named(model.torque_state, block), named(SAMPLE, sample), rig, tuning
-    )
-    patch = observer.equivalent_patch
-    again = ca.SX.sym("again")
-    limits = ratio_hypotheses.settings_of(named(TUNING_FIELDS, tuning), patch.misfit, again)
-    function = ca.Function(
-        "observe_torque", [block, sample, again, rig, tuning],
-        [ca.vertcat(*(after[name] for name in model.torque_state)), *rest, limits],
-        ["block", "sample", "again", "rig", "tuning"], ["block_next", "psi", "M_z", "added", "limits"],
-    )  # fmt: skip
+    model, names = observer.measurement_model, observer.measurement_model.torque_state
+    sizes = {"rig": len(RIG), "tuning": len(TUNING_FIELDS)}
+    inputs = symbols(ca.SX, block=len(names), sample=len(SAMPLE), again=1, **sizes)
+    block, sample, again, rig, tuning = inputs.values()
+    after, *rest = model.observed_torque(named(names, block), named(SAMPLE, sample), rig, tuning)
+    misfit = observer.equivalent_patch.misfit
+    limits = ratio_hypotheses.settings_of(named(TUNING_FIELDS, tuning), misfit, again)
+    outputs = {
+        "block_next": vector_of(names, after),
+        **dict(zip(("psi", "M_z", "added"), rest, strict=True)),
+    }
+    function = named_function("observe_torque", inputs, {**outputs, "limits": limits})
     return constants.fill("observe_torque", function)
 
 
@@ -175,18 +159,14 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
     if terms["tunable"]:
         tuned = places if terms["tunable"] == "all" else ("zero_std",)
         literal |= {name: f"state->constants[{places[name]}]" for name in tuned}
-    zero_std, states, torque_state = (
-        observer.rig.zero_std,
-        observer.states,
-        observer.measurement_model.torque_state,
-    )
-    gear = acquisition_and_tracking.has_gear_friction(observer.measurement_model)
+    zero_std, states, model = observer.rig.zero_std, observer.states, observer.measurement_model
+    gear = has_gear_friction(model)
     declared = f"{literal['zero_std']} * 0.375 * sample[2] * {literal['a']}"
     return {
         "own": acquisition.OWN, "track": branches.TRACK, "gear": gear,
         "parts": ratio_hypotheses.hypothesis_fields(gear),
         "added_torque": build_added_torque(observer.model) is not None,
-        "gear_spread": repr(float(observer.measurement_model.gear_spread)),
+        "gear_spread": repr(float(model.gear_spread)),
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",
         "limits": ratio_hypotheses.SETTINGS,
@@ -199,7 +179,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "most_zero": repr(acquisition_and_tracking.MAX_ZERO_DEVIATIONS),
         "moved": repr(acquisition_and_tracking.MAY_HAVE_MOVED),
         "verdict": mixture_verdict.VERDICT,
-        "block": len(torque_state), "handover": len(handover_names(handed_states(states))),
+        "block": len(model.torque_state), "handover": len(handover_names(handed_states(states))),
         "vague": repr(ratio_hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
         "restart_std": repr(ratio_hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],

@@ -200,10 +200,8 @@ class WindowFunctions:
     def reset_arrival(self) -> ca.Function:
         """(test) -> increment of the arrival's variance of ln mu."""
         test, tuning = inputs = self.symbols("test", "tuning")
-        result, unknown = (
-            named(test_outputs(self.model), test),
-            log_mu_change_variance(named(TUNING_FIELDS, tuning)),
-        )
+        result = named(test_outputs(self.model), test)
+        unknown = log_mu_change_variance(named(TUNING_FIELDS, tuning))
         jump = arrival_variance_increment(self.window, result["reset"], result["run"], unknown)
         return function_of_symbols("reset_arrival", inputs, jump=jump)
 

@@ -10,12 +10,12 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from observers.embedded.scalar_function import scalar_function
 from observers.estimators.model_observer import ModelObserver
 from symbolic import SIGNALS, Model
 from symbolic.bristles import SPAN, BristlePatch
+from symbolic.casadi_functions import named_function
 from symbolic.compliance import deflection_of
 from symbolic.effects.base import Signals
 from symbolic.full_slide import build_full_slide
@@ -87,12 +87,9 @@ class EffectExpressions:
             "torque_by_psi": ca.jacobian(torque, signals)[SIGNALS.index("psi")],
             "slide": slides - beside, "beside": beside,
         }  # fmt: skip
-        outputs = [ca.densify(ca.vertcat(*(named[name] for name in TERMS))), ca.vertcat(*memories)]
-        function = ca.Function(
-            "sample_terms", [signals, own, theta], outputs, ["signals", "own", "theta"],
-            ["terms", "own_next"],
-        )  # fmt: skip
-        return scalar_function("sample_terms", function, {"theta": self._numbers()})
+        terms = ca.densify(ca.vertcat(*(named[name] for name in TERMS)))
+        outputs = {"terms": terms, "own_next": ca.vertcat(*memories)}
+        return self._of_numbers("sample_terms", outputs, signals=signals, own=own, theta=theta)
 
     def _of_bristles(self, at_patch: Signals, factor: Any, theta: ca.MX) -> tuple[Any, ...]:
         """Growth of the patch, slip of a sample at 1 m/s, decay and gain of the Maxwell branches."""
@@ -111,45 +108,38 @@ class EffectExpressions:
         initial = self.model.initial
         signals, theta = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("theta", self.theta.numel())
         memory = initial(signals, theta, ca.DM([self.observer.rig.a, self.observer.rig.e]))
-        outputs = [memory[0], memory[1 + self.model.patch().size :]]
-        function = ca.Function(
-            "initial_memory", [signals, theta], outputs, ["signals", "theta"], ["angle", "own"]
-        )
-        return scalar_function("initial_memory", function, {"theta": self._numbers()})
+        outputs = {"angle": memory[0], "own": memory[1 + self.model.patch().size :]}
+        return self._of_numbers("initial_memory", outputs, signals=signals, theta=theta)
 
     def pressure(self) -> ca.Function:
         """(place, growth) -> limit over mu and load [1/N], of a patch that grows."""
         place, growth = ca.MX.sym("place"), ca.MX.sym("growth")
         scale = self.observer.values["k"] * self.observer.rig.a**2
         pressure = self.patch.traits.pressure(place, growth) / scale
-        return ca.Function(
-            "pressure_at", [place, growth], [pressure], ["place", "growth"], ["pressure"]
-        ).expand()
+        inputs = {"place": place, "growth": growth}
+        return named_function("pressure_at", inputs, {"pressure": pressure}).expand()
 
     def limit_factor(self) -> ca.Function:
         """(speed) -> factor on the limit of a bristle that the wheel drives at this speed [m/s]."""
         speed, factor = ca.MX.sym("speed"), ca.MX(1)
         for limit in self.patch.traits.limits:
             factor = factor * limit(speed)
-        return ca.Function("limit_factor", [speed], [factor], ["speed"], ["factor"]).expand()
+        return named_function("limit_factor", {"speed": speed}, {"factor": factor}).expand()
 
     def deflection(self) -> ca.Function | None:
         """(M_z, F_N) -> (turn, by_torque): elements in series with the patch; None for none."""
         deflection = deflection_of(self.model)
         if deflection is None:
             return None
-        M_z, F_N, theta = (
-            ca.MX.sym("M_z"), ca.MX.sym("F_N"), ca.MX.sym("theta", self.theta.numel()),
-        )  # fmt: skip
+        M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), ca.MX.sym("theta", self.theta.numel())
         turn = deflection(M_z, ca.vertcat(F_N, theta))
-        outputs = [turn, ca.densify(ca.jacobian(turn, M_z))]
-        function = ca.Function(
-            "deflection", [M_z, F_N, theta], outputs, ["M_z", "F_N", "theta"], ["turn", "by_torque"]
-        )
-        return scalar_function("deflection", function, {"theta": self._numbers()})
+        outputs = {"turn": turn, "by_torque": ca.densify(ca.jacobian(turn, M_z))}
+        return self._of_numbers("deflection", outputs, M_z=M_z, F_N=F_N, theta=theta)
 
-    def _numbers(self) -> NDArray[np.float64]:
-        return np.asarray(self.theta).ravel()
+    def _of_numbers(self, name: str, outputs: dict[str, ca.MX], **inputs: ca.MX) -> ca.Function:
+        """A Function of symbols by their names, of which theta becomes numbers."""
+        function = named_function(name, inputs, outputs)
+        return scalar_function(name, function, {"theta": np.asarray(self.theta).ravel()})
 
 
 def _mu_times_factor(inputs: PatchInputs) -> Any:

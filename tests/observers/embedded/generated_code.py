@@ -29,61 +29,38 @@ from observers.compiled_step import CompiledStep
 from observers.embedded import Real, Tunable, generate
 from observers.embedded.compact_codegen import compact_patch
 from reference_rig import RigRecording, SteeringRecording
-from symbolic import Model, compiler, effects_named
+from symbolic import compiler
+from symbolic.array_alias import Array
 from tests.compile_once import OPTIMISATION, compile_once
-from tests.observers.conftest import RIG, K
-from tests.observers.factories import columns_of, samples_of
+from tests.observers.conftest import RIG
+from tests.observers.factories import DECLARED, columns_of, found_model, samples_of
 
-Array = NDArray[np.float64]
 NO_COMPILER = "no C compiler installed (CC, else cc), or BRUSHGRIP_INTERPRET is set"
 needs_compiler = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 STRICT = (
     "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror",
 )  # fmt: skip
-_EFFECTS = effects_named(["rate_friction", "carcass_torsion"])
-_VALUES = {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
-EFFECTS: dict[str, Any] = {"model": Model(effects=_EFFECTS), "values": _VALUES}
-FEW_BRISTLES: dict[str, Any] = {"model": Model(effects=_EFFECTS, bristles=8), "values": _VALUES}
+_COMPLIANT = {"rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
+EFFECTS = found_model(_COMPLIANT)
+FEW_BRISTLES = found_model(_COMPLIANT, bristles=8)
 """The same effects for tests of the code, in which the number of bristles does not matter."""
-RELAXING: dict[str, Any] = {
-    "model": Model(effects=effects_named(["viscoelastic_relaxation"]), bristles=8),
-    "values": {"k": K, "viscoelastic_relaxation.gain": 0.3, "viscoelastic_relaxation.time": 0.5},
-}
+RELAXING = found_model(
+    {"viscoelastic_relaxation.gain": 0.3, "viscoelastic_relaxation.time": 0.5}, bristles=8
+)
 """Bristles without a compliance, each with a Maxwell branch."""
-CREEP: dict[str, Any] = {
-    "model": Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), bristles=12),
-    "values": {"k": K, "frictional_creep.c": 0.14, "carcass_torsion.k_t": 330.0},
-}
+CREEP = found_model({"frictional_creep.c": 0.14, "carcass_torsion.k_t": 330.0}, bristles=12)
 """Frictional creep behind a compliance, as `diagnose` finds them in the measured recordings."""
-MEASURED_RUN: dict[str, Any] = {
-    "model": Model(
-        effects=effects_named(["frictional_creep", "carcass_torsion", "asymmetric_friction"])
-    ),
-    "values": {
-        "k": 4.502e6, "frictional_creep.c": 0.1428, "carcass_torsion.k_t": 328.8,
-        "asymmetric_friction.ratio": 0.9128,
-    },
-}  # fmt: skip
+MEASURED_RUN = found_model(
+    {"frictional_creep.c": 0.1428, "carcass_torsion.k_t": 328.8, "asymmetric_friction.ratio": 0.9128},
+    k=4.502e6,
+)
 """The model of docs/evidence/measured.md."""
-FOUND: dict[str, Any] = {
-    "model": MEASURED_RUN["model"],
-    "values": {
-        "k": K,
-        "frictional_creep.c": 0.1,
-        "carcass_torsion.k_t": 300.0,
-        "asymmetric_friction.ratio": 1.1,
-    },
-}
+FOUND = found_model(
+    {"frictional_creep.c": 0.1, "carcass_torsion.k_t": 300.0, "asymmetric_friction.ratio": 1.1}
+)
 """The same effects on the rig's usual tyre."""
-DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
-TORSION: dict[str, Any] = {
-    "model": Model(effects=effects_named(["carcass_torsion"])),
-    "values": {"k": K, "carcass_torsion.k_t": 300.0},
-}
-SPRING: dict[str, Any] = {
-    "model": Model(effects=effects_named(["steering_return", "bearing_friction"])),
-    "values": {"k": K, "steering_return.stiffness": 6.0, "bearing_friction.M_c": 0.1},
-}
+TORSION = found_model({"carcass_torsion.k_t": 300.0})
+SPRING = found_model({"steering_return.stiffness": 6.0, "bearing_friction.M_c": 0.1})
 """Effects that add to the torque of the patch."""
 KINDS: dict[str, Any] = {"ekf": Ekf, "mhe": Mhe}
 MODELS = {
@@ -150,21 +127,7 @@ class GeneratedCode:
 
     def run(self, samples: Array) -> Array:
         """Estimates as `python_estimates` for samples (n, 5) psi, psi_dot, torque, F_N, dt."""
-        inputs = np.ascontiguousarray(samples, self.real.dtype)
-        estimates = np.empty((len(inputs), len(ESTIMATE)), self.real.dtype)
-        self.library.run(ctypes.c_int64(len(inputs)), _pointer(inputs), _pointer(estimates))
-        return estimates.astype(float)
-
-    def run_two(self, samples: Array) -> tuple[Array, Array]:
-        """The same for two observers that take turns, the second on the samples in reverse order."""
-        inputs = np.ascontiguousarray(samples, self.real.dtype)
-        forward, reverse = (np.empty((len(inputs), len(ESTIMATE)), self.real.dtype) for _ in range(2))
-        self.library.run_two(ctypes.c_int64(len(inputs)), *map(_pointer, (inputs, forward, reverse)))
-        return forward.astype(float), reverse.astype(float)
-
-    def fuzz(self, count: int, seed: int, usual: list[float]) -> tuple[int, int]:
-        """Of count samples with random bytes: how many leave an invalid estimate, or are refused."""
-        return RunningCode(self).fuzz(count, seed, usual)
+        return RunningCode(self).run(samples)
 
     def compile(self, *flags: str, sources: tuple[str, ...], out: str, command: str = "") -> Path:
         """Compile sources, relative to the folder, into a file of it."""

@@ -8,12 +8,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symbolic import GEOMETRY, simulate
+from symbolic.array_alias import Array
 from tests.observers.conftest import RIG
 
-Array = NDArray[np.float64]
 RATE = 100.0
 """Samples a second [Hz]."""
 PACE = 0.4

@@ -1,4 +1,4 @@
-/* Runs generated code along samples, two observers in turn, and on random bytes.
+/* Runs generated code along samples and on random bytes.
 
    Compiled with REAL, its type of number, and TORQUE, the name of the torque in a sample. */
 #include <stdint.h>
@@ -22,30 +22,10 @@ static void step(brushgrip_state_t *state, const REAL *row, REAL *outputs) {
 
 int64_t state_size(void) { return (int64_t)sizeof(brushgrip_state_t); }
 
-/* The estimates after each sample. */
-void run(int64_t count, const REAL *samples, REAL *outputs) {
-    static brushgrip_state_t state;
-    int64_t i;
-    brushgrip_init(&state);
-    for (i = 0; i < count; ++i) step(&state, samples + WIDTH * i, outputs + OUTPUTS * i);
-}
-
 /* The estimates of a state that has begun. */
 void run_on(brushgrip_state_t *state, int64_t count, const REAL *samples, REAL *outputs) {
     int64_t i;
     for (i = 0; i < count; ++i) step(state, samples + WIDTH * i, outputs + OUTPUTS * i);
-}
-
-/* The same for two observers in turn, the second on the samples in reverse order. */
-void run_two(int64_t count, const REAL *samples, REAL *forward, REAL *reverse) {
-    static brushgrip_state_t one, two;
-    int64_t i;
-    brushgrip_init(&one);
-    brushgrip_init(&two);
-    for (i = 0; i < count; ++i) {
-        step(&one, samples + WIDTH * i, forward + OUTPUTS * i);
-        step(&two, samples + WIDTH * (count - 1 - i), reverse + OUTPUTS * i);
-    }
 }
 
 static uint64_t draw(uint64_t *seed) {

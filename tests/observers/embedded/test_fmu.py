@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from identification import read_recording
 from observers import ESTIMATE, AligningTorque, Ekf, Mhe, Status, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, generate_fmu
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, Tyre, compiler
+from symbolic.array_alias import Array
 from symbolic.parameters import STIFFNESS
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate, Unpacked
@@ -39,7 +39,6 @@ pytestmark = [
     needs_compiler,
     pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone"),
 ]
-Array = NDArray[np.float64]
 MASTER = Path(__file__).with_name("master.c")
 STEP = 0.01
 CASES = [

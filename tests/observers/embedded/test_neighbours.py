@@ -1,7 +1,7 @@
-"""The class of C++17, the node of ROS 2 and the function for a C Caller give what the C gives.
+"""The class of C++17, the node of ROS 2, the S-function and a C Caller's function give what the C gives.
 
-ROS 2 itself is not installed: the node is compiled against a stub of what it uses, so that nothing here
-shows how it builds with colcon.
+Neither ROS 2 nor Simulink is installed: node and S-function are compiled against stubs of what they use,
+so that nothing here shows how they build or run there.
 """
 
 import ctypes
@@ -10,20 +10,27 @@ import shutil
 import subprocess
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from observers import ESTIMATE, AligningTorque, Ekf
+from observers import ESTIMATE, AligningTorque, Ekf, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, generate_ros2
 from tests.observers.embedded.conftest import Generate
-from tests.observers.embedded.generated_code import DECLARED, GeneratedCode, needs_compiler, observer_of
-
-pytestmark = [
+from tests.observers.embedded.generated_code import (
+    DECLARED,
+    STRICT,
+    GeneratedCode,
     needs_compiler,
-    pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ installed"),
-]
+    observer_of,
+    swinging,
+)
+
+pytestmark = needs_compiler
+needs_cpp = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ installed")
 HERE = Path(__file__).parent
+MEX = ("-O1", "-ffp-contract=off", "-fPIC", "-DMATLAB_MEX_FILE", f"-I{HERE / 'simulink'}")
 STRICT_CPP = ("-std=c++17", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off")
 HEADERS = (
     "rcl_interfaces/msg/set_parameters_result.hpp", "rclcpp/rclcpp.hpp",
@@ -58,6 +65,7 @@ def by_c(code: GeneratedCode, rows: np.ndarray, dt: np.ndarray) -> np.ndarray:
     return code.run(np.column_stack([rows[:, 1], silent, rows[:, 2], load, dt]))
 
 
+@needs_cpp
 def test_class(code: GeneratedCode, tmp_path: Path) -> None:
     seen = printed_by(HERE / "observer.cpp", code, tmp_path)
 
@@ -65,6 +73,7 @@ def test_class(code: GeneratedCode, tmp_path: Path) -> None:
     assert np.ptp(seen[:, 0]) > 0.01
 
 
+@needs_cpp
 def test_node(code: GeneratedCode, tmp_path: Path) -> None:
     package, stubs = tmp_path / "package", tmp_path / "stubs"
     written = generate_ros2(code.observer, package, DOUBLE)
@@ -99,3 +108,40 @@ def test_c_caller(generated: Generate, repository_root: Path) -> None:
         call(psi, np.nan, torque, 400, 0.01, i == 0, seen[i].ctypes.data)
 
     np.testing.assert_array_equal(seen, by_c(code, table(), np.full(300, 0.01)).astype(np.float32))
+
+
+@pytest.mark.parametrize(
+    "measurement_model", [AligningTorque(), SteeringTorque()], ids=["aligning", "steering"]
+)
+@pytest.mark.parametrize(
+    "real", [pytest.param(SINGLE, id="float", marks=pytest.mark.long), pytest.param(DOUBLE, id="double")]
+)
+def test_block_outputs_what_the_c_estimates(
+    generated: Generate, real: Any, measurement_model: Any
+) -> None:
+    code = generated(observer_of(Ekf, DECLARED, measurement_model), real)
+    sources = ("brushgrip_sfun.c", "brushgrip.c")
+    block = code.compile(*STRICT, *MEX, "-shared", sources=sources, out="block.so")
+    simulate = ctypes.CDLL(str(block)).simulate
+    simulate.restype = ctypes.c_int64
+    rows = swinging(300)
+    rows[:, 1], rows[100:110, 2] = np.gradient(rows[:, 0], 0.01), np.nan
+    inputs = np.ascontiguousarray(rows[:, :4])
+    outputs = np.zeros((300, len(ESTIMATE)))
+    arguments = [ctypes.c_void_p(array.ctypes.data) for array in (inputs, outputs)]
+
+    assert simulate(ctypes.c_int64(300), ctypes.c_double(0.01), *arguments) == 300
+    # Outputs are the C's estimates, one step late.
+    expected = code.run(rows)
+    np.testing.assert_array_equal(outputs[1:], expected[:-1])
+    assert np.ptp(outputs[:, 0]) > 0.01
+    for refused in (0.0, -1.0, np.nan):
+        assert simulate(ctypes.c_int64(1), ctypes.c_double(refused), *arguments) == 0
+
+
+def test_clang_has_no_warning(generated: Generate) -> None:
+    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+    if (clang := shutil.which("clang")) is None:
+        pytest.skip("no clang installed")
+    flags = (*STRICT, *MEX, "-fsyntax-only")
+    code.compile(*flags, sources=("brushgrip_sfun.c",), out="none", command=clang)

@@ -8,25 +8,25 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from observers import ESTIMATE, AligningTorque, CasadiObserver, Ekf, Mhe, SteeringTorque
+from observers import AligningTorque, CasadiObserver, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, Tunable, generate
 from observers.embedded.run_time_parameters import run_time_parameters
 from symbolic import Effect, InvalidInputError, Model, Parameter
+from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.generated_code import (
     CREEP,
     DECLARED,
     GeneratedCode,
     InterpretedObserver,
+    RunningCode,
     generate_code,
     needs_compiler,
     observer_of,
     python_estimates,
 )
 
-Array = NDArray[np.float64]
 OTHER_TUNING = {
     "mu": 0.7,
     "mu_std": 0.4,
@@ -65,15 +65,11 @@ def block(observer: Any, tunable: Tunable, real: Real) -> Array:
 
 def run_with(code: GeneratedCode, parameters: Any, samples: Array) -> tuple[int, Array]:
     """What setting the parameters returns, and the estimates thereafter."""
-    library, state = code.library, ctypes.create_string_buffer(int(code.library.state_size()))
-    library.brushgrip_init(state)
-    at = None if parameters is None else ctypes.c_void_p(parameters.ctypes.data)
-    fault = 0 if at is None else int(library.brushgrip_set_parameters(state, at))
-    inputs = np.ascontiguousarray(samples, code.real.dtype)
-    estimates = np.empty((len(inputs), len(ESTIMATE)), code.real.dtype)
-    pointers = (ctypes.c_void_p(array.ctypes.data) for array in (inputs, estimates))
-    library.run_on(state, ctypes.c_int64(len(inputs)), *pointers)
-    return fault, estimates.astype(float)
+    running, fault = RunningCode(code), 0
+    if parameters is not None:
+        at = ctypes.c_void_p(parameters.ctypes.data)
+        fault = int(code.library.brushgrip_set_parameters(running.at, at))
+    return fault, running.run(samples)
 
 
 @needs_compiler

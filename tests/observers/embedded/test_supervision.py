@@ -46,16 +46,21 @@ def on_ice(measurement_model: Any, scale: float = 1.0) -> Any:
     return rows_of(made) * [1, 1, scale, 1, 1]
 
 
+def compared(
+    generated: Generate, observer: Any, rows: Any, rtol: float = 1e-9, atol: float = 0.0
+) -> tuple[Any, Any]:
+    """Estimates of Python, and their status; those of C are the same, flags to the last."""
+    expected, estimates = python_estimates(observer, rows), generated(observer, DOUBLE).run(rows)
+    np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=rtol, atol=atol)
+    np.testing.assert_array_equal(estimates[:, [3, USABLE, STATUS]], expected[:, [3, USABLE, STATUS]])
+    return expected, expected[:, STATUS].astype(int)
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_double_is_the_same(generated: Generate, name: str) -> None:
     observer = observer_named(name)
-    rows = on_ice(observer.measurement_model)
-    expected = python_estimates(observer, rows)
-    estimates = generated(observer, DOUBLE).run(rows)
-
-    np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=1e-9)
-    np.testing.assert_array_equal(estimates[:, [3, USABLE, STATUS]], expected[:, [3, USABLE, STATUS]])
-    acquiring = expected[:, STATUS].astype(int) & Status.ACQUIRING != 0
+    expected, status = compared(generated, observer, on_ice(observer.measurement_model))
+    acquiring = status & Status.ACQUIRING != 0
     assert acquiring[0]
     assert not acquiring[-1]
     if "declared" in name:
@@ -72,22 +77,21 @@ def test_what_effects_add_to_the_torque_is_taken_off_in_c_too(generated: Generat
     rate = np.gradient(psi) / rows[:, 4]
     rows[:, 2] -= side * (6.0 * psi + 0.1 * np.tanh(rate / 0.01))
     rows[100, 0] = np.nan
-    expected, estimates = python_estimates(observer, rows), generated(observer, DOUBLE).run(rows)
+    expected, _ = compared(generated, observer, rows, 1e-8, 1e-10)
 
-    np.testing.assert_allclose(estimates[:, :3], expected[:, :3], rtol=1e-8, atol=1e-10)
-    np.testing.assert_array_equal(estimates[:, [USABLE, STATUS]], expected[:, [USABLE, STATUS]])
+    np.testing.assert_allclose(
+        generated(observer, DOUBLE).run(rows)[:, 2], expected[:, 2], rtol=1e-8, atol=1e-10
+    )
     assert expected[:, USABLE].any()
 
 
 @pytest.mark.parametrize("scale", [0.1, 14.8, -1.0])
 def test_a_wrong_torque_is_suspect_in_c_too(generated: Generate, scale: float) -> None:
     observer = observer_named("ekf declared aligning")
-    rows = on_ice(AligningTorque(), scale)
-    expected, estimates = python_estimates(observer, rows), generated(observer, DOUBLE).run(rows)
+    expected, status = compared(generated, observer, on_ice(AligningTorque(), scale), 1e-7)
 
-    np.testing.assert_array_equal(estimates[:, STATUS], expected[:, STATUS])
-    assert int(estimates[-1, STATUS]) & Status.SUSPECT
-    assert not estimates[:, USABLE].any()
+    assert status[-1] & Status.SUSPECT
+    assert not expected[:, USABLE].any()
 
 
 @pytest.mark.parametrize("name", cases("ekf declared aligning", "mhe declared aligning"))
@@ -99,24 +103,18 @@ def test_a_model_that_explains_nothing_is_doubted_in_c_too(
     made = make_recording(seed, mu=mu, k=K, load=400.0, bristles=500, duration=5.0)
     rows = rows_of(made)
     rows[:, 2] = relaxed(made.M_z, time)
-    observer = observer_named(name)
-    expected, estimates = python_estimates(observer, rows), generated(observer, DOUBLE).run(rows)
 
-    np.testing.assert_array_equal(estimates[:, [USABLE, STATUS]], expected[:, [USABLE, STATUS]])
-    assert (expected[:, STATUS].astype(int) & Status.INCONSISTENT).any()
+    assert (compared(generated, observer_named(name), rows, 1e-6)[1] & Status.INCONSISTENT).any()
 
 
 @pytest.mark.parametrize(("before", "after"), [(1.0, 0.05), (0.05, 1.0)])
 def test_a_new_ground_is_acquired_anew(generated: Generate, before: float, after: float) -> None:
     made = make_ground_recording(7, friction_step(5.0, before, after), tyre=RigTyre(k=K), duration=10.0)
-    rows = rows_of(made)
     observer = observer_named("ekf declared aligning")
-    expected, estimates = python_estimates(observer, rows), generated(observer, DOUBLE).run(rows)
+    expected, status = compared(generated, observer, rows_of(made), 1e-7)
 
-    np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=1e-7)
-    np.testing.assert_array_equal(estimates[:, [USABLE, STATUS]], expected[:, [USABLE, STATUS]])
-    assert (expected[500:, STATUS].astype(int) & Status.RESET).any()
-    assert abs(estimates[-1, 0] - after) < 3 * estimates[-1, 1]
+    assert (status[500:] & Status.RESET).any()
+    assert abs(expected[-1, 0] - after) < 3 * expected[-1, 1]
 
 
 def test_single_precision_acquires_the_same_friction(generated: Generate) -> None:
@@ -156,15 +154,10 @@ def test_implausible_samples_are_those_of_python(generated: Generate, name: str)
     rows[281, 0] += 0.05
     # Each of these may follow the last one; the rate of all of them is beyond the limit.
     rows[340:390, 0], rows[340:390, 4] = rows[339, 0] + 0.045 * np.arange(1, 51), 0.005
-    expected = python_estimates(observer, rows)
-    estimates = generated(observer, DOUBLE).run(rows)
-
-    np.testing.assert_array_equal(estimates[:, -1], expected[:, -1])
     # On the steering torque a window keeps the corners of a sample as a line in mu, which jumps leave.
     linear = name == "mhe declared steering"
-    off = 2e-4 if linear else 1e-10
-    np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=off)
-    seen = np.flatnonzero(estimates[:, -1].astype(int) & Status.IMPLAUSIBLE)
+    _, status = compared(generated, observer, rows, 0.0, 2e-4 if linear else 1e-10)
+    seen = np.flatnonzero(status & Status.IMPLAUSIBLE)
     assert {0, 60, 90, 120, 126, 160, 169, 230, 231, 240, 241, 250, 280} <= set(seen.tolist())
     assert not {1, 61, 127, 171, 232, 242, 251, 281} & set(seen.tolist())
 
@@ -177,11 +170,6 @@ def test_a_torque_beyond_the_range_of_the_sensor_is_left_out_in_c(
     rows = on_ice(usual.measurement_model)
     most = float(0.7 * np.abs(rows[:, 2]).max())
     observer = replace(usual, rig=replace(usual.rig, range=most))
-    expected = python_estimates(observer, rows)
-    estimates = generated(observer, DOUBLE).run(rows)
-
-    np.testing.assert_array_equal(estimates[:, STATUS], expected[:, STATUS])
-    np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=1e-9)
-    seen = estimates[:, STATUS].astype(int) & Status.IMPLAUSIBLE != 0
+    seen = compared(generated, observer, rows)[1] & Status.IMPLAUSIBLE != 0
     np.testing.assert_array_equal(seen, np.abs(rows[:, 2]) >= 0.95 * most)
     assert seen.any()

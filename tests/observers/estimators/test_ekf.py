@@ -7,19 +7,25 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, covariance_of
 from reference_rig import RigRecording, SteeringRecording
-from symbolic import Model, effects_named
-from tests.observers.conftest import K
-from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, sparse, states_of
+from symbolic import Model
+from symbolic.array_alias import Array
+from tests.observers.factories import (
+    CLEAN_RIG,
+    columns_of,
+    found_model,
+    samples_of,
+    slide,
+    sparse,
+    states_of,
+)
 from tests.observers.textbook import Filter, StateSpace
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-Array = NDArray[np.float64]
 Make = Callable[..., Ekf]
 
 
@@ -43,23 +49,20 @@ def assert_equals_filterpy(observer: Ekf, samples: list[Sample], close: float) -
 
 
 EFFECTS = [
-    pytest.param((), {}, 1e-9, id="declared"),
-    pytest.param(("sensor_delay",), {"sensor_delay.delay": 0.013}, 1e-9, id="delay"),
+    pytest.param({}, 1e-9, id="declared"),
+    pytest.param({"sensor_delay.delay": 0.013}, 1e-9, id="delay"),
     # A compliant wheel at rest turns by rounding alone; that leaves deep corners, which round again.
-    pytest.param(("carcass_torsion",), {"carcass_torsion.k_t": 400}, 1e-4, id="carcass"),
-    pytest.param(("rate_friction",), {"rate_friction.c": 0.04}, 1e-9, id="bristles"),
+    pytest.param({"carcass_torsion.k_t": 400}, 1e-4, id="carcass"),
+    pytest.param({"rate_friction.c": 0.04}, 1e-9, id="bristles"),
 ]
 
 
-@pytest.mark.parametrize(("effects", "values", "close"), EFFECTS)
+@pytest.mark.parametrize(("values", "close"), EFFECTS)
 @pytest.mark.parametrize("noise", [0.3, pytest.param(0.01, marks=pytest.mark.long)])
 def test_equals_filterpy(
-    recording: RigRecording, ekf: Make, effects: Any, values: Any, close: float, noise: float
+    recording: RigRecording, ekf: Make, values: Any, close: float, noise: float
 ) -> None:
-    observer = ekf(
-        model=Model(effects=effects_named(effects)), values={"k": K, **values},
-        **{**CLEAN_RIG, "noise": noise},
-    )  # fmt: skip
+    observer = ekf(**found_model(values), **{**CLEAN_RIG, "noise": noise})
     assert_equals_filterpy(observer, sparse(samples_of(columns_of(recording, slice(40, 190)))), close)
 
 

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, run
 from reference_rig import RigRecording, SteeringRecording, make_recording
@@ -14,9 +13,9 @@ from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (
     CLEAN_RIG,
     FIELDS,
-    change_of_ground,
     columns_of,
     first_full_slide,
+    found_model,
     samples_of,
     sparse,
     states_of,
@@ -80,32 +79,6 @@ def test_moving_window_equals_dense_equations_by_the_book(
     assert moved > 0.1, "the comparison saw no correction"
 
 
-@pytest.mark.long
-def test_converged_window_is_the_minimum_that_a_general_optimiser_finds(
-    recording: RigRecording,
-) -> None:
-    observer = make(Mhe, window=10, iterations=12, mu_walk=0.3, **CLEAN_RIG)
-    samples = sparse(samples_of(columns_of(recording, slice(40, 120, 2))))
-    oracle = WindowOracle(observer)
-    *_, (x, _) = oracle.run(samples)
-    *_, state = states_of(observer, samples)
-    start = x + 1e-3 * np.random.default_rng(2).standard_normal(x.shape)
-    found = least_squares(
-        lambda flat: oracle.residuals(flat.reshape(x.shape)), start.ravel(), xtol=1e-15, ftol=1e-15
-    )
-
-    np.testing.assert_allclose(state["x"].T, found.x.reshape(x.shape), rtol=0, atol=1e-7)
-    assert np.abs(np.diff(state["x"][0])).max() > 1e-4, "nothing walked"
-
-
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_follows_a_change_of_ground(kind: Any) -> None:
-    estimates = run(make(kind, noise=0.3, error_travel=0.0, mu_walk=0.02), *change_of_ground())
-
-    assert estimates.mu[690] == pytest.approx(1.5, abs=0.03)
-    assert estimates.mu[-1] == pytest.approx(1.1, abs=0.03)
-
-
 @pytest.mark.parametrize("error", [0.02, inf])
 def test_huber_bears_bouts_of_model_error(recording: RigRecording, error: float) -> None:
     rng = np.random.default_rng(8)
@@ -122,14 +95,12 @@ def test_huber_bears_bouts_of_model_error(recording: RigRecording, error: float)
 def test_behind_a_compliance_an_observer_takes_bristles(name: str) -> None:
     # The corners of the exact patch depend on mu there: after a reversal mu ran to its bound.
     (effect,) = effects_named([name])
-    model, planted = Model(effects=(effect,)), {p.name: p.start for p in effect.parameters}
+    planted = {p.name: p.start for p in effect.parameters}
     recording = make_recording(4, {name: planted}, duration=6.0, k=K, mu=1.0, bristles=400)
-    values = {"k": K, **{f"{name}.{p}": value for p, value in planted.items()}}
-    estimates = run(
-        Mhe(model=model, values=values, rig=RIG, window=20, acquire=False), **columns_of(recording)
-    )
+    found = found_model({f"{name}.{p}": value for p, value in planted.items()})
+    estimates = run(Mhe(**found, rig=RIG, window=20, acquire=False), **columns_of(recording))
 
-    assert model.exact
+    assert found["model"].exact
     assert make(Mhe).model.exact
     assert estimates.mu.min() > 0.5
     assert estimates.mu.max() < 1.6

@@ -12,7 +12,6 @@ import pytest
 
 from observers import AligningTorque, Ekf, SteeringTorque, Tuning
 from observers.embedded import SINGLE
-from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model
 from tests.compile_once import OPTIMISATION
 from tests.observers.conftest import RIG, K
@@ -22,8 +21,6 @@ from tests.observers.embedded.generated_code import (
     RunningCode,
     generate_code,
     needs_compiler,
-    python_estimates,
-    rows_of,
 )
 
 pytestmark = needs_compiler
@@ -118,17 +115,3 @@ def test_a_negative_variance_is_noticed(code_of, tmp_path: Path) -> None:
     source.write_text(source.read_text().replace("factor_next[0] = ", "factor_next[0] = -"))
 
     assert drive(code, "plain")[0] < 10
-
-
-@pytest.mark.parametrize("case", ["as it comes", "steering"])
-def test_filters_as_in_double(
-    code_of, case: str, recording: RigRecording, steered: SteeringRecording
-) -> None:
-    code = code_of(case)
-    rows = rows_of(recording if code.observer.channel == "M_z" else steered)
-    mu, std = code.run(rows)[:, :2].T
-    expected, expected_std = python_estimates(code.observer, rows)[:, :2].T
-
-    assert np.abs((mu - expected) / expected_std).max() < 0.05
-    np.testing.assert_allclose(std, expected_std, rtol=0.01)
-    assert np.ptp(expected) > 0.05, "the comparison saw no correction"

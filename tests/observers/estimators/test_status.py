@@ -127,32 +127,6 @@ def test_the_zero_of_the_angle_does_not_matter(kind: Any, settings: Any, samples
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_the_angle_alone_may_be_lost_for_a_while(kind: Any, samples: Any) -> None:
-    observer = make(kind, **CLEAN_RIG)
-    mine = samples[AligningTorque]
-    blind = [replace(s, psi=nan) if 200 <= i < 204 else s for i, s in enumerate(mine)]
-    said, whole = estimates_of(observer, blind), estimates_of(observer, mine)
-
-    held = Status.MISSING | Status.HELD
-    assert [e.status for e in said[200:204]] == [held] * 4
-    np.testing.assert_allclose([e.mu for e in said[200:204]], said[199].mu, rtol=0, atol=1e-3)
-    # Back again, the patch has taken in one turn what it lost.
-    assert said[-1].mu == pytest.approx(whole[-1].mu, abs=3 * whole[-1].mu_std)
-
-
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_a_lost_steering_torque_makes_mu_less_sure(kind: Any, samples: Any) -> None:
-    observer = make(kind, measurement_model=SteeringTorque(), **CLEAN_RIG)
-    mine = samples[SteeringTorque]
-    lost = [replace(s, M=nan) if 600 <= i < 640 else s for i, s in enumerate(mine)]
-    said, whole = estimates_of(observer, lost), estimates_of(observer, mine)
-
-    assert [e.status for e in said[600:640]] == [Status.HELD] * 40
-    assert said[640].mu_std > whole[640].mu_std
-    assert said[-1].mu == pytest.approx(whole[-1].mu, abs=4 * said[-1].mu_std)
-
-
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
 @pytest.mark.parametrize(("factor", "bound"), [(30.0, 4.0), (-5.0, 0.02)])
 def test_on_a_bound(kind: Any, factor: float, bound: float, samples: Any) -> None:
     observer = make(kind, **{**CLEAN_RIG, "zero_std": 1e-3})

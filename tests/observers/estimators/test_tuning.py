@@ -17,8 +17,10 @@ from tests.refusal import refused
 
 POSITIVE = (
     "mu_std", "least", "zero_time", "noise", "error", "psi_noise", "psi_dot_std",
-    "gate", "alarm", "explained",
+    "gate", "alarm", "explained", "psi_limit", "psi_rate_limit", "F_N_limit", "torque_limit",
+    "rezero_time",
 )  # fmt: skip
+UNLIMITED = ("zero_time", "error", "gate", "alarm", "explained", *POSITIVE[-5:])
 NOT_NEGATIVE = (
     *("mu_walk", "mu_floor", "error_travel", "zero_std", "zero_walk", "stiffness_walk"),
     "stiffness_std",
@@ -38,17 +40,15 @@ def test_must_not_be_negative(name: str, value: float) -> None:
     assert getattr(Tuning(**{name: 0.0}), name) == 0
 
 
-@pytest.mark.parametrize(
-    "name",
-    sorted({*POSITIVE, *NOT_NEGATIVE} - {"least", "zero_time", "error", "gate", "alarm", "explained"}),
-)
+@pytest.mark.parametrize("name", sorted({*POSITIVE, *NOT_NEGATIVE} - {"least", *UNLIMITED}))
 def test_only_limits_may_be_infinite(name: str) -> None:
     assert f"{name} must be finite" in refused(Tuning, **{name: inf})
 
 
-@pytest.mark.parametrize("name", ["zero_time", "error", "gate", "alarm", "explained"])
+@pytest.mark.parametrize("name", UNLIMITED)
 def test_infinite_limits_are_none(name: str) -> None:
     assert getattr(Tuning(**{name: inf}), name) == inf
+    assert max(Tuning(**{name: inf}).limits) <= 1e9
 
 
 @pytest.mark.parametrize(

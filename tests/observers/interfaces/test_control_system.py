@@ -2,14 +2,12 @@
 
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import control
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import (
     RootObserver,
@@ -23,10 +21,10 @@ from observers.interfaces.control_system import as_system
 from observers.protocol import ESTIMATE
 from reference_rig import RigRecording
 from symbolic import InvalidInputError
+from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import MODEL_OBSERVERS
 
-Array = NDArray[np.float64]
 pytestmark = pytest.mark.usefixtures("interpreted")
 COUNT = 200
 OBSERVERS = MODEL_OBSERVERS
@@ -160,18 +158,6 @@ def test_needs_a_state_that_is_one_vector(recording: RigRecording) -> None:
 
     with pytest.raises(InvalidInputError, match="Ekf or Mhe, got RootObserver"):
         as_system(root, first_of(columns_of(recording)))
-
-
-@pytest.mark.parametrize("fault", [{"psi": np.nan}, {"F_N": 0.0}])
-def test_needs_to_know_where_the_patch_stands(
-    observer: ModelObserver, recording: RigRecording, fault: dict[str, float]
-) -> None:
-    first = replace(first_of(columns_of(recording)), **fault)
-
-    with pytest.raises(
-        InvalidInputError, match=r"first sample must have a finite psi and F_N >= 0\.001 N"
-    ):
-        as_system(observer, first)
 
 
 def test_observers_do_without_control(repository_root: Path) -> None:

@@ -157,16 +157,6 @@ def test_a_sensor_that_is_always_late(recording: RigRecording) -> None:
     assert_same(loop.state, fed(observer, heard).state)
 
 
-def test_nan_takes_a_measurement_back(recording: RigRecording) -> None:
-    observer, samples = OBSERVERS["ekf"](), samples_of(recording)
-    loop = fed(observer, [*samples[:-3], replace(samples[-3], M_z=50.0), *samples[-2:]])
-    loop.late(2, M_z=np.nan)
-
-    assert_same(
-        loop.state, fed(observer, [*samples[:-3], replace(samples[-3], M_z=np.nan), *samples[-2:]]).state
-    )
-
-
 def test_a_late_angle_may_start_the_loop(observer: Observer, recording: RigRecording) -> None:
     samples = samples_of(recording)[:20]
     loop = fed(observer, [replace(samples[0], psi=np.nan), *samples[1:]])
@@ -193,23 +183,6 @@ def test_refuses_what_it_cannot_place(recording: RigRecording) -> None:
 def test_history_is_a_whole_number(history: Any) -> None:
     with pytest.raises(InvalidInputError, match="history must be a whole number of at least 1"):
         Loop(OBSERVERS["ekf"](), history=history)
-
-
-@pytest.mark.parametrize("nonsense", [float("nan"), float("inf"), 1e30])
-def test_nonsense_is_no_angle(observer: Observer, nonsense: float) -> None:
-    if isinstance(observer, RootObserver):
-        pytest.skip("the root solve takes what it is given")
-    sound = [
-        Sample(psi=0.01 * i, psi_dot=float("nan"), F_N=400.0, dt=0.01, M_z=-1.0, M=1.0) for i in range(5)
-    ]
-    first = replace(sound[0], psi=nonsense)
-    loop, other = Loop(observer), Loop(observer)
-    said = [loop(s) for s in (first, sound[0], sound[1], replace(sound[2], psi=nonsense), sound[3])]
-    missing = [other(s) for s in (sound[0], sound[1], replace(sound[2], psi=float("nan")), sound[3])]
-
-    assert said[0].status == Status.MISSING
-    assert said[-1].mu == pytest.approx(missing[-1].mu, abs=1e-12)
-    assert np.isfinite(said[-1].mu)
 
 
 class Listener:

@@ -10,16 +10,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from examples.own_observer import MODEL, VALUES, ConstantGain
 from identification import Recording, read_recording, read_rig
 from observers import Loop, RootObserver, Sample, run
 from observers.embedded import DOUBLE, generate
 from symbolic import InvalidInputError, compiler
+from symbolic.array_alias import Array
 from tests.observers.embedded.generated_code import NO_COMPILER, generate_code, python_estimates
 
-Array = NDArray[np.float64]
 PLANTED = 1.37
 
 

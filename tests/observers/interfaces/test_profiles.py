@@ -5,9 +5,9 @@ import pytest
 
 from observers import PROFILES, Ekf, Status, Tuning, profile, run, tuning_for
 from reference_rig import RigRecording, make_recording
-from symbolic import FoundModel, InvalidInputError, Model, ModelError, effects_named
+from symbolic import FoundModel, InvalidInputError, Model, ModelError
 from tests.observers.conftest import RIG, K, make
-from tests.observers.factories import columns_of
+from tests.observers.factories import columns_of, found_model
 
 
 def found(error: ModelError | None) -> FoundModel:
@@ -47,12 +47,8 @@ def test_tolerances_under_a_small_error_of_the_model_are_no_new_ground(
     """A diagnosis fits the lengths of every recording, an observer has those that are declared."""
     planted = {"rate_friction": {"c": 0.04}}
     made = make_recording(seed, planted, mu=mu, k=0.88 * K, a=0.044, bristles=500)
-    model = Model(effects=effects_named(list(planted)))
     error = ModelError(spread=1.4 * share, correlation_time=0.01, relative=share)
-    observer = Ekf(
-        model=model, values={"k": K, "rate_friction.c": 0.04}, rig=RIG,
-        tuning=tuning_for(FoundModel(model=model, tyre={"k": K}, own={}, error=error)),
-    )  # fmt: skip
+    observer = Ekf(**found_model({"rate_friction.c": 0.04}), rig=RIG, tuning=tuning_for(found(error)))
     estimates = run(observer, made.t, made.psi, made.F_N, made.M_z)
 
     assert not (estimates.status & Status.RESET).any()

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, RootObserver, Status, SteeringTorque, run
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import InvalidInputError, Model
+from symbolic.array_alias import Array
 from tests.interpreted import without_machine_code
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (
@@ -19,7 +19,6 @@ from tests.observers.factories import (
     samples_of,
 )
 
-Array = NDArray[np.float64]
 OBSERVERS: dict[str, Any] = {
     "ekf": make(Ekf),
     "ekf, stiffness": make(Ekf, measurement_model=AligningTorque(stiffness=True)),
@@ -148,21 +147,6 @@ def test_a_load_of_nothing_leaves_friction_alone(
     np.testing.assert_array_equal(faulty.mu_std, without.mu_std)
     np.testing.assert_allclose(faulty.mu, whole.mu, rtol=0, atol=2e-3)
     assert not (faulty.status & (Status.RESET | Status.REJECTED | Status.BOUND)).any()
-
-
-def test_observers_in_between_are_run_by_their_steps(recording: RigRecording) -> None:
-    class Stepped:
-        """An observer without `run_samples`."""
-
-        def __init__(self) -> None:
-            self.init, self.step, self.estimate = ekf.init, ekf.step, ekf.estimate
-            self.channel = ekf.channel
-
-    ekf, columns = make(Ekf), columns_of(recording, slice(0, 130))
-    for name in FIELDS:
-        stepped, whole = (getattr(run(o, **columns), name) for o in (Stepped(), ekf))
-        np.testing.assert_allclose(stepped, whole, rtol=0, atol=1e-12)
-        assert stepped.dtype == whole.dtype
 
 
 @pytest.mark.parametrize(

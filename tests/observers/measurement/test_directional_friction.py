@@ -4,15 +4,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import CLEAN, DirectionalFriction, Ekf, Estimates, Mhe, Status, Tuning, build_clean, run
 from observers.measurement.linearisation import build_motion
 from observers.measurement.measurement_model import RIG as RIG_NUMBERS
 from symbolic import Model
+from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 
-Array = NDArray[np.float64]
 F_N, FORTH, BACK, LATER, CHANGE = 400.0, 1.2, 0.6, 0.7, 10.0
 """Load [N]; friction by direction, and forth after a change at 10 s [1]."""
 t = np.arange(0, 20, 0.01)
@@ -32,6 +31,14 @@ def torque(angle: Array, forth: Array, back: Array, bristles: int = 300) -> Arra
     return np.array(found)
 
 
+def directed(kind: Any, **tuning: Any) -> Any:
+    """An observer of friction by direction on the rig's usual tyre."""
+    return kind(
+        model=Model(discretised=True, bristles=40), values={"k": K}, rig=RIG,
+        measurement_model=DirectionalFriction(), tuning=Tuning(**tuning),
+    )  # fmt: skip
+
+
 def observed(
     kind: Any,
     forth: float,
@@ -46,12 +53,8 @@ def observed(
     M_z = torque(psi, ahead, np.full(t.size, back))
     noise = 0.01 * 0.375 * F_N * RIG.a * np.random.default_rng(3).standard_normal(t.size)
     rate = np.gradient(psi)
-    observer = kind(
-        model=Model(discretised=True, bristles=40), values={"k": K}, rig=RIG,
-        measurement_model=DirectionalFriction(), tuning=Tuning(**tuning),
-    )  # fmt: skip
     measured = factor * (M_z + noise) + zero * 0.375 * F_N * RIG.a
-    found = run(observer, t, psi, np.full(t.size, F_N), measured)
+    found = run(directed(kind, **tuning), t, psi, np.full(t.size, F_N), measured)
     return found, np.where(rate > 0, ahead, back), rate * (M_z + noise) < -1e-3
 
 
@@ -100,10 +103,7 @@ def test_a_burst_alarms_by_its_duration_at_any_rate(every: int, duration: float,
     fine = np.arange(0, 2.8, 0.005 * (3 - every))
     angle, level = 0.25 * np.sin(np.pi / 2 * fine), np.full(fine.size, 1.0)
     burst = (fine > 2.2) & (fine < 2.2 + duration)
-    observer = Ekf(
-        model=Model(discretised=True, bristles=40), values={"k": K}, rig=RIG,
-        measurement_model=DirectionalFriction(), tuning=Tuning(alarm=1e6, gate=6.0),
-    )  # fmt: skip
+    observer = directed(Ekf, alarm=1e6, gate=6.0)
     M_z = torque(angle, level, level) * np.where(burst, 3.0, 1.0)
     found = run(observer, fine, angle, np.full(fine.size, F_N), M_z)
 

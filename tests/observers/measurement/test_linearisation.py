@@ -1,4 +1,4 @@
-"""Motion and measurement of both measurement models: derivatives, noises, and the wheel's path."""
+"""Motion of both measurement models beside what the textbook filter shows: noises, the wheel's path."""
 
 from math import inf
 from typing import Any
@@ -6,16 +6,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from observers import AligningTorque, MeasurementModel, SteeringTorque, Tuning
 from observers.measurement.linearisation import build_measurement, build_motion, directions
 from observers.measurement.measurement_model import CLEAN
+from symbolic.array_alias import Array
 from tests.observers.conftest import RIG
 from tests.observers.factories import slide
 
-Array = NDArray[np.float64]
 NUMBERS = np.array([RIG.a, RIG.e, RIG.J_A, RIG.b_t, RIG.slide_rate, np.nan, np.nan, np.nan])
 TUNING = Tuning(zero_time=3.0, stiffness_walk=0.01, noise=0.5, error=inf)
 CHOICES = [(zero, stiffness) for zero in (False, True) for stiffness in (False, True)]
@@ -44,73 +43,6 @@ def motion_of(
 
 def usual_x(measurement_model: MeasurementModel) -> Array:
     return np.array([MEANINGS[name] for name in measurement_model.states])
-
-
-def by_differences(f: Any, x: Array, step: float = 1e-3) -> Array:
-    """Central differences, exact but for rounding where f is linear."""
-    steps = step * np.eye(x.size)
-    return np.array([(f(x + d) - f(x - d)) / (2 * step) for d in steps]).T
-
-
-def along_slopes(measurement_model: MeasurementModel, x: Array, M_z: float, slopes: Array) -> Any:
-    """M_z as a function of the states, linear with these slopes."""
-    places = [measurement_model.states.index(name) for name in directions(measurement_model)]
-    return lambda moved_x: M_z + slopes @ (moved_x - x)[places]
-
-
-@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
-def test_states_stand_in_their_one_order(measurement_model: MeasurementModel) -> None:
-    order = [
-        name
-        for name in ("log_mu", "M_0", "stiffness", "psi", "psi_dot")
-        if name in measurement_model.states
-    ]
-
-    assert list(measurement_model.states) == order
-    assert measurement_model.states[0] == "log_mu"
-    assert ("M" in measurement_model.channels) is ("psi" in measurement_model.states)
-    tyre = [name for name in ("log_mu", "stiffness") if name in measurement_model.states]
-    assert list(directions(measurement_model)) == ["psi"] * ("M" in measurement_model.channels) + tyre
-
-
-@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
-def test_derivative_of_the_motion(measurement_model: MeasurementModel) -> None:
-    x, slopes = (
-        usual_x(measurement_model),
-        np.array([-60.0, -5.0, 2.0][: len(directions(measurement_model))]),
-    )
-    M_z = along_slopes(measurement_model, x, -3.0, slopes)
-    _, A, _ = motion_of(measurement_model, x, -3.0, slopes)
-
-    expected = by_differences(lambda y: motion_of(measurement_model, y, M_z(y), slopes)[0], x)
-    np.testing.assert_allclose(A, expected, rtol=0, atol=1e-9)
-    if "psi" in measurement_model.states:
-        assert (
-            abs(A[measurement_model.states.index("psi_dot"), measurement_model.states.index("log_mu")])
-            > 0.1
-        )
-
-
-@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
-def test_derivative_of_the_measurement(measurement_model: MeasurementModel) -> None:
-    x, slopes = (
-        usual_x(measurement_model),
-        np.array([-60.0, -5.0, 2.0][: len(directions(measurement_model))]),
-    )
-    M_z = along_slopes(measurement_model, x, -3.0, slopes)
-
-    def read(y: Array, now: Array) -> list[Array]:
-        made = build_measurement(measurement_model)(y, M_z(y), slopes, now, NUMBERS, TUNING.vector)
-        return [np.asarray(part).ravel() for part in made]
-
-    innovation, H, weight, expected, *_ = read(x, clean())
-    np.testing.assert_allclose(H, by_differences(lambda y: read(y, clean())[3][0], x), rtol=0, atol=1e-9)
-    measured = 0.03 if "psi" in measurement_model.states else -3.0
-    assert innovation[0] == pytest.approx(measured - expected[0], abs=1e-15)
-    assert weight[0] > 0
-    for nothing in (np.nan, np.inf, -np.inf):
-        gone, _, no_weight, *_ = read(x, clean(M_z=nothing, psi=nothing))
-        assert (gone[0], no_weight[0]) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
@@ -222,16 +154,3 @@ def test_undamped_wheel_keeps_its_energy_and_damping_takes_it() -> None:
             energy.append(0.5 * RIG.J_A * float(x[2]) ** 2 + 0.5 * SPRING * float(x[1]) ** 2)
         late, early = max(energy[-200:]), max(energy[:200])
         assert late == pytest.approx(early, rel=0.01) if keeps else late < early
-
-
-def test_zero_of_the_channel_pushes_the_wheel() -> None:
-    x = np.array([1.0, 0.5, 0.0, 0.0])
-    pushed, *_ = motion_of(SteeringTorque(zero=True), x, 0.0, np.zeros(2), last=clean(M=0.0))
-    steered, *_ = motion_of(
-        SteeringTorque(zero=False), x[[0, 2, 3]], 0.0, np.zeros(2), last=clean(M=0.5)
-    )
-    held, *_ = motion_of(SteeringTorque(zero=False), x[[0, 2, 3]], -0.5, np.zeros(2), last=clean(M=0.5))
-
-    np.testing.assert_allclose(pushed[2:], steered[1:], rtol=1e-14)
-    assert pushed[3] > 0
-    np.testing.assert_array_equal(held[1:], 0.0)

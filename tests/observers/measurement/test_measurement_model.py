@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import SAMPLE, AligningTorque, Ekf, MeasurementModel, Mhe, Sample, SteeringTorque, Tuning
+from observers import SAMPLE, AligningTorque, Ekf, MeasurementModel, Mhe, Sample, SteeringTorque
 from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN
 from symbolic import InvalidInputError, Rig
 from tests.observers.conftest import RIG, make
-from tests.observers.factories import slide
 
 GOOD = {"psi": 0.1, "psi_dot": 0.2, "F_N": 410.0, "dt": 0.01, "M_z": -2.0, "M": 3.0}
 LAST = {"psi": 0.05, "psi_dot": 0.3, "F_N": 390.0, "dt": 0.02, "M_z": -1.0, "M": 1.5, "M_age": 0.0,
@@ -83,37 +82,6 @@ def test_the_torque_of_a_wheel_that_is_lifted_says_nothing() -> None:
     assert cleaned(AligningTorque(), F_N=20.01)[0]["F_N"] == 20.01
 
 
-@pytest.mark.parametrize("measurement_model", [AligningTorque(), SteeringTorque()], ids=repr)
-def test_without_any_sensor_time_goes_on(measurement_model: MeasurementModel) -> None:
-    now, held = cleaned(measurement_model, **dict.fromkeys(("psi", "psi_dot", "F_N", "M_z", "M"), nan))
-    assert (now["dt"], now["F_N"], held) == (GOOD["dt"], LAST["F_N"], True)
-
-
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
-@pytest.mark.parametrize(
-    "measurement_model", [AligningTorque(stiffness=True), SteeringTorque(zero=True)], ids=repr
-)
-def test_prior(kind: Any, measurement_model: MeasurementModel) -> None:
-    observer = make(kind, measurement_model=measurement_model, mu=1.2, mu_std=0.3, psi_dot_std=0.7)
-    tuning = observer.tuning
-    state = observer.init(Sample(psi=0.4, psi_dot=nan, F_N=300.0, dt=0.01))
-    said = observer.estimate(state)
-    x = state["x"] if kind is Ekf else state["x"][:, -1]
-    found = dict(zip(observer.states, x, strict=True))
-    spread = dict(zip(observer.states, np.sqrt(np.diag(state["factor"])), strict=True))
-
-    assert (said.mu, said.mu_std, said.informed) == (1.2, 0.3, False)
-    assert isnan(said.M_z_predicted)
-    expected = {
-        "M_0": (0.0, tuning.zero_std * slide(300.0)),
-        "stiffness": (1.0, tuning.stiffness_std),
-        "psi": (0.4, tuning.psi_noise),
-        "psi_dot": (0.0, 0.7),
-    }
-    for name in observer.states[1:]:
-        assert (found[name], spread[name]) == pytest.approx(expected[name], rel=1e-14), name
-
-
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 @pytest.mark.parametrize("fault", [{"psi": nan}, {"psi": inf}, {"F_N": nan}, {"F_N": 0.0}, {"F_N": inf}])
 def test_first_sample_says_where_the_patch_stands(kind: Any, fault: dict[str, float]) -> None:
@@ -131,23 +99,12 @@ def test_a_sample_needs_its_time(dt: float) -> None:
         Sample(psi=0.0, psi_dot=0.0, F_N=400.0, dt=dt)
 
 
-def test_a_sample_may_lack_all_else() -> None:
-    sample = Sample(psi=nan, psi_dot=inf, F_N=-1.0, dt=0.01)
-
-    assert isnan(sample.M_z)
-    assert isnan(sample.M)
-
-
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 def test_steering_torque_needs_the_inertia_and_the_damping(kind: Any) -> None:
     for rig, missing in ((Rig(a=0.045, e=0.009), "J_A and b_t"), (replace(RIG, b_t=None), "lacks b_t")):
         with pytest.raises(InvalidInputError, match=missing):
             make(kind, rig=rig, measurement_model=SteeringTorque())
         make(kind, rig=rig, measurement_model=AligningTorque())
-
-
-def test_tuning_is_of_the_observer() -> None:
-    assert make(Ekf).tuning == Tuning(mu_floor=0.0, stiffness_std=0.2)
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])

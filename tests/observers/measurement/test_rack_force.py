@@ -28,11 +28,16 @@ from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 CAR = declared_vehicle()
 
 
-def estimates(car: SimulatedCar, vehicle: Vehicle = CAR, kind: Any = Ekf) -> Estimates:
+def driven(car: SimulatedCar, vehicle: Vehicle = CAR) -> tuple[Any, ...]:
+    """Time, angle, load and torque of the mean wheel."""
     t, rack = steering()
     psi = straight_ahead_angle(vehicle, mean_angle(vehicle, rack), brakes=True)
     M_z = aligning_torque_with_friction(vehicle, rack, car.force(rack), brakes=True)
-    return run(car_observer(kind, vehicle), t, psi, np.full(t.size, vehicle.wheel_load), M_z)
+    return t, psi, np.full(t.size, vehicle.wheel_load), M_z
+
+
+def estimates(car: SimulatedCar, vehicle: Vehicle = CAR, kind: Any = Ekf) -> Estimates:
+    return run(car_observer(kind, vehicle), *driven(car, vehicle))
 
 
 def final(car: SimulatedCar, **options: Any) -> tuple[float, float]:
@@ -132,18 +137,11 @@ def test_gear_friction_at_rest_may_be_anything() -> None:
 
 
 def test_held_while_the_car_rolls() -> None:
-    t, rack = steering()
-    stretch = np.zeros(t.size, dtype=int)
-    stretch[600:700] = -1
-    stretch[700:] = 1
-    psi, load = (
-        straight_ahead_angle(CAR, mean_angle(CAR, rack), brakes=True),
-        np.full(t.size, CAR.wheel_load),
-    )
-    M_z = aligning_torque_with_friction(CAR, rack, SimulatedCar().force(rack), brakes=True)
-    observer = car_observer(Ekf, CAR)
-    found = over_standstills([observer, observer], stretch, t, psi, load, M_z)
-    alone = run(observer, t[:600], psi[:600], load[:600], M_z[:600])
+    columns, observer = driven(SimulatedCar()), car_observer(Ekf, CAR)
+    stretch = np.zeros(columns[0].size, dtype=int)
+    stretch[600:700], stretch[700:] = -1, 1
+    found = over_standstills([observer, observer], stretch, *columns)
+    alone = run(observer, *(column[:600] for column in columns))
 
     np.testing.assert_array_equal(found.mu[:600], alone.mu)
     np.testing.assert_array_equal(found.mu[600:700], alone.mu[-1])
@@ -154,11 +152,7 @@ def test_held_while_the_car_rolls() -> None:
 
 @pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 def test_what_is_known_of_tyre_and_gear_together_is_handed_over(kind: Any) -> None:
-    _, rack = steering()
-    psi = straight_ahead_angle(CAR, mean_angle(CAR, rack), brakes=True)
-    M_z = aligning_torque_with_friction(
-        CAR, rack, SimulatedCar(mu=(0.08, 0.08)).force(rack), brakes=True
-    )
+    _, psi, _, M_z = driven(SimulatedCar(mu=(0.08, 0.08)))
     observer = car_observer(kind, CAR)
     assert isinstance(observer, Ekf | Mhe)
     samples = [

@@ -6,17 +6,16 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import Ekf, Status, run
 from observers.layout import named, vector_of
 from observers.measurement.torque_error import NOISE, update_noise
 from reference_rig import RigTyre, free_path, simulate_bristles
 from symbolic import Model, Rig
+from symbolic.array_alias import Array
 from tests.observers.conftest import K
 from tests.observers.factories import wrong_and_usable
 
-Array = NDArray[np.float64]
 SLIDE = 0.375 * 400.0 * 0.045
 """Full slide at mu = 1 of the rig that is steered here [N m]."""
 USUAL, LEAST = 0.02**2, 0.005**2

@@ -10,7 +10,7 @@ from observers import Ekf, Estimates, Mhe, SteeringTorque, run
 from reference_rig import RigTyre, SteeringRecording, make_steering_recording
 from symbolic import InvalidInputError, Model, effects_named
 from tests.observers.conftest import RIG, K, make
-from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, states_of
+from tests.observers.factories import CLEAN_RIG, columns_of, slide
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -66,26 +66,6 @@ def test_friction_is_found_as_the_tuning_stands(
     np.testing.assert_array_equal(estimates.status & ~np.int64(32), 0)
 
 
-@pytest.mark.parametrize(("kind", "settings"), KINDS)
-def test_angle_rate_and_aligning_torque_are_found_below_the_noise(
-    steered: SteeringRecording, kind: Any, settings: Any
-) -> None:
-    observer = make(kind, measurement_model=SteeringTorque(), **CLEAN_RIG, **settings)
-    states = list(states_of(observer, samples_of(columns_of(steered))))
-    x = np.array([state["x"].reshape(4, -1)[:, -1] for state in states])
-    psi, psi_dot = (x[:, observer.states.index(name)] for name in ("psi", "psi_dot"))
-    late = slid(steered)
-
-    of_encoder = np.std((steered.psi - steered.psi_true)[late])
-    assert np.std((psi - steered.psi_true)[late]) < 0.7 * of_encoder
-    # The rate is that in the middle between two samples.
-    middle = np.concatenate([[0.0], (steered.psi_dot_true[1:] + steered.psi_dot_true[:-1]) / 2])
-    differences = np.concatenate([[0.0], np.diff(steered.psi) * 500])
-    assert np.std((psi_dot - middle)[late]) < 0.1 * np.std((differences - middle)[late])
-    M_z = np.array([observer.estimate(state).M_z_predicted for state in states])
-    assert np.std((M_z - steered.M_z_true)[late]) < 0.01 * np.ptp(steered.M_z_true)
-
-
 def test_the_clock_may_be_uneven() -> None:
     times = np.sort(np.random.default_rng(3).uniform(0.0, 4.0, 1500))
     uneven = make_steering_recording(5, duration=4.0, times=times)
@@ -93,17 +73,6 @@ def test_the_clock_may_be_uneven() -> None:
 
     assert np.abs(estimates.mu - 1.3)[slid(uneven)].max() < 0.03
     assert estimates.mu[-1] == pytest.approx(1.3, abs=3 * estimates.mu_std[-1])
-
-
-def test_a_zero_of_the_channel_is_told_from_friction(steered: SteeringRecording) -> None:
-    columns = columns_of(steered)
-    shifted = {**columns, "M": columns["M"] + 0.3}
-    observer = make(Ekf, measurement_model=SteeringTorque(zero=True), **CLEAN_RIG)
-    *_, state = states_of(observer, samples_of(shifted))
-    said = observer.estimate(state)
-
-    assert said.mu == pytest.approx(1.3, abs=3 * said.mu_std)
-    assert state["x"][1] == pytest.approx(-0.3, abs=0.03)
 
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS)

@@ -5,32 +5,28 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from observers import Ekf, Estimate, Loop, Mhe, RootObserver, Sample, SteeringTorque, Tuning, run
-from observers.protocol import ESTIMATE
+from observers import Ekf, Loop, Mhe, RootObserver, Sample, SteeringTorque, run
 from reference_rig import RigRecording, make_recording
-from symbolic import Model, Rig, effects_named
+from symbolic import Rig
 from tests.observers.conftest import RIG, K
-from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, states_of
+from tests.observers.factories import DECLARED, columns_of, found_model, samples_of, states_of
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-Array = NDArray[np.float64]
 ARM = (
     0.75
     / RIG.a**3
     * np.trapezoid((RIG.a**2 - (x := np.linspace(-RIG.a, RIG.a, 100001)) ** 2) * np.abs(x - RIG.e), x)
 )
 """Torque of the declared patch in full slide over load, mu = 1 [m]."""
-NAMES = ("rate_friction", "friction_drift", "asymmetric_friction", "contact_damping")
-VALUES = {
-    "k": K, "rate_friction.c": 0.05, "friction_drift.gain": 0.3, "friction_drift.scale": 0.6,
-    "asymmetric_friction.ratio": 1.2, "contact_damping.c": 2.0,
-}  # fmt: skip
-FEW = Model(effects=effects_named(NAMES), bristles=8)
-EFFECTS: dict[str, Any] = {"model": FEW, "values": VALUES}
-DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
+EFFECTS = found_model(
+    {
+        "rate_friction.c": 0.05, "friction_drift.gain": 0.3, "friction_drift.scale": 0.6,
+        "asymmetric_friction.ratio": 1.2, "contact_damping.c": 2.0,
+    }, bristles=8,
+)  # fmt: skip
+FEW, VALUES = EFFECTS.values()
 KINDS = [
     pytest.param(Ekf, {}, id="ekf"),
     pytest.param(Mhe, {"window": 5}, id="mhe"),
@@ -85,11 +81,9 @@ def test_with_effects_it_is_the_full_slide_at_mu(
 def test_models_whose_mu_differ_by_two_fifths_come_close_in_it() -> None:
     planted = {"patch_width": {"half_width": 0.03}, "contact_damping": {"c": 1.5}}
     made = make_recording(9, planted, mu=1.1, k=K, noise=0.002)
-    names = tuple(planted)
-    values = {"k": K, "patch_width.half_width": 0.03, "contact_damping.c": 1.5}
+    found = found_model({"patch_width.half_width": 0.03, "contact_damping.c": 1.5})
     right, declared = (
-        run(Ekf(model=model, values=known, rig=RIG, acquire=False), **columns_of(made))
-        for model, known in ((Model(effects=effects_named(names)), values), (Model(), {"k": K}))
+        run(Ekf(**model, rig=RIG, acquire=False), **columns_of(made)) for model in (found, DECLARED)
     )
     mu, mu_eff = (abs(getattr(right, n)[-1] / getattr(declared, n)[-1] - 1) for n in ("mu", "mu_eff"))
 
@@ -116,22 +110,3 @@ def test_the_method_of_the_thesis_states_it_too(recording: RigRecording) -> None
     np.testing.assert_array_equal(estimates.mu_eff, estimates.mu)
     np.testing.assert_allclose(estimates.M_slide, estimates.mu * recording.F_N * ARM, rtol=1e-6)
     assert np.isnan([estimates.mu_eff_std, estimates.nis]).all()
-
-
-def test_an_estimate_need_not_state_it() -> None:
-    said = Estimate(mu=1.2, mu_std=0.1, M_z_predicted=0.0, informed=True)
-
-    assert len(said.numbers) == len(ESTIMATE)
-    assert [name for name, v in zip(ESTIMATE, said.numbers, strict=True) if isnan(v)] == [
-        "mu_eff", "mu_eff_std", "M_slide", "nis",
-    ]  # fmt: skip
-
-
-def test_squared_innovations_are_one_on_average_where_the_model_is_right() -> None:
-    made = make_recording(4, mu=1.2, k=K, noise=0.01)
-    level = 0.01 * np.ptp(made.M_z_true) / (0.375 * 400 * RIG.a)
-    observer = Ekf(**DECLARED, rig=RIG, acquire=False, tuning=Tuning(**{**CLEAN_RIG, "noise": level}))
-    nis = run(observer, **columns_of(made)).nis
-
-    assert np.mean(nis) == pytest.approx(1.0, abs=0.12)
-    assert np.mean(nis > 3.84) == pytest.approx(0.05, abs=0.03)

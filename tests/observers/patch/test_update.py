@@ -6,17 +6,16 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, Sample, Status, Tuning
 from observers.measurement.measurement_model import CLEAN
 from observers.patch.update import sensitivity_retention
 from symbolic import Model
+from symbolic.array_alias import Array
 from tests.observers.conftest import make
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-Array = NDArray[np.float64]
 BRISTLES = Model(discretised=True, bristles=20)
 TYRE = [AligningTorque(zero=False), AligningTorque(zero=False, stiffness=True)]
 

@@ -1,15 +1,14 @@
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import Ekf, Estimate, Sample, profile
 from observers.planning.path import SteeringPath
 from reference_rig import RigTyre, free_path, simulate_bristles
 from symbolic import Model, Rig
+from symbolic.array_alias import Array
 
 LOAD, K = 400.0, 2.4e6
 RIG = Rig(a=0.045, e=0.009)
-Array = NDArray[np.float64]
 
 
 @pytest.fixture(scope="session")

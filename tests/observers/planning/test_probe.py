@@ -4,17 +4,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import Advice, Ekf, Loop, Mhe, Probe, Sample, Status, SteeringLimits, SteeringTorque
 from observers.quality.acquisition import OVER, OWN
 from reference_rig import RigTyre, SteeredWheel
 from symbolic import InvalidInputError
+from symbolic.array_alias import Array
 from tests.observers.planning.conftest import LOAD, RIG, K
 
 pytestmark = pytest.mark.usefixtures("optimised")
 LIMITS = SteeringLimits(angle=0.3, rate=0.4, time=6.0)
-Array = NDArray[np.float64]
 
 
 def wheel_on(mu: float) -> SteeredWheel:

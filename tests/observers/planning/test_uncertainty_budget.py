@@ -5,16 +5,15 @@ from math import hypot
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import Ekf, Estimates, Tuning, run, uncertainty_budget
 from observers.planning.path import SteeringPath, steer
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import InvalidInputError, Tolerances
+from symbolic.array_alias import Array
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 
-Array = NDArray[np.float64]
 MU = 0.8
 
 

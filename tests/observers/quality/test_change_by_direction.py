@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers import CLEAN, DirectionalFriction, Ekf, Mhe, Status, Tuning, run
+from observers import CLEAN, Ekf, Mhe, Status, Tuning, run
 from observers.measurement.directional_friction import EXCHANGED
 from observers.quality.change_by_direction import (
     REFERENCE,
@@ -17,9 +17,7 @@ from observers.quality.change_by_direction import (
     update_reference,
 )
 from observers.quality.innovation_monitor import FORGETTING_SAMPLES
-from symbolic import Model
-from tests.observers.conftest import RIG, K
-from tests.observers.measurement.test_directional_friction import F_N, torque
+from tests.observers.measurement.test_directional_friction import F_N, directed, torque
 
 
 def test_ratio_is_that_of_gaussian_densities() -> None:
@@ -77,11 +75,7 @@ def test_a_change_alarms_in_its_stroke_at_any_rate(
     error = 0.03 * np.random.default_rng(5).standard_normal(fine.size // 20)
     M_z = torque(psi, forth, back, 100) * (1 + np.repeat(error, 20))
     t = fine[::every]
-    observer = kind(
-        model=Model(discretised=True, bristles=40), values={"k": K}, rig=RIG,
-        measurement_model=DirectionalFriction(),
-        tuning=Tuning(mu_walk=0.14, noise=0.005, error=0.05, error_travel=0.02, explained=2.5),
-    )  # fmt: skip
+    observer = directed(kind, mu_walk=0.14, noise=0.005, error=0.05, error_travel=0.02, explained=2.5)
     found = run(observer, t, psi[::every], np.full(t.size, F_N), M_z[::every])
     changed = t[(found.status & Status.RESET) > 0]
 

@@ -1,4 +1,4 @@
-"""What effects add to the torque of a patch is not taken for friction while that is acquired."""
+"""Friction is acquired on the declared patch: what effects add to its torque, and a compliance."""
 
 from dataclasses import replace
 from typing import Any
@@ -6,10 +6,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import Ekf, Estimates, SteeringTorque, causal_rate, run
-from reference_rig import RigTyre, constant_friction, make_recording, make_steering_recording
-from symbolic import Model, effects_named
+from observers import PROFILES, Ekf, Estimates, SteeringTorque, causal_rate, run
+from observers.planning.path import steer
+from reference_rig import (
+    RIG_EFFECTS,
+    RigTyre,
+    constant_friction,
+    free_path,
+    make_recording,
+    make_steering_recording,
+    simulate_bristles,
+)
+from symbolic import Rig
 from tests.observers.conftest import RIG, K
+from tests.observers.factories import found_model
 
 ADDED = {
     "steering_return": ("stiffness", lambda psi, _, stiffness: -stiffness * psi),
@@ -23,11 +33,8 @@ def estimates_of(
     made: Any, torque: Any, name: str = "", value: float = 0.0, **settings: Any
 ) -> Estimates:
     """Estimates of a filter that knows rate friction, of nearly no strength, and a further effect."""
-    values = {"k": K, "rate_friction.c": 1e-6}
-    if name:
-        values |= {f"{name}.{ADDED[name][0]}": value}
-    model = Model(effects=effects_named(["rate_friction", *([name] if name else [])]), bristles=40)
-    observer = Ekf(model=model, values=values, rig=RIG, **settings)
+    added = {f"{name}.{ADDED[name][0]}": value} if name else {}
+    observer = Ekf(**found_model({"rate_friction.c": 1e-6, **added}, bristles=40), rig=RIG, **settings)
     return run(observer, made.t, made.psi, made.F_N, **{observer.channel: torque})
 
 
@@ -58,9 +65,8 @@ def test_a_torque_that_the_model_knows_changes_nothing(mu: float, name: str, val
 
 
 def test_one_step_serves_all_rigs_and_values() -> None:
-    model = Model(effects=effects_named(["carcass_torsion"]), bristles=40)
     softer, stiffer = (
-        Ekf(model=model, values={"k": K, "carcass_torsion.k_t": k_t}, rig=rig)
+        Ekf(**found_model({"carcass_torsion.k_t": k_t}, bristles=40), rig=rig)
         for k_t, rig in ((200.0, RIG), (2000.0, replace(RIG, a=1.1 * RIG.a)))
     )
 
@@ -86,3 +92,41 @@ def test_a_spring_beside_the_steering_torque_is_no_friction() -> None:
     assert estimates.usable.mean() > 0.9 * without.usable.mean() > 0
     off = np.abs(estimates.mu - 0.1)[estimates.usable]
     assert (off < 3 * estimates.mu_std[estimates.usable]).all()
+
+
+PERIOD, LOAD = 0.01, 450.0
+
+
+def deviations(mu: float, rate: float, turns: tuple[float, float], **tuning: float) -> np.ndarray:
+    """Usable deviations of mu over their standard deviation, on growing turns from rest."""
+    rng = np.random.default_rng(0)
+    sizes = np.append(np.geomspace(*turns, 4), np.full(40, turns[1]))
+    points = [0.0, *(size * (-1) ** i for i, size in enumerate(sizes))]
+    path = steer(points, rate, rate / 0.2, PERIOD, 8.0, rest=0.5)
+    t = PERIOD * np.arange(path.psi.size)
+    tyre = RigTyre(a=0.05, e=0.011, k=2.21e6, mu=mu)
+    planted = [RIG_EFFECTS["rate_friction"](c=0.05), RIG_EFFECTS["carcass_torsion"](k_t=264.0)]
+    truth = simulate_bristles(
+        free_path(t, path.psi, load=LOAD, rate=1 / PERIOD), tyre, planted, bristles=800
+    )
+    observer = Ekf(
+        **found_model({"carcass_torsion.k_t": 264.0, "rate_friction.c": 0.05}, k=2.21e6),
+        rig=Rig(a=0.05, e=0.011, J_A=0.05, b_t=0.1),
+        tuning=replace(PROFILES["real_tyre"], **tuning),
+    )
+    M_z = truth.M_z + 0.04 * rng.standard_normal(t.size)
+    found = run(observer, t, path.psi, np.full(t.size, LOAD), M_z)
+    return np.abs(found.mu - mu)[found.usable] / found.mu_std[found.usable]
+
+
+def test_small_turns_are_not_usable_and_wrong():
+    # The memory of a mu that was not yet known once passed for torque: 10 deviations.
+    sharp = {"error": 0.0036, "noise": 0.0078, "stiffness_std": 0.23, "error_travel": 0.03}
+    assert (deviations(0.47, 0.35, (0.05, 0.05), **sharp, mu_walk=0.0012, mu_floor=0.004) < 3).all()
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.45, 0.8])
+def test_turns_that_slide_the_whole_patch_are_usable_and_right(mu):
+    usable = deviations(mu, 0.2, (0.05, 0.2), error=0.008)
+    assert usable.size > 100
+    assert (usable < 3).all()

@@ -5,15 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from observers import Ekf, Status, Tuning, run
 from observers.quality.innovation_monitor import CHANGE, FORGETTING_SAMPLES, MIN_SAMPLES, build_monitor
+from symbolic.array_alias import Array
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of
 from tests.observers.surface_changes import HIGH, LOW, counted_turn, crossing
-
-Array = NDArray[np.float64]
 
 
 def watched(nu: Array, slope: float = 1.0, variance: float = 0.01, share: float = 1.0,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import Ekf, Loop, Sample, Status, suspicions_of
+from observers import Ekf, Estimate, Loop, Sample, Status, suspicions_of
 from reference_rig import FOURTEEN_BIT_STEP, RigRecording
 from tests.observers.conftest import RIG, make
 from tests.observers.factories import columns_of, samples_of
@@ -24,11 +24,15 @@ def converted(samples: list[Sample], factors: dict[str, float]) -> list[Sample]:
     return [replace(s, **{n: getattr(s, n) * f for n, f in factors.items()}) for s in samples]
 
 
+def along(samples: list[Sample], *, acquire: bool = True) -> tuple[Loop, list[Estimate]]:
+    loop = Loop(make(Ekf, acquire=acquire))
+    return loop, [loop(sample) for sample in samples]
+
+
 @pytest.mark.parametrize("cause", WRONG)
 def test_the_cause_is_named_and_no_estimate_is_informed(recording: RigRecording, cause: str) -> None:
     samples = converted(samples_of(columns_of(recording)), WRONG[cause])
-    loop = Loop(make(Ekf, acquire=True))
-    last = [loop(sample) for sample in samples][-1]
+    loop, (*_, last) = along(samples)
 
     assert len(loop.suspicions) == 1
     assert cause in loop.suspicions[0]
@@ -41,9 +45,7 @@ def test_the_cause_is_named_and_no_estimate_is_informed(recording: RigRecording,
 
 
 def test_right_samples_raise_no_suspicion(recording: RigRecording) -> None:
-    samples = samples_of(columns_of(recording))
-    loop = Loop(make(Ekf, acquire=True))
-    last = [loop(sample) for sample in samples][-1]
+    loop, (*_, last) = along(samples_of(columns_of(recording)))
 
     assert loop.suspicions == ()
     assert last.usable
@@ -69,19 +71,15 @@ def test_a_lifted_wheel_is_no_evidence(recording: RigRecording) -> None:
 
 
 def test_an_estimator_alone_does_not_check(recording: RigRecording) -> None:
-    loop = Loop(make(Ekf))
-    for sample in converted(samples_of(columns_of(recording)), {"psi": 180 / np.pi}):
-        loop(sample)
-    assert loop.suspicions == ()
+    samples = converted(samples_of(columns_of(recording)), {"psi": 180 / np.pi})
+    assert along(samples, acquire=False)[0].suspicions == ()
 
 
 @pytest.mark.parametrize("step", [0.05, 0.1])
 def test_a_torque_in_coarse_steps_is_no_clipped_one(recording: RigRecording, step: float) -> None:
     """A sliding patch gives such a sensor the same torque to the last digit."""
     quantised = step * np.round(recording.M_z_true / step)
-    loop = Loop(make(Ekf, acquire=True))
-    for sample in samples_of({**columns_of(recording), "M_z": quantised}):
-        loop(sample)
+    loop, _ = along(samples_of({**columns_of(recording), "M_z": quantised}))
 
     assert not any("the same" in cause for cause in loop.suspicions)
 
@@ -114,9 +112,8 @@ def test_a_torque_that_was_clipped_stays_suspected(recording: RigRecording, step
     if step:
         columns["M_z"] = step * np.round(recording.M_z_true / step)
     most = 0.5 * np.abs(columns["M_z"]).max()
-    samples = samples_of({**columns, "M_z": np.clip(columns["M_z"], -most, most)})
-    loop = Loop(make(Ekf, acquire=True))
-    flags = [bool(loop(sample).status & Status.SUSPECT) for sample in samples]
+    loop, estimates = along(samples_of({**columns, "M_z": np.clip(columns["M_z"], -most, most)}))
+    flags = [bool(now.status & Status.SUSPECT) for now in estimates]
 
     named = [cause for cause in loop.suspicions if "the same" in cause or "clip" in cause]
     assert named, loop.suspicions

@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 
 from identification import read_recording
-from observers import Ekf, Loop, Mhe, Sample, Status, Tuning, run, smooth
+from observers import Ekf, Loop, Sample, Status, Tuning, run, smooth
 from reference_rig import RigRecording, make_recording
-from symbolic import InvalidInputError
 from tests.observers.conftest import EXACT_RIG, RIG, make
 from tests.observers.factories import acquiring_ekf, columns_of, samples_of, wrong_and_usable
 
-KINDS = pytest.mark.parametrize("kind", [Ekf, Mhe])
 AT = 700
 REZERO = 10
 """Samples that `Tuning.rezero_time` lasts."""
@@ -41,39 +39,34 @@ def samples(recording: RigRecording) -> list[Sample]:
     return samples_of(columns_of(recording, slice(900)))
 
 
-@KINDS
-def test_a_spike_of_the_angle_is_left_out(kind: Any, samples: list[Sample]) -> None:
-    expected, _ = along(make(kind), samples)
+def test_a_spike_of_the_angle_is_left_out(samples: list[Sample]) -> None:
+    expected, _ = along(make(Ekf), samples)
     spike = faulty(samples, slice(AT, AT + 1), psi=lambda psi: psi - 0.32)
-    mu, status = along(make(kind), spike)
+    mu, status = along(make(Ekf), spike)
 
     assert status[AT] == Status.IMPLAUSIBLE | Status.MISSING | Status.HELD
     assert status[AT + 1] == Status.USED
     assert np.abs(mu - expected).max() < 2e-3
-    unlimited, silent = along(make(kind, psi_rate_limit=inf), spike)
+    unlimited, silent = along(make(Ekf, psi_rate_limit=inf), spike)
     assert np.abs(unlimited - expected).max() > 0.05, "a spike that does no harm shows nothing"
     assert Status.IMPLAUSIBLE not in silent[AT]
 
 
-@KINDS
 @pytest.mark.parametrize("size", [6.3, -1e6, 9e8])
-def test_an_angle_that_no_wheel_has_does_not_move_friction(
-    kind: Any, size: float, samples: list[Sample]
-) -> None:
-    mu, status = along(make(kind), faulty(samples, slice(AT, None), psi=lambda _: size))
+def test_an_angle_that_no_wheel_has_does_not_move_friction(size: float, samples: list[Sample]) -> None:
+    mu, status = along(make(Ekf), faulty(samples, slice(AT, None), psi=lambda _: size))
 
     assert np.abs(mu[AT:] - mu[AT - 1]).max() < 1e-7
     assert all(Status.IMPLAUSIBLE in each for each in status[AT:])
     assert not any(Status.BOUND in each for each in status[AT:])
 
 
-@KINDS
 @pytest.mark.parametrize("jump", [-0.4, 2.0])
 def test_a_new_zero_of_the_sensor_is_taken_off_after_its_time(
-    kind: Any, jump: float, samples: list[Sample]
+    jump: float, samples: list[Sample]
 ) -> None:
-    expected, _ = along(make(kind), samples)
-    mu, status = along(make(kind), faulty(samples, slice(AT, None), psi=lambda psi: psi + jump))
+    expected, _ = along(make(Ekf), samples)
+    mu, status = along(make(Ekf), faulty(samples, slice(AT, None), psi=lambda psi: psi + jump))
 
     assert all(Status.IMPLAUSIBLE in each for each in status[AT : AT + REZERO])
     assert not any(status[AT + REZERO :])
@@ -137,18 +130,8 @@ def test_no_measured_recording_is_implausible(name: str, measured_dir: Path) -> 
     assert not (estimates.status & Status.IMPLAUSIBLE).any()
 
 
-@pytest.mark.parametrize(
-    "name", ["psi_limit", "psi_rate_limit", "F_N_limit", "torque_limit", "rezero_time"]
-)
-def test_limits_are_greater_than_nothing(name: str) -> None:
-    with pytest.raises(InvalidInputError, match=f"{name} must be greater than 0"):
-        Tuning(**{name: 0.0})
-    assert max(Tuning(**{name: inf}).limits) == 1e9
-
-
-@KINDS
-def test_a_torque_near_the_declared_range_is_left_out(kind: Any, samples: list[Sample]) -> None:
-    observer, other = (make(kind, rig=replace(EXACT_RIG, range=most)) for most in (10.0, 20.0))
+def test_a_torque_near_the_declared_range_is_left_out(samples: list[Sample]) -> None:
+    observer, other = (make(Ekf, rig=replace(EXACT_RIG, range=most)) for most in (10.0, 20.0))
     start = observer.init(samples[0])
     seen = {
         M_z: Status.IMPLAUSIBLE
@@ -158,8 +141,8 @@ def test_a_torque_near_the_declared_range_is_left_out(kind: Any, samples: list[S
 
     assert seen == {9.4: False, -9.4: False, 9.6: True, -9.6: True}
     assert observer.screened_step is other.screened_step
-    assert make(kind, rig=EXACT_RIG).sample_limits == Tuning().limits
-    lower = make(kind, rig=replace(EXACT_RIG, range=10.0), torque_limit=3.0)
+    assert make(Ekf, rig=EXACT_RIG).sample_limits == Tuning().limits
+    lower = make(Ekf, rig=replace(EXACT_RIG, range=10.0), torque_limit=3.0)
     assert lower.sample_limits[3] == 3.0
 
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from symbolic.array_alias import Array
 from tests.observers.embedded.generated_code import GeneratedCode
 
-Array = NDArray[np.float64]
 HERE = Path(__file__).parent
 COMPILER, EMULATOR = "arm-none-eabi-gcc", "qemu-system-arm"
 TOOLS = "needs arm-none-eabi-gcc with newlib, and qemu-system-arm"
