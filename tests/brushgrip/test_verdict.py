@@ -128,7 +128,7 @@ def test_what_is_unexplained_goes_first_where_it_is_the_larger(
         ("strong", "not chance (1.4 standard errors), and no other effect"),
         ("weak", "may be chance (a gain of 1.4 standard errors; 3 of each are asked for)"),
         ("ambiguous", "but patch width would explain as much"),
-        ("stands_in", "removes less error than remains unexplained"),
+        ("stands_in", "may make up for a flaw of another effect, unproven"),
     ],
 )
 def test_every_grade_is_explained(grade: Grade, words: str) -> None:
