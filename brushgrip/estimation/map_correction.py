@@ -102,6 +102,14 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
     return f"{why}: {mending_map(recording.sources, changed)}{ratio}{counter}"
 
 
+def in_channels(recording: Recording, text: str) -> str:
+    """The text, with the channel of the file where it proposes to take M_z from the column M."""
+    source = _source(recording, "M")
+    turned = {"M_z": replace(source, factor=-source.factor)}
+    others = {column: one for column, one in recording.sources.items() if column != "M"}
+    return text.replace("--map M_z=-M", mending_map(others, turned))
+
+
 def _if_t_counts_samples(recording: Recording) -> str:
     """What to write where the time may be a count of samples; empty where it is none."""
     if (np.diff(recording.t) != 1).any():

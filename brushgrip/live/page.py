@@ -140,6 +140,7 @@ def friction_html(state: State, recorded_columns: tuple[str, ...]) -> str:
     value, sign, within = ("–" if std >= mu else with_95_band(mu, std)).partition(" ± ")
     counts = ", ".join(f"{count} {name}" for name, count in state.counts.items())
     lines = [
+        state.note,
         state.status,
         state.recording and f"recording {state.recording}",
         counts,

@@ -79,7 +79,7 @@ class _Stretch:
         sample = Sample(psi=psi, psi_dot=rate, F_N=F_N, dt=dt, M_z=M_z, M=M)
         estimate = self.loop(sample)
         if self._adviser is not None:
-            self._adviser(sample, self.loop.state)
+            self._adviser(sample, self.loop.state, estimate)
         return Point(recorded, psi, torque, estimate)
 
 
@@ -88,9 +88,13 @@ class RowEstimator(ABC):
 
     Attributes:
         columns: of the recording; empty before the first usable row.
+        weaker: share of friction that the weaker direction of a found model holds less [1].
+        note: the same in words; empty for nothing.
     """
 
     columns: tuple[str, ...]
+    weaker: float = 0.0
+    note: str = ""
     _stretch: _Stretch | None
 
     @property

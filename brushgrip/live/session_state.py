@@ -22,6 +22,8 @@ class State:
         counts: samples by what became of them.
         recording: file and samples; empty where none is written.
         ended: whether the source has come to its end.
+        weaker: share of friction that the weaker direction of a found model holds less [1].
+        note: the same in words; empty for nothing.
     """
 
     t: float
@@ -33,6 +35,8 @@ class State:
     counts: dict[str, int]
     recording: str
     ended: bool
+    weaker: float = 0.0
+    note: str = ""
 
 
 def friction_of(estimate: Estimate | None) -> tuple[float, float]:
@@ -57,7 +61,7 @@ def line_of(state: State) -> str:
     if state.estimate is not None:
         value = with_95_band(*friction_of(state.estimate))
         friction = f"{state.t:.2f} s: μ {value}, {usability_of(state)}"
-    return "; ".join(filter(None, [friction, state.status, state.advice, state.recording]))
+    return "; ".join(filter(None, [friction, state.note, state.status, state.advice, state.recording]))
 
 
 def address_of(spec: str, rest: str) -> tuple[str, int]:

@@ -46,11 +46,12 @@ def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
 def test_words_of_a_source_are_escaped() -> None:
     state = State(
         t=1.0, estimate=None, usable=False, age=0.0, status="<script>alert(1)</script>", advice="<b>",
-        counts={"<i>": 1}, recording="", ended=False,
+        counts={"<i>": 1}, recording="", ended=False, note="<u>",
     )  # fmt: skip
     text = friction_html(state, ())
 
-    assert not re.search("<script|<b>|<i>", text)
+    assert not re.search("<script|<b>|<i>|<u>", text)
+    assert "&lt;u&gt;" in text
     assert "not usable" in text
 
 
