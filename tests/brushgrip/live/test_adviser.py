@@ -151,7 +151,7 @@ def test_an_adviser_behind_says_where_to_turn_from_where_the_wheel_is_now(
 
 
 def test_friction_that_is_known_before_the_plan_needs_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    end, known = Event(), replace(OBSERVER.prior, informed=True, mu=0.8, mu_std=0.03)
+    end, known = Event(), replace(OBSERVER.prior, informed=True, mu=0.8, mu_std=0.03, status=Status.USED)
 
     class Compiling:
         """Whose first plan takes longer than all samples."""
@@ -166,7 +166,10 @@ def test_friction_that_is_known_before_the_plan_needs_none(monkeypatch: pytest.M
             )  # fmt: skip
 
     monkeypatch.setattr("brushgrip.live.adviser.Probe", Compiling)
-    adviser, sample = Adviser(0.05, SteeringLimits()), Sample(0.0, 0.0, 560.0, 0.01, 0.0)
+    adviser, sample = (
+        Adviser(0.05, SteeringLimits()),
+        Sample(psi=0.0, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0),
+    )
     adviser.begin(OBSERVER)
     for estimate, text in (
         (replace(known, mu_std=0.05), PLANNING),
