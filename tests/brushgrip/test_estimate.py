@@ -222,9 +222,9 @@ def test_root_has_no_standard_deviation(estimate: Run, simulated: Path, tmp_path
 def test_what_the_steering_torque_needs(estimate: Run, steered: Path, rig: Path, tmp_path: Path) -> None:
     estimate(steered).refused("steered: ", "lacks J_A and b_t", "kg m^2", "--map M_z=-M serves")
     renamed = steered.with_name("renamed.csv")
-    renamed.write_text(steered.read_text().replace("F_N,M", "F_N,Moment_kNm", 1))
-    told = "of a slow wheel, --map M_z=-Moment_kNm:kNm serves a torque sensor"
-    estimate(renamed, "--map", "M=Moment_kNm").refused(told)
+    renamed.write_text(steered.read_text().replace("F_N,M", "F_N,Moment_Nm", 1))
+    told = "of a slow wheel, --map M_z=-Moment_Nm serves a torque sensor"
+    estimate(renamed, "--map", "M=Moment_Nm").refused(told)
     rig.write_text(rig.read_text().replace("e = 0.009\n", "e = 0.009\nJ_A = 0.15\nb_t = 1.0\n"))
     estimate(steered, observer="root").refused("root", "M_z", "mhe")
     estimate(steered, "--by-direction").refused("--by-direction needs M_z")
