@@ -7,6 +7,7 @@ from dataclasses import replace
 from math import nan
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgrip.wording.friction import WAYS, last_usable, with_95_band
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Observer, Status
@@ -21,11 +22,14 @@ OF_DIRECTIONS = tuple(f"{name}_{way}" for way in DIRECTIONS for name in ("mu_eff
 """Columns of the friction of each direction."""
 
 
-def friction_of_directions(estimates: Estimates) -> tuple[dict[str, float | str], str]:
+def friction_of_directions(
+    estimates: Estimates, M_z: NDArray[np.float64]
+) -> tuple[dict[str, float | str], str]:
     """The known ones of `OF_DIRECTIONS`, and a line, by the last usable sample of each direction.
 
     A sample counts for the direction that loads the patch, with more than half the torque of full slide.
-    Beside them `direction`, that of mu_eff, and `weaker`, the share of it that the other one holds less.
+    Beside them `direction`, that of mu_eff by the measured torque [N m], which exchanges them, and
+    `weaker`, the share of mu_eff that the other one holds less, NaN while it is not known.
     """
     at = last_usable(estimates)
     if at is None:
@@ -45,7 +49,7 @@ def friction_of_directions(estimates: Estimates) -> tuple[dict[str, float | str]
         else:
             told.append(f"never usable turning to {way} psi")
     line = f"mu_eff by direction, last usable: {'; '.join(told)}" * bool(row)
-    row["direction"] = max(DIRECTIONS, key=lambda way: DIRECTIONS[way] * estimates.M_z_predicted[at])
+    row["direction"] = max(DIRECTIONS, key=lambda way: DIRECTIONS[way] * M_z[at])
     # Not known where a direction is not.
     row["weaker"] = float(np.max([0.0, 1 - np.min([*mu_of.values()]) / estimates.mu_eff[at]]))
     return row, line

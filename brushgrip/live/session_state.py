@@ -60,8 +60,10 @@ def line_of(state: State) -> str:
     friction = ""
     if state.estimate is not None:
         value = with_95_band(*friction_of(state.estimate))
-        friction = f"{state.t:.2f} s: μ {value}, {usability_of(state)}"
-    return "; ".join(filter(None, [friction, state.note, state.status, state.advice, state.recording]))
+        friction = f"{state.t:.2f} s: μ {value}, {usability_of(state)}" + f"; {state.note}" * bool(
+            state.note
+        )
+    return "; ".join(filter(None, [friction, state.status, state.advice, state.recording]))
 
 
 def address_of(spec: str, rest: str) -> tuple[str, int]:

@@ -214,7 +214,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
     by_direction = isinstance(task.aligning, DirectionalFriction)
-    directed, line = friction_of_directions(estimates) if by_direction else ({}, "")
+    directed, line = friction_of_directions(estimates, recording.M_z) if by_direction else ({}, "")
     way = str(directed.get("direction", ""))
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car, way=way), line]
     if task.budget and not task.smooth:

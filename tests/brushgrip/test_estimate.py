@@ -112,6 +112,9 @@ def test_each_direction_has_its_own_friction(
 
     assert row["mu_eff_positive"] == pytest.approx(0.96, rel=0.03)
     assert row["mu_eff_negative"] == pytest.approx(1.2, rel=0.03)
+    assert row["mu_eff"] == pytest.approx(row[f"mu_eff_{row['direction']}"], rel=0.03)
+    assert 1 - row["weaker"] == pytest.approx(row["mu_eff_positive"] / row["mu_eff"], rel=0.01)
+    assert f" (95 % band) turning to {row['direction']} psi at " in said
     assert "run: mu_eff by direction, last usable: " in said
     for way in ("positive", "negative"):
         assert f"{row[f'mu_eff_{way}']:.2f} ± " in said

@@ -220,7 +220,7 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
 def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     seen = estimates(*[Status.USED] * 20)
     seen = replace(seen, M_z_predicted=np.where(np.arange(20) < 15, 1.0, -1.0))
-    row, line = friction_of_directions(seen)
+    row, line = friction_of_directions(seen, seen.M_z_predicted)
 
     assert line == (
         "mu_eff by direction, last usable: 1.25 ± 0.08 turning to positive psi, at 0.19 s;"
@@ -231,14 +231,17 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     assert "(95 % band) turning to positive psi at the end" in estimates_summary(seen, way="positive")
     # What was usable on the ground before says nothing of this one.
     reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
-    row, line = friction_of_directions(replace(seen, status=reset))
+    row, line = friction_of_directions(replace(seen, status=reset), seen.M_z_predicted)
     assert line.endswith("; never usable turning to negative psi")
     assert "mu_eff_negative" not in row
     assert row["direction"] == "positive"
     assert math.isnan(float(row["weaker"]))
     # A torque about zero belongs to neither.
-    row, line = friction_of_directions(replace(seen, M_z_predicted=0.4 * seen.M_z_predicted))
-    assert (list(row), line) == (["direction", "weaker"], "")
+    row, line = friction_of_directions(
+        replace(seen, M_z_predicted=0.4 * seen.M_z_predicted), np.ones(20)
+    )
+    # The torque that was measured exchanges the directions, the one that is predicted lags.
+    assert (list(row), row["direction"], line) == (["direction", "weaker"], "negative", "")
 
 
 def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:

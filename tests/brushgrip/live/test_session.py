@@ -473,8 +473,10 @@ def test_the_weaker_direction_of_a_found_model_is_told_with_every_estimate(tmp_p
     state = session_of("udp:5005", model=tmp_path / "found.json").state()
 
     assert state.weaker == pytest.approx(0.15 / 1.85)
-    assert line_of(state).startswith("8 % less turning to positive psi: ")
-    assert line_of(session_of("udp:5005").state()) == "no sample has come yet"
+    assert line_of(state) == "no sample has come yet"
+    told = line_of(replace(state, t=1.0, estimate=prior_estimate(OBSERVER)))
+    assert ", not usable; 8 % less turning to positive psi: " in told
+    assert session_of("udp:5005").state().note == ""
 
 
 def test_the_end_of_a_source_is_no_dead_sensor(tmp_path: Path) -> None:
