@@ -9,6 +9,7 @@ import pytest
 
 from brushgrip.estimation.anomalies import differing_rates, inconsistency_remedy, weaker_direction
 from brushgrip.estimation.estimates import (
+    Aligning,
     angle_without_imputed,
     friction_track,
     has_aligning_torque,
@@ -19,7 +20,7 @@ from brushgrip.estimation.estimates import (
 )
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
-from observers import Ekf, Estimate, Estimates, Sample, Status
+from observers import DirectionalFriction, Ekf, Estimate, Estimates, Sample, Status
 from symbolic import InvalidInputError, Model, Rig, Tyre
 from symbolic.array_alias import Array
 from tests.brushgrip.helpers import Write
@@ -68,11 +69,13 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
     slower = replace(noisy, M_z=np.where(np.arange(t.size) % 2, np.nan, noisy.M_z))
     declared = replace(noisy, rig=replace(noisy.rig, noise=0.3))
 
-    def remedy(one: Recording, residual: Array, *, of_found: bool = False) -> str:
+    def remedy(
+        one: Recording, residual: Array, *, of_found: bool = False, aligning: Aligning | None = None
+    ) -> str:
         seen = SimpleNamespace(
             status=np.full(t.size, int(Status.INCONSISTENT)), M_z_predicted=one.M_z - residual
         )
-        observer, estimates = model_observer(Ekf, one), cast(Estimates, seen)
+        observer, estimates = model_observer(Ekf, one, aligning=aligning), cast(Estimates, seen)
         return inconsistency_remedy(observer, one, estimates, of_found=of_found)
 
     # Of 10 ms: ten samples of 0.9 N m, or five.
@@ -87,6 +90,8 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
         assert remedy(one, lasting).startswith("find what the model lacks")
         # With a model that was found it is no use to ask for one.
         assert remedy(one, lasting, of_found=True).startswith("find what --model lacks")
+        told = remedy(one, lasting, of_found=True, aligning=DirectionalFriction())
+        assert told.startswith("leave --by-direction out, or find what --model lacks")
     assert differing_rates(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"
     assert differing_rates(noisy) == ""
 
