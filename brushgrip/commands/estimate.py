@@ -155,12 +155,15 @@ class EstimateRequest(GroundRequest):
         self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path], found: "FoundModel | None"
     ) -> None:
         """Print what was estimated; recordings that could not be are a fault."""
-        from brushgrip.estimation.anomalies import weaker_direction
         from brushgrip.outputs.console import print_table, say, show
         from brushgrip.report.printed import say_grounds
         from brushgrip.wording.diagnosis_in_words import taken_from_model
-        from brushgrip.wording.formatting import friction_range
-        from brushgrip.wording.remarks import friction_of_grounds, printed_rows, remark_counts
+        from brushgrip.wording.remarks import (
+            friction_of_grounds,
+            friction_range,
+            printed_rows,
+            remark_counts,
+        )
         from symbolic import InvalidInputError
 
         rows = [outcome.row for outcome in outcomes]
@@ -183,12 +186,6 @@ class EstimateRequest(GroundRequest):
             say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {friction_range(rows)}")
             if counts := remark_counts(rows):
                 say(counts)
-            if found is not None and not self.by_direction:
-                of_model = (
-                    weaker_direction(found.values_for_estimation(g)) for g in set(grounds.values())
-                )
-                for told in sorted(filter(None, of_model)):
-                    say(told)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
         show(rows)

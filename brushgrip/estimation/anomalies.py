@@ -15,7 +15,7 @@ from brushgrip.estimation.estimates import (
 )
 from brushgrip.estimation.friction_by_direction import single_friction
 from brushgrip.estimation.map_correction import TIME, causes_with_map
-from brushgrip.wording.friction import LACKING, MIN_REPORTED_SHARE
+from brushgrip.wording.friction import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
@@ -74,12 +74,16 @@ FULL_SLIDE = 3 / 8
 """Torque of full slide at mu = 1 over F_N a [1]."""
 
 
-def inconsistency_remedy(observer: Observer, recording: Recording, estimates: Estimates) -> str:
+def inconsistency_remedy(
+    observer: Observer, recording: Recording, estimates: Estimates, *, of_found: bool = False
+) -> str:
     """What mends an aligning torque that model and stated error do not explain; empty if not known.
 
-    Noise is advised where the residual is white, else a diagnosis. It is that from sample to sample
-    while the wheel turns slower than half of the time, of as many samples as 10 ms have.
+    Noise is advised where the residual is white, else a diagnosis, with this recording if the model is
+    of one. It is that from sample to sample while the wheel turns slower than half of the time, of as
+    many samples as 10 ms have.
     """
+    lacking = LACKING_STILL if of_found else LACKING
     of_rig = recording.standstills is None and has_aligning_torque(recording)
     if not (of_rig and isinstance(observer, Ekf | Mhe)):
         return ""
@@ -87,7 +91,9 @@ def inconsistency_remedy(observer: Observer, recording: Recording, estimates: Es
     residual = np.where(estimates.status & inconsistent, innovation, np.nan)
     known = np.isfinite(residual)
     if known.any() and np.median(np.abs(residual[known])) / 0.6745 > BEYOND * white_noise(residual) > 0:
-        return f"{LACKING}; more noise would not explain it"
+        if of_found and single_friction(observer) is not observer:
+            return f"leave --by-direction out, or {lacking}; more noise would not explain it"
+        return f"{lacking}; more noise would not explain it"
     known = np.isfinite(recording.M_z)
     rate = np.abs(recording.psi_dot[known])
     seen = white_noise(np.where(rate <= np.median(rate), recording.M_z[known], np.nan))
@@ -100,7 +106,7 @@ def inconsistency_remedy(observer: Observer, recording: Recording, estimates: Es
     against = "none declared" if rig.noise is None else f"{stated:.2g} declared"
     return (
         f"torque noise seen {seen:.2g} N m, {against}: declare [sensor] noise = {seen:.2g}"
-        f" in the rig file; where that does not help, {LACKING}"
+        f" in the rig file; where that does not help, {lacking}"
     )
 
 
@@ -117,13 +123,23 @@ def far_load(recording: Recording, found: FoundModel) -> str:
     )
 
 
-def weaker_direction(values: Mapping[str, float]) -> str:
-    """How far below mu_eff the weaker direction of a found model is; empty for less than 1 %."""
+def constant_load(recording: Recording) -> str:
+    """That the load never changes, as no measured one does; empty if it does, or has a tolerance."""
+    known = recording.standstills is not None or recording.rig.tolerances.load is not None
+    told = (
+        f"load the same in every sample, as if it was not measured: {recording.F_N[0]:.4g} N; friction"
+        " is off by the share that this is: weigh it, and declare [rig] load = { tolerance = ... }"
+    )
+    return told * bool(not known and np.ptp(recording.F_N) == 0)
+
+
+def weaker_direction(values: Mapping[str, float]) -> tuple[float, str]:
+    """Share of mu_eff that the weaker direction of a found model holds less; in words from 1 % on."""
     ratio = values.get("asymmetric_friction.ratio", 1.0)
     below, side = abs(1 - ratio) / (1 + ratio), "positive" if ratio < 1 else "negative"
-    told = "friction differs by direction: mu_eff and M_slide are the mean of both; turning to"
-    told += f" {side} psi the ground holds {100 * below:.0f} % less"
-    return told * bool(below >= MIN_REPORTED_SHARE)
+    told = f"{100 * below:.0f} % less turning to {side} psi: friction differs by direction,"
+    told += " mu_eff and M_slide are the mean of both"
+    return below, told * bool(below >= MIN_REPORTED_SHARE)
 
 
 def beyond_range(recording: Recording) -> str:

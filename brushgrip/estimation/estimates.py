@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgrip.estimation.friction_by_direction import single_friction, with_checked_scale
+from brushgrip.estimation.map_correction import in_channels
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.settings import ChosenTuning
 from brushgrip.wording.friction import last_uncontradicted
@@ -177,7 +178,7 @@ def observe(
     try:
         observer = factory(recording, found)
     except InvalidInputError as error:
-        raise InvalidInputError(f"{recording.name}: {error}") from None
+        raise InvalidInputError(f"{recording.name}: {in_channels(recording, str(error))}") from None
     if not smoothed:
         estimates, single = run_observer(observer, recording), single_friction(observer)
         # Of a model that was found the diagnosis has seen the scale; one friction may not fit it.

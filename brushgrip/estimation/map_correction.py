@@ -98,6 +98,14 @@ def _if_scaled(recording: Recording, torque: str, scale: float) -> str:
     return f"{told}; if the torque is in {other}: {mending_map(recording.sources, entry)}"
 
 
+def in_channels(recording: Recording, text: str) -> str:
+    """The text, with the channel of the file where it proposes to take M_z from the column M."""
+    source = _source(recording, "M")
+    turned = {"M_z": replace(source, factor=-source.factor)}
+    others = {column: one for column, one in recording.sources.items() if column != "M"}
+    return text.replace("--map M_z=-M", mending_map(others, turned))
+
+
 def _if_t_counts_samples(recording: Recording) -> str:
     """What to write where the time may be a count of samples; empty where it is none."""
     if (np.diff(recording.t) != 1).any():

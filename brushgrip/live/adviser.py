@@ -21,17 +21,30 @@ class Adviser:
         """Until friction is known to a share, within what the wheel may do."""
         self._target, self._limits = target, limits
         self._waiting: deque[tuple[Sample, Any]] = deque(maxlen=MAX_PLAN_SAMPLES)
-        self._arrived, self._generation, self.text = threading.Event(), 0, ""
+        self._arrived, self._generation, self._text = threading.Event(), 0, ""
+        self._reached = False
+
+    @property
+    def text(self) -> str:
+        """What to do now, or why nothing can be said; empty at a turning point.
+
+        A plan that is behind does not know yet that there is nothing to be planned any more.
+        """
+        if self._reached and len(self._waiting) > BEHIND:
+            return reached(self._target)
+        return self._text
 
     def begin(self, observer: Observer) -> None:
         """Advise on an observer from its next sample on, as long as no other one begins."""
         self._generation += 1
-        self._waiting, self.text = deque(maxlen=MAX_PLAN_SAMPLES), PLANNING
+        self._waiting, self._text = deque(maxlen=MAX_PLAN_SAMPLES), PLANNING
+        self._reached = False
         arguments = (observer, self._generation, self._waiting)
         threading.Thread(target=self._follow, args=arguments, name="live-advise", daemon=True).start()
 
-    def __call__(self, sample: Sample, state: Any) -> None:
-        """Tell of a sample, and of the observer's state after it."""
+    def __call__(self, sample: Sample, state: Any, estimate: Estimate) -> None:
+        """Tell of a sample, and of the observer's state and estimate after it."""
+        self._reached = estimate.usable and estimate.mu_std <= self._target * estimate.mu
         self._waiting.append((sample, state))
         self._arrived.set()
 
@@ -55,13 +68,15 @@ class Adviser:
                         advice = probe(sample, state)
                     newest = waiting[-1][0] if waiting else sample
                     if own == self._generation:
-                        self.text = advice_text(advice, newest.psi, self._target)
+                        self._text = advice_text(advice, newest.psi, self._target)
         except Exception as error:
-            self.text = f"no advice: {error}"
+            self._text = f"no advice: {error}"
             if not isinstance(error, InvalidInputError):
                 raise
 
 
+BEHIND = 50
+"""Samples that wait for the plan from which on it is behind."""
 LOST = Status.RESET | Status.ACQUIRING | Status.INCONSISTENT | Status.SUSPECT
 """Flags of friction that is known no more; what a sample lacks, or a spike, takes nothing away."""
 
@@ -71,10 +86,15 @@ def _is_lost(estimate: Estimate) -> bool:
     return not estimate.usable and bool(estimate.status & LOST)
 
 
+def reached(target_deviation: float) -> str:
+    """That the deviation over friction that was wanted is reached."""
+    return f"friction is known to {target_deviation:.1%}, stop turning"
+
+
 def advice_text(advice: Advice, psi: float, target_deviation: float) -> str:
     """An advice in a sentence, by the angle now [rad] and the deviation over friction wanted [1]."""
     if advice.finished:
-        return f"friction is known to {target_deviation:.1%}, stop turning"
+        return reached(target_deviation)
     if advice.stopped:
         return f"stop turning: {advice.reason}"
     left = degrees(advice.toward - psi)

@@ -133,7 +133,7 @@ def friction_html(state: State, recorded_columns: tuple[str, ...]) -> str:
     value, sign, within = ("–" if std >= mu else with_95_band(mu, std)).partition(" ± ")
     counts = ", ".join(f"{count} {name}" for name, count in state.counts.items())
     recording = state.recording and f"recording {state.recording}"
-    lines = (state.status, recording, counts, ", ".join(recorded_columns))
+    lines = (state.note, state.status, recording, counts, ", ".join(recorded_columns))
     small = "".join(f"<p>{escape(line)}</p>" for line in lines if line)
     data = {"t": state.t, "mu": mu, "std": std}
     digits = " ".join(f'data-{name}="{float(value)!r}"' for name, value in data.items())

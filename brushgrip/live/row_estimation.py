@@ -69,7 +69,7 @@ class _Stretch:
         sample = Sample(psi=psi, psi_dot=rate, F_N=F_N, dt=dt, M_z=M_z, M=M)
         estimate = self.loop(sample)
         if self._adviser is not None:
-            self._adviser(sample, self.loop.state)
+            self._adviser(sample, self.loop.state, estimate)
         return Point(recorded, psi, torque, estimate)
 
 
@@ -77,6 +77,8 @@ class RowEstimator(ABC):
     """Turns rows into points; `columns` of the recording are empty before the first usable row."""
 
     columns: tuple[str, ...]
+    weaker: float = 0.0  # Share of friction that the weaker direction of a found model holds less [1].
+    note: str = ""  # The same in words.
     _stretch: _Stretch | None
 
     @property

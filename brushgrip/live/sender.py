@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
-from math import isfinite
+from math import ceil, isfinite
 
 from brushgrip.live.session_state import State, address_of, friction_of
 from symbolic import InvalidInputError
@@ -17,6 +17,8 @@ INTERVAL = 0.01
 IDENTIFIER = 0x6B0
 SCALE, UNKNOWN = 1e-4, 0xFFFF
 """Of friction in a frame [1], and what stands there for none."""
+LESS_SCALE = 0.01
+"""Of the share that the weaker direction holds less [1]."""
 DATABASE = f"""VERSION ""
 NS_ :
 BS_:
@@ -25,9 +27,11 @@ BO_ {IDENTIFIER} Friction: 8 brushgrip
  SG_ mu_eff : 0|16@1+ ({SCALE},0) [0|6.5534] "1" Vector__XXX
  SG_ mu_eff_std : 16|16@1+ ({SCALE},0) [0|6.5534] "1" Vector__XXX
  SG_ usable : 32|1@1+ (1,0) [0|1] "" Vector__XXX
+ SG_ weaker : 33|7@1+ ({LESS_SCALE},0) [0|1] "" Vector__XXX
  SG_ counter : 40|8@1+ (1,0) [0|255] "" Vector__XXX
  SG_ status : 48|16@1+ (1,0) [0|65535] "" Vector__XXX
 CM_ SG_ {IDENTIFIER} mu_eff "Effective friction; outside the range where it is not known.";
+CM_ SG_ {IDENTIFIER} weaker "Share of mu_eff that the weaker direction of turning holds less.";
 CM_ SG_ {IDENTIFIER} usable "Act on friction while this is 1 and the counter advances.";
 """
 """The DBC file of the frames."""
@@ -39,7 +43,8 @@ def frame_of(state: State, counter: int) -> bytes:
     mu, std = (round(number) if 0 <= number < UNKNOWN - 1 else UNKNOWN for number in numbers)
     usable = state.usable and UNKNOWN not in (mu, std)
     status = 0 if state.estimate is None else int(state.estimate.status)
-    return struct.pack("<HHBBH", mu, std, usable, counter % 256, status)
+    less = ceil(state.weaker / LESS_SCALE)
+    return struct.pack("<HHBBH", mu, std, usable + 2 * less, counter % 256, status)
 
 
 def datagram_of(state: State) -> bytes:
@@ -47,6 +52,7 @@ def datagram_of(state: State) -> bytes:
     mu, std = (value if isfinite(value) else None for value in friction_of(state.estimate))
     t = state.t if isfinite(state.t) else None
     told = {"t": t, "mu_eff": mu, "mu_eff_std": std, "usable": state.usable, "status": state.status}
+    told["weaker"] = state.weaker
     return json.dumps(told).encode()
 
 

@@ -101,7 +101,10 @@ class Session:
     def state(self) -> State:
         """How the session stands now."""
         estimate, age = self._newest, arrival() - self._came
-        recorder = self._recorder
+        recorder, ended = self._recorder, self._ended and not self._waiting
+        # Nobody turns any more, or no turning makes friction known.
+        idle = ended or age >= OLD or not self.plausible
+        idle |= estimate is not None and Status.INCONSISTENT in estimate.status
         counts = {**self._counts, "late": self._clock.late, "wrong time": self._clock.wrong}
         return State(
             t=self._t,
@@ -109,10 +112,12 @@ class Session:
             usable=bool(estimate and estimate.usable and age < OLD and self.plausible),
             age=age,
             status=self._words(estimate, age),
-            advice=self._adviser.text if self._adviser and age < OLD else "",
+            advice=self._adviser.text if self._adviser and not idle else "",
             counts={name: number for name, number in counts.items() if number},
             recording=f"{recorder.path}, {recorder.samples} samples" if recorder else "",
-            ended=self._ended and not self._waiting,
+            ended=ended,
+            weaker=self.estimator.weaker,
+            note=self.estimator.note,
         )
 
     def _words(self, estimate: Estimate | None, age: float) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgrip.estimation.anomalies import weaker_direction
 from brushgrip.estimation.estimates import ObserverFactory
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.recordings import locate
@@ -61,6 +62,8 @@ def follow(
     estimator = WheelRowEstimator(
         lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser, where, inputs.signals
     )
+    if found is not None:
+        estimator.weaker, estimator.note = weaker_direction(found.values_for_estimation(ground))
     return open_source, estimator
 
 

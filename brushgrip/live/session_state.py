@@ -21,6 +21,8 @@ class State:
     counts: dict[str, int]  # Samples by what became of them.
     recording: str  # File and samples.
     ended: bool  # Whether the source has come to its end.
+    weaker: float = 0.0  # Share of friction that the weaker direction of a found model holds less [1].
+    note: str = ""  # The same in words.
 
 
 def friction_of(estimate: Estimate | None) -> tuple[float, float]:
@@ -44,7 +46,9 @@ def line_of(state: State) -> str:
     friction = ""
     if state.estimate is not None:
         value = with_95_band(*friction_of(state.estimate))
-        friction = f"{state.t:.2f} s: μ {value}, {usability_of(state)}"
+        friction = f"{state.t:.2f} s: μ {value}, {usability_of(state)}" + f"; {state.note}" * bool(
+            state.note
+        )
     return "; ".join(filter(None, [friction, state.status, state.advice, state.recording]))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from brushgrip.estimation.anomalies import (
     beyond_range,
+    constant_load,
     differing_rates,
     far_load,
     hardly_turned,
@@ -66,14 +67,15 @@ COLUMNS = (
     *("recording", "ground", "samples", "measured", "duration"),
     *FRICTION,
     *OF_DIRECTIONS,
-    *("first_usable", "last_usable", "usable", "informed"),
+    *("direction", "weaker", "first_usable", "last_usable", "since_usable", "usable", "informed"),
     *FLAGS,
     *("wide", "changes", "fault", "remark"),
 )
 """Columns of the summary; measured are the samples with a torque, of which usable, informed and the
 flags are shares [1], implausible that of all samples, wide that without a flag whose deviation of mu is
-too large; duration, first_usable, last_usable [s], changes of the ground, what is wrong, and what is
-told beside friction."""
+too large; duration, first_usable, last_usable, from there to the last torque [s], changes of the
+ground, what is wrong, and what is told beside friction. With --by-direction, `direction` is that of
+mu_eff; `weaker` is the share of mu_eff that the weaker direction holds less [1]."""
 DIGITS = 5
 """Significant digits of a number in the summary."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -181,17 +183,19 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         if task.picture:
             label = ("assumed model" if found is None else "model found") + ", smoothed" * task.smooth
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
-    noise = inconsistency_remedy(factory(recording, found), recording, estimates)
+    observer, of_found = factory(recording, found), found is not None
+    noise = inconsistency_remedy(observer, recording, estimates, of_found=of_found)
     of_car = recording.standstills is not None
-    rates, at, budget, note, of_model = differing_rates(recording), last_usable(estimates), {}, "", ""
-    cause, doubts = "" if estimates.usable.any() else hardly_turned(recording), [beyond_range(recording)]
+    rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
+    cause = "" if estimates.usable.any() else hardly_turned(recording)
+    doubts = [beyond_range(recording), constant_load(recording)]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
-    told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car)]
     by_direction = isinstance(task.aligning, DirectionalFriction)
-    directed, line = friction_of_directions(estimates) if by_direction else ({}, "")
-    told.append(line)
+    directed, line = friction_of_directions(estimates, recording.M_z) if by_direction else ({}, "")
+    way = str(directed.get("direction", ""))
+    told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car, way=way), line]
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
         told.append(band_parts(budget))
@@ -206,8 +210,10 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
         doubts += [stiffness_note(values["k"], recording), far_load(recording, found)]
-        of_model = "" if by_direction else weaker_direction(values)
-    told += [*(doubt for doubt in doubts if doubt != cause), of_model]
+        if at is not None and not by_direction:
+            directed["weaker"], of_model = weaker_direction(values)
+            doubts.append(of_model)
+    told += [doubt for doubt in doubts if doubt != cause]
     note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in told if line)
     beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)
@@ -243,8 +249,12 @@ def row_of(recording: Recording, estimates: Estimates, beside: str = "") -> Row:
         "measured": int(measured.sum()),
         "duration": float(estimates.t[-1] - estimates.t[0]),
         **{name: nan if at is None else float(getattr(estimates, name)[at]) for name in FRICTION},
+        "weaker": nan if at is None else 0.0,
         "first_usable": nan if at is None else estimates.usable_from,
         "last_usable": nan if at is None else float(estimates.t[at]),
+        "since_usable": nan
+        if at is None
+        else float(estimates.t[at:][measured[at:]][-1] - estimates.t[at]),
         "usable": estimates.usable_share,
         "informed": float((estimates.informed & measured).sum()) / count,
         **{name: share(flag) for name, flag in FLAGS.items()},

@@ -262,10 +262,3 @@ def band_decimals(half: float) -> int:
 def is_figure(value: object) -> TypeGuard[float]:
     """Whether a cell of a summary holds a number."""
     return isinstance(value, float) and math.isfinite(value)
-
-
-def friction_range(rows: Sequence[Mapping[str, object]]) -> str:
-    """Of how many rows of a summary friction is known, and from which to which."""
-    known = [mu for row in rows if is_figure(mu := row["mu_eff"])]
-    values = f", mu_eff {min(known):.2f} to {max(known):.2f}" if known else ""
-    return f"friction is known of {len(known)}{values}"

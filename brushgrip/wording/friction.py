@@ -148,7 +148,10 @@ def narrowed_by(cause: str) -> str:
     return NARROWED_BY.get(cause, f"measure the {cause}, and declare the tolerance")
 
 
+WAYS = ("positive", "negative")
+"""Directions of turning, by the sign of psi."""
 LACKING = "find what the model lacks (brushgrip diagnose), then --model"
+LACKING_STILL = "find what --model lacks (brushgrip diagnose with this recording too)"
 
 
 def meaning(status: Status) -> str:
@@ -158,8 +161,9 @@ def meaning(status: Status) -> str:
 
 
 def estimates_summary(
-    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
-) -> str:
+    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False,
+    way: str = "",
+) -> str:  # fmt: skip
     """Friction by the last usable sample, rejected ones, and the remedy of the most frequent fault.
 
     Args:
@@ -168,8 +172,9 @@ def estimates_summary(
         rates: of torque and angle where they differ; a sample without a torque is then no fault.
         cause: of what looks wrong with an input, or why nothing is usable, in place of all that may.
         of_car: remedies name what a vehicle file declares.
+        way: one of `WAYS`, that of friction; empty where it is of no direction.
     """
-    parts = [_last_friction(estimates)]
+    parts = [_last_friction(estimates, way)]
     if rejected := int(np.count_nonzero(estimates.status & Status.REJECTED)):
         parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
     if changes := int(np.count_nonzero(estimates.status & Status.RESET)):
@@ -206,7 +211,7 @@ def not_usable(
     if cause:
         return counts[flag], cause
     unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
-    mends = noise and not (flag is Status.SUSPECT and noise.startswith(LACKING))
+    mends = noise and not (flag is Status.SUSPECT and noise.startswith((LACKING, LACKING_STILL)))
     if mends and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
         return counts[flag], f"{meaning(flag)}: {noise}"
     wide = estimates.wide if estimates.wide.any() else -1
@@ -222,7 +227,7 @@ def _on_command_line(remedy: str, *, of_car: bool) -> str:
     return remedy.replace("noise of the tuning", "noise of the tuning (--tune noise=...)")
 
 
-def _last_friction(estimates: Estimates) -> str:
+def _last_friction(estimates: Estimates, way: str) -> str:
     at = last_usable(estimates)
     measured = int(estimates.measured.sum())
     share = f"usable in {100 * estimates.usable_share:.0f} % of {measured} samples"
@@ -241,7 +246,7 @@ def _last_friction(estimates: Estimates) -> str:
             since = f": what was usable up to {last:.4g} s does not explain the torque that follows"
         return f"friction is not known{since}, {share}"
     mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
-    friction = f"mu_eff = {with_95_band(mu, std)} (95 % band)"
+    friction = f"mu_eff = {with_95_band(mu, std)} (95 % band)" + f" turning to {way} psi" * bool(way)
     where = "at the end" if at == estimates.t.size - 1 else f"at {estimates.t[at]:.4g} s, last usable"
     after = (estimates.status & Status.INCONSISTENT != 0)[at + 1 :]
     if after.sum() > MIN_REPORTED_SHARE * estimates.t.size:

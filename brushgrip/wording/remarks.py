@@ -3,14 +3,17 @@
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import product
+from math import nan
 from typing import Any
 
 import numpy as np
 
 from brushgrip.wording.formatting import is_figure
-from brushgrip.wording.friction import further_recording, last_usable, with_95_band
+from brushgrip.wording.friction import WAYS, further_recording, last_usable, with_95_band
 from observers import Estimates, ground_friction
 
+SIGNS = dict(zip(WAYS, "+−", strict=True))
 FEW = 0.1
 """Share of usable samples below which friction is remarked upon [1]."""
 BETWEEN = " | "
@@ -41,23 +44,51 @@ def remark_counts(rows: Sequence[Mapping[str, Any]]) -> str:
 def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """Friction of each ground with several recordings, of which one is usable, in a line."""
     lines = []
-    for ground in dict.fromkeys(row["ground"] for row in rows if row["ground"]):
-        own = [(row["mu_eff"], row["mu_eff_std"]) for row in rows if row["ground"] == ground]
+    ways = WAYS if any(row.get("direction") for row in rows) else ("",)
+    grounds = dict.fromkeys(row["ground"] for row in rows if row["ground"])
+    for ground, way in product(grounds, ways):
+        names = [f"{name}_{way}" if way else name for name in ("mu_eff", "mu_eff_std")]
+        own = [[row.get(name, nan) for name in names] for row in rows if row["ground"] == ground]
         known = np.array(own, dtype=float)
         # A recording that was given twice, under two names, counts once.
         known = np.unique(known[np.isfinite(known).all(axis=1)], axis=0)
         if known.size and len(own) > 1:
-            lines.append(further_recording(str(ground), ground_friction(*known.T), len(own)))
+            told = f"{ground}, turning to {way} psi" if way else str(ground)
+            lines.append(further_recording(told, ground_friction(*known.T), len(own)))
     return lines
+
+
+def friction_range(rows: Sequence[Mapping[str, object]]) -> str:
+    """Of how many rows of a summary friction is known, of how many not at the end, and its range."""
+    known = [row for row in rows if is_figure(row["mu_eff"])]
+    names = ("mu_eff", *(f"mu_eff_{way}" for way in WAYS))
+    mus = [mu for row in known for name in names if is_figure(mu := row.get(name))]
+    early = sum(bool(row.get("since_usable")) for row in known)
+    told = f"friction is known of {len(known)}" + f", {early} of them not at the end" * bool(early)
+    return told + (f", mu_eff {min(mus):.2f} to {max(mus):.2f}" if mus else "")
 
 
 def printed_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str], list[tuple[str, ...]]]:
     """Headings and rows of the table on the screen."""
     cells: list[tuple[str, ...]] = []
     for row in rows:
-        mu, std = row["mu_eff"], row["mu_eff_std"]
         usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
         beside = row["fault"] or "; ".join(remark_heads(row["remark"]))
-        friction = with_95_band(mu, std) if is_figure(mu) else "–"
-        cells.append((row["recording"], row["ground"] or "–", friction, usable, beside))
+        cells.append((row["recording"], row["ground"] or "–", _friction(row), usable, beside))
     return ("recording", "ground", "mu_eff", "usable", "remark"), cells
+
+
+def _friction(row: Mapping[str, Any]) -> str:
+    """Friction of a row, of each direction the weaker one first; when it was, if not at the end."""
+    if not is_figure(row["mu_eff"]):
+        return "–"
+    told = with_95_band(row["mu_eff"], row["mu_eff_std"])
+    if row.get("direction"):
+        own = {way: (row.get(f"mu_eff_{way}", nan), row.get(f"mu_eff_std_{way}", nan)) for way in WAYS}
+        if not is_figure(own[row["direction"]][0]):
+            own[row["direction"]] = row["mu_eff"], row["mu_eff_std"]
+        weaker_first = sorted(
+            ((m, s, way) for way, (m, s) in own.items()), key=lambda one: (one[0] >= 0, one[0])
+        )
+        told = ", ".join(f"{with_95_band(m, s)} ({SIGNS[way]}psi)" for m, s, way in weaker_first)
+    return told + f" at {row['last_usable']:.4g} s" * bool(row.get("since_usable"))

@@ -190,7 +190,7 @@ def map_hint(
     changed = {
         c: sources[c].geared(c) if c in of_hand else sources[c]
         for c in sorted(sources, key=[*COLUMNS, *sources].index)
-        if c in of_hand or sources[c] != SignalSource(channel=c)
+        if c in of_hand or c in signals.signals or sources[c] != SignalSource(channel=c)
     }
     load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
     ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).for_ratio if of_hand else ""

@@ -19,7 +19,8 @@ def fitting_map(where: str, signals: SignalMap, names: Sequence[str]) -> SignalM
     foreign = [channel for column, channel in sources if channel != column]
     own = foreign and signals.steering_ratio is None and {"t", "psi", "F_N"} <= set(names)
     if own and not any(_is_there(channel, names) for channel in foreign):
-        return SignalMap(dbc=signals.dbc)
+        # They are named, so that a map that is proposed for another column needs none of these.
+        return SignalMap(signals={c: SignalSource(channel=c) for c in ("psi", "F_N")}, dbc=signals.dbc)
     if not signals.others:
         return signals
 

@@ -5,13 +5,13 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from brushgrip.inputs.settings import chosen_tuning
-from brushgrip.wording.formatting import friction_range
-from brushgrip.wording.remarks import friction_of_grounds
+from brushgrip.wording.remarks import friction_of_grounds, friction_range, printed_rows
 from observers import PROFILES, Tuning
 from tests.brushgrip.helpers import Run, Write, table_of
 
@@ -65,6 +65,30 @@ def test_of_how_many_friction_is_known() -> None:
     rows: list[dict[str, object]] = [{"mu_eff": 0.319}, {"mu_eff": None}, {"mu_eff": 0.5}]
 
     assert friction_range(rows) == "friction is known of 2, mu_eff 0.32 to 0.50"
+    # What is not of the end, and another direction, are not hidden.
+    rows[0] |= {"since_usable": 4.5, "mu_eff_negative": 0.2}
+    told = "friction is known of 2, 1 of them not at the end, mu_eff 0.20 to 0.50"
+    assert friction_range(rows) == told
+
+
+@pytest.mark.parametrize(
+    ("more", "cell"),
+    [
+        ({"since_usable": 0.0}, "0.55 ± 0.08"),
+        ({"since_usable": 4.49, "last_usable": 9.51}, "0.55 ± 0.08 at 9.51 s"),
+        ({"direction": "negative"}, "– (+psi), 0.55 ± 0.08 (−psi)"),
+        (
+            {"direction": "negative", "mu_eff_negative": 0.56, "mu_eff_std_negative": 0.04}
+            | {"mu_eff_positive": 0.47, "mu_eff_std_positive": 0.04},
+            "0.47 ± 0.08 (+psi), 0.56 ± 0.08 (−psi)",
+        ),
+    ],
+)
+def test_a_cell_says_when_friction_was_and_of_which_direction(more: dict[str, Any], cell: str) -> None:
+    row = {"recording": "a", "ground": "", "mu_eff": 0.55, "mu_eff_std": 0.04}
+    row |= {"usable": 0.5, "last_usable": 14.0, "fault": "", "remark": ""}
+
+    assert printed_rows([row | more])[1][0][2] == cell
 
 
 def test_a_bad_recording_does_not_keep_the_others(estimate: Run, write_csv: Write) -> None:
@@ -123,7 +147,7 @@ def test_the_table_says_what_a_single_recording_says(
     assert remark.startswith("not known: the torque grows with the angle 0.31 times as k, a and F_N say")
     assert f"samples not usable: {remark.removeprefix('not known: ')}; " in alone
     note = "below 0.15, dry friction of the sensor not declared"
-    assert f" {note} " in next(line for line in printed.splitlines() if line.startswith("│ ice "))
+    assert f" {note}" in next(line for line in printed.splitlines() if line.startswith("│ ice "))
     assert f"1 of 2: {note}" in printed
     # The torque has the right sign.
     assert "sign" not in alone
@@ -210,6 +234,19 @@ def test_a_ground_is_told_after_its_recordings(
         "\nnote on ice\nestimated 2 of 2 recordings; friction is known of 0\n2 of 2: not known: "
         in printed
     )
+
+
+def test_a_ground_is_told_for_each_direction_by_itself() -> None:
+    rows = [
+        {"ground": "ice", "direction": "positive", "mu_eff": mu, "mu_eff_std": 0.0}
+        | {"mu_eff_positive": 0.2, "mu_eff_std_positive": 0.0, "mu_eff_negative": mu}
+        | {"mu_eff_std_negative": 0.0}
+        for mu in (0.1, 0.2, 0.3)
+    ]
+    positive, negative = friction_of_grounds(rows)
+
+    assert positive.startswith("note on ice, turning to positive psi: no band")
+    assert negative.startswith("ice, turning to negative psi: mu_eff up to 0.70 for a further rec")
 
 
 def test_a_ground_is_told_from_the_usable_recordings_on_it() -> None:

@@ -1,5 +1,6 @@
 """`brushgrip estimate` on one recording: its table, its picture, and what it refuses."""
 
+import csv
 import json
 import shlex
 from collections.abc import Callable
@@ -124,6 +125,9 @@ def test_each_direction_has_its_own_friction(
 
     assert row["mu_eff_positive"] == pytest.approx(0.96, rel=0.03)
     assert row["mu_eff_negative"] == pytest.approx(1.2, rel=0.03)
+    assert row["mu_eff"] == pytest.approx(row[f"mu_eff_{row['direction']}"], rel=0.03)
+    assert 1 - row["weaker"] == pytest.approx(row["mu_eff_positive"] / row["mu_eff"], rel=0.01)
+    assert f" (95 % band) turning to {row['direction']} psi at " in said
     assert "run: mu_eff by direction, last usable: " in said
     for way in ("positive", "negative"):
         assert f"{row[f'mu_eff_{way}']:.2f} ± " in said
@@ -133,15 +137,22 @@ def test_each_direction_has_its_own_friction(
     assert "zero of the torque 0.06, " in said
 
 
-def test_that_directions_differ_is_told_once_of_many_recordings(
+def test_that_directions_differ_is_told_in_every_row(
     estimate: Run, write_csv: Write, simulated: Path
 ) -> None:
     Path("found.json").write_text(UNLIKE)
     other = write_csv("other.csv", {"M_z": table_of(simulated)["M_z"]})
-    told = estimate(simulated, other, "--jobs", 1, "--model", "found.json", "--summary", "table.csv").out
+    told = estimate(simulated, other, "--model", "found.json", "--summary", "table.csv").out
+    with Path("table.csv").open(newline="") as content:
+        rows = list(csv.DictReader(content))
 
-    assert told.count("differs by direction") == 1
-    assert "differs by direction" not in Path("table.csv").read_text()
+    # (1 - 0.8) / (1 + 0.8)
+    assert "2 of 2: 11 % less turning to positive psi" in told
+    assert [float(row["weaker"]) for row in rows] == [pytest.approx(1 / 9, rel=1e-4)] * 2
+    assert all(" | 11 % less turning to positive psi: " in row["remark"] for row in rows)
+    (row,) = json.loads(estimate(simulated, "--json").out)
+    assert row["weaker"] == 0.0
+    assert "less turning" not in row["remark"]
 
 
 def test_k_may_be_a_state(estimated: Estimated, simulated: Path) -> None:
@@ -213,7 +224,11 @@ def test_root_has_no_standard_deviation(estimate: Run, simulated: Path) -> None:
 
 
 def test_what_the_steering_torque_needs(estimate: Run, steered: Path, rig: Path) -> None:
-    estimate(steered).refused("steered: ", "lacks J_A and b_t", "kg m^2", "--map M_z=-M")
+    estimate(steered).refused("steered: ", "lacks J_A and b_t", "kg m^2", "--map M_z=-M serves")
+    renamed = steered.with_name("renamed.csv")
+    renamed.write_text(steered.read_text().replace("F_N,M", "F_N,Moment_Nm", 1))
+    told = "of a slow wheel, --map M_z=-Moment_Nm serves a torque sensor"
+    estimate(renamed, "--map", "M=Moment_Nm").refused(told)
     rig.write_text(rig.read_text().replace("e = 0.009\n", "e = 0.009\nJ_A = 0.15\nb_t = 1.0\n"))
     estimate(steered, observer="root").refused("root", "M_z", "mhe")
     estimate(steered, "--by-direction").refused("--by-direction needs M_z")
@@ -340,7 +355,8 @@ def test_without_a_file_to_write_the_line_suffices(
     outcome = run("estimate", "--rig", rig, simulated)  # The default observer is the EKF.
 
     line, budget, *more = outcome.out.splitlines()
-    assert (outcome.status, line, more) == (0, told, [])
+    assert (outcome.status, line) == (0, told)
+    assert [one.partition(", ")[0] for one in more] == ["run: load the same in every sample"]
     assert budget.startswith(
         "run: the band ± 0.16 is made of (the squares add up): noise and the model's error"
     )
@@ -349,6 +365,21 @@ def test_without_a_file_to_write_the_line_suffices(
         assert run("estimate", "--rig", rig, simulated, "--picture", picture).status == 0
         assert (tmp_path / picture).read_bytes().startswith(PNG)
     assert run("estimate", "--rig", rig, simulated, "--picture", "only.pdf").status == 2
+
+
+def test_a_load_that_never_changes_is_no_measured_one(
+    run: Run, simulated: Path, write_csv: Write, rig: Path
+) -> None:
+    columns = table_of(simulated)
+    measured = write_csv("weighed.csv", columns | {"F_N": columns["F_N"] + 0.1 * np.sin(columns["t"])})
+    told = "load the same in every sample, as if it was not measured: 400 N; "
+    (row,) = json.loads(run("estimate", "--rig", rig, simulated, "--json").out)
+
+    assert told in row["remark"]
+    assert f"\nrun: {told}" in run("estimate", "--rig", rig, simulated).out
+    assert told not in run("estimate", "--rig", rig, measured).out
+    rig.write_text(rig.read_text().replace("[rig]", "[rig]\nload = { tolerance = 0.1 }"))
+    assert told not in run("estimate", "--rig", rig, simulated).out
 
 
 def test_says_what_a_model_gives(estimate: Run, simulated: Path) -> None:

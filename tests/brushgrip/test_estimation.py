@@ -9,6 +9,7 @@ import pytest
 
 from brushgrip.estimation.anomalies import differing_rates, inconsistency_remedy, weaker_direction
 from brushgrip.estimation.estimates import (
+    Aligning,
     angle_without_imputed,
     friction_track,
     has_aligning_torque,
@@ -18,7 +19,7 @@ from brushgrip.estimation.estimates import (
 )
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
-from observers import Ekf, Estimates, Sample, Status
+from observers import DirectionalFriction, Ekf, Estimates, Sample, Status
 from symbolic import InvalidInputError, Model, Rig, Tyre
 from symbolic.array_alias import Array
 from tests.brushgrip.factories import make_estimates
@@ -49,11 +50,14 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
     slower = replace(noisy, M_z=np.where(np.arange(t.size) % 2, np.nan, noisy.M_z))
     declared = replace(noisy, rig=replace(noisy.rig, noise=0.3))
 
-    def remedy(one: Recording, residual: Array) -> str:
+    def remedy(
+        one: Recording, residual: Array, *, of_found: bool = False, aligning: Aligning | None = None
+    ) -> str:
         seen = SimpleNamespace(
             status=np.full(t.size, int(Status.INCONSISTENT)), M_z_predicted=one.M_z - residual
         )
-        return inconsistency_remedy(model_observer(Ekf, one), one, cast(Estimates, seen))
+        observer, estimates = model_observer(Ekf, one, aligning=aligning), cast(Estimates, seen)
+        return inconsistency_remedy(observer, one, estimates, of_found=of_found)
 
     # Of 10 ms: ten samples of 0.9 N m, or five.
     for one, std in ((noisy, 0.28), (slower, 0.4)):
@@ -63,7 +67,12 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
     assert remedy(declared, 0.9 * drawn) == ""
     # What lasts is no noise, whatever noise is beside it or declared.
     for one in (noisy, declared):
-        assert remedy(one, 0.9 * drawn + 3 * np.sin(t)).startswith("find what the model lacks")
+        lasting = 0.9 * drawn + 3 * np.sin(t)
+        assert remedy(one, lasting).startswith("find what the model lacks")
+        # With a model that was found it is no use to ask for one.
+        assert remedy(one, lasting, of_found=True).startswith("find what --model lacks")
+        told = remedy(one, lasting, of_found=True, aligning=DirectionalFriction())
+        assert told.startswith("leave --by-direction out, or find what --model lacks")
     assert differing_rates(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"
     assert differing_rates(noisy) == ""
 
@@ -71,9 +80,11 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
 def test_the_weaker_direction_of_a_found_model_is_told() -> None:
     told = {r: weaker_direction({"k": 2e6, "asymmetric_friction.ratio": r}) for r in (0.85, 1.2, 1.01)}
 
-    assert told[0.85].endswith("turning to positive psi the ground holds 8 % less")
-    assert told[1.2].endswith("turning to negative psi the ground holds 9 % less")
-    assert told[1.01] == weaker_direction({"k": 2e6}) == ""
+    assert told[0.85] == (pytest.approx(0.15 / 1.85), told[0.85][1])
+    assert told[0.85][1].startswith("8 % less turning to positive psi: ")
+    assert told[1.2][1].startswith("9 % less turning to negative psi: ")
+    assert told[1.01][1] == ""
+    assert weaker_direction({"k": 2e6}) == (0.0, "")
 
 
 def test_an_observer_of_the_users_own_estimates(recording: Recording) -> None:

@@ -193,27 +193,38 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
 def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     seen = estimates(*[Status.USED] * 20)
     seen = replace(seen, M_z_predicted=np.where(np.arange(20) < 15, 1.0, -1.0))
-    row, line = friction_of_directions(seen)
+    row, line = friction_of_directions(seen, seen.M_z_predicted)
 
     assert line == (
         "mu_eff by direction, last usable: 1.25 ± 0.08 turning to positive psi, at 0.19 s;"
         " 1.18 ± 0.08 turning to negative psi, at 0.14 s"
     )
     assert row["mu_eff_negative"] == pytest.approx(1.184, abs=1e-3)
+    assert (row["direction"], row["weaker"]) == ("positive", pytest.approx(1 - 1.184 / 1.25, abs=2e-3))
+    assert "(95 % band) turning to positive psi at the end" in estimates_summary(seen, way="positive")
     # What was usable on the ground before says nothing of this one.
     reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
-    row, line = friction_of_directions(replace(seen, status=reset))
+    row, line = friction_of_directions(replace(seen, status=reset), seen.M_z_predicted)
     assert line.endswith("; never usable turning to negative psi")
     assert "mu_eff_negative" not in row
+    assert row["direction"] == "positive"
+    assert math.isnan(float(row["weaker"]))
     # A torque about zero belongs to neither.
-    assert friction_of_directions(replace(seen, M_z_predicted=0.4 * seen.M_z_predicted)) == ({}, "")
+    row, line = friction_of_directions(
+        replace(seen, M_z_predicted=0.4 * seen.M_z_predicted), np.ones(20)
+    )
+    # The torque that was measured exchanges the directions, the one that is predicted lags.
+    assert (list(row), row["direction"], line) == (["direction", "weaker"], "negative", "")
 
 
 def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:
     seen = estimates(*[Status.USED] * 20, *[Status.INCONSISTENT] * 30)
-    line = estimates_summary(replace(seen, usable=seen.status == 0))
+    seen = replace(seen, usable=seen.status == 0)
+    line = estimates_summary(seen)
+    row = row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), seen)
     short = estimates(*[Status.USED] * 120, Status.INCONSISTENT)
 
+    assert row["since_usable"] == pytest.approx(0.3)
     assert " at 0.19 s, last usable, then not explained for 0.3 s, usable in " in line
     assert "not explained for" not in estimates_summary(replace(short, usable=short.status == 0))
 
@@ -224,6 +235,8 @@ def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
     row = row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), slower)
 
     assert (row["samples"], row["measured"], row["usable"], row["informed"]) == (400, 40, 0.5, 0.5)
+    # Behind the last torque nothing can be usable.
+    assert row["since_usable"] == 0
     assert "usable in 50 % of 40 samples with a torque" in estimates_summary(slower)
     off = replace(slower, status=np.where(slower.t < 1, int(Status.IMPLAUSIBLE | Status.MISSING), 0))
     row = row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), off)

@@ -306,7 +306,7 @@ def test_names_of_all_kinds(run: Run, name: str, tmp_path: Path) -> None:
     outcome = run("estimate", *given, "--", folder / f"{name}.csv")
 
     assert (outcome.status, outcome.err) == (0, "")
-    assert outcome.out.count("\n") == 2
+    assert outcome.out.count("\n") == 3
     assert sorted(path.name for path in folder.iterdir()) == sorted(
         ["e.csv", "e.png", "e.provenance.json", f"{name}.csv"]
     )

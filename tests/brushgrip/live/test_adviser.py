@@ -50,7 +50,7 @@ def test_it_advises_without_keeping_samples_waiting() -> None:
     adviser.begin(OBSERVER)
     for _ in range(30):
         loop(SAMPLE)
-        adviser(SAMPLE, loop.state)
+        adviser(SAMPLE, loop.state, OBSERVER.prior)
     wait_for(lambda: adviser.text.startswith("turn "))
     adviser.begin(OBSERVER)
     assert adviser.text == PLANNING
@@ -107,8 +107,8 @@ def test_friction_that_is_known_no_more_is_sought_again(monkeypatch: pytest.Monk
         (Status.MISSING | Status.HELD, "friction is known to 5.0%, stop turning"),
         (Status.ACQUIRING, "turn 11° more to the left"),
     ):
-        adviser.text = ""
-        adviser(SAMPLE, replace(known, status=status))
+        adviser._text = ""
+        adviser(SAMPLE, replace(known, status=status), known)
         wait_for(lambda: adviser.text)
         assert adviser.text == text
     adviser._generation += 1
@@ -133,10 +133,46 @@ def test_an_adviser_behind_says_where_to_turn_from_where_the_wheel_is_now(
     adviser = Adviser(0.05, SteeringLimits())
     adviser.begin(OBSERVER)
     for psi in (0.0, 0.05, 0.2 - 0.1396):
-        adviser(replace(SAMPLE, psi=psi), None)
+        adviser(replace(SAMPLE, psi=psi), None, OBSERVER.prior)
     assert adviser.text == PLANNING
     all_there.set()
     wait_for(lambda: adviser.text != PLANNING)
     assert adviser.text == "turn 8° more to the left"
     adviser._generation += 1
     end.set()
+
+
+def test_friction_that_is_known_before_the_plan_needs_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    end, known = Event(), replace(OBSERVER.prior, informed=True, mu=0.8, mu_std=0.03, status=Status.USED)
+
+    class Compiling:
+        """Whose first plan takes longer than all samples."""
+
+        def __init__(self, *_: object) -> None:
+            end.wait()
+
+        def __call__(self, *_: object) -> Advice:
+            return Advice(
+                psi=0.0, psi_dot=0.1, toward=0.2, finished=False, stopped=False, reason="", travel=0.0,
+                left=0.3, estimate=OBSERVER.prior,
+            )  # fmt: skip
+
+    monkeypatch.setattr("brushgrip.live.adviser.Probe", Compiling)
+    adviser, sample = (
+        Adviser(0.05, SteeringLimits()),
+        Sample(psi=0.0, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0),
+    )
+    adviser.begin(OBSERVER)
+    for estimate, text in (
+        (replace(known, mu_std=0.05), PLANNING),
+        (known, "friction is known to 5.0%, stop turning"),
+        (replace(known, status=Status.ACQUIRING), PLANNING),
+    ):
+        for _ in range(60):
+            adviser(sample, None, estimate)
+        assert adviser.text == text
+    # A plan that is up to date says what is to be done, whatever that one sample says.
+    adviser(sample, None, known)
+    end.set()
+    wait_for(lambda: adviser.text.startswith("turn "))
+    adviser._generation += 1

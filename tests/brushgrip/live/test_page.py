@@ -51,10 +51,11 @@ def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
 
 
 def test_words_of_a_source_are_escaped() -> None:
-    state = state_of(status="<script>alert(1)</script>", advice="<b>", counts={"<i>": 1})
+    state = state_of(status="<script>alert(1)</script>", advice="<b>", counts={"<i>": 1}, note="<u>")
     text = friction_html(state, ())
 
-    assert not re.search("<script|<b>|<i>", text)
+    assert not re.search("<script|<b>|<i>|<u>", text)
+    assert "&lt;u&gt;" in text
     assert "not usable" in text
 
 

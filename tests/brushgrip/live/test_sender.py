@@ -2,11 +2,12 @@ import json
 import math
 import select
 import socket
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from brushgrip.live.sender import DATABASE, IDENTIFIER, frame_of
+from brushgrip.live.sender import DATABASE, IDENTIFIER, datagram_of, frame_of
 from brushgrip.live.session_state import State
 from identification import read_recording, read_rig
 from observers import Ekf, Estimate, Status, from_files
@@ -35,13 +36,16 @@ def state(mu: float, std: float, *, usable: bool = True, status: Status = Status
 def test_a_frame_says_by_its_database_what_the_state_is(mu: float, std: float, usable: bool) -> None:
     cantools = pytest.importorskip("cantools", reason="needs brushgrip[live]")
     message = cantools.database.load_string(DATABASE, "dbc").get_message_by_frame_id(IDENTIFIER)
-    given = state(mu, std, usable=usable, status=Status.SUSPECT)
+    given = replace(state(mu, std, usable=usable, status=Status.SUSPECT), weaker=0.081)
     said = message.decode(frame_of(given, 258), scaling=True)
     highest = message.get_signal_by_name("mu_eff").maximum
     within = 0 <= mu <= 6.5534 and 0 <= std <= 6.5534
 
     assert (said["counter"], said["status"]) == (2, Status.SUSPECT)
     assert said["usable"] == (usable and within)
+    # Never less than it is.
+    assert said["weaker"] == pytest.approx(0.09)
+    assert json.loads(datagram_of(given))["weaker"] == 0.081
     if within:
         assert (said["mu_eff"], said["mu_eff_std"]) == (pytest.approx(mu), pytest.approx(std))
     else:

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from brushgrip.inputs.command_inputs import locate_inputs
+from brushgrip.live.adviser import Adviser
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
 from brushgrip.live.session_state import LastUsable, line_of, usability_of
 from brushgrip.live.timestamps import TimestampFilter, arrival
-from observers import Ekf, Status
+from observers import Ekf, Status, SteeringLimits
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Model, Rig
 from tests.brushgrip.helpers import Run
@@ -216,7 +217,7 @@ def test_an_observer_behind_its_source_says_nothing_usable(monkeypatch: pytest.M
         return own(row)
 
     monkeypatch.setattr(session, "estimator", slow)
-    for name in ("columns", "suspicions", "implausible", "reset"):
+    for name in ("columns", "suspicions", "implausible", "reset", "weaker", "note"):
         monkeypatch.setattr(slow, name, getattr(own, name), raising=False)
     session.start()
     wait_for(lambda: len(taken) > 30)
@@ -378,6 +379,32 @@ def test_a_flag_between_torques_is_told_at_once() -> None:
         session._store([Point((float(status),), 0.0, 1.0, replace(KNOWN, status=status))], arrival())
 
     assert not session.state().usable
+
+
+def test_advice_is_given_only_where_turning_helps() -> None:
+    session = session_of("udp:5005")
+    session._adviser = Adviser(0.15, SteeringLimits())
+    session._adviser._text = "turn 8° more to the left"
+    known = replace(prior_estimate(OBSERVER), informed=True, status=Status.USED)
+    for status, is_given in ((Status.USED, True), (Status.INCONSISTENT, False), (Status.USED, True)):
+        session._store([Point((0.0,), 0.0, 1.0, replace(known, status=status))], arrival())
+        assert ("turn 8°" in line_of(session.state())) == is_given
+    session._ended = True
+    assert "turn 8°" not in line_of(session.state())
+
+
+def test_the_weaker_direction_of_a_found_model_is_told_with_every_estimate(tmp_path: Path) -> None:
+    (tmp_path / "found.json").write_text(
+        '{"version": 1, "effects": ["asymmetric_friction"], "recordings": {},'
+        ' "shared": {"k": 2.4e6, "asymmetric_friction.ratio": 0.85}}'
+    )
+    state = session_of("udp:5005", model=tmp_path / "found.json").state()
+
+    assert state.weaker == pytest.approx(0.15 / 1.85)
+    assert line_of(state) == "no sample has come yet"
+    told = line_of(replace(state, t=1.0, estimate=prior_estimate(OBSERVER)))
+    assert ", not usable; 8 % less turning to positive psi: " in told
+    assert session_of("udp:5005").state().note == ""
 
 
 def test_the_end_of_a_source_is_no_dead_sensor() -> None:

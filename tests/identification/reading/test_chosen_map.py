@@ -90,12 +90,26 @@ def test_a_recording_with_names_of_its_own_needs_no_map() -> None:
     names, own = ("t", "psi", "M_z", "F_N"), parse_signals("psi=psi")
     signals = parse_maps(["psi=1/15*Lenkrad:deg,M_z=Moment", "psi=Angle"])
 
-    assert not fitting_map("a", signals, names)
+    assert fitting_map("a", signals, names) == parse_signals("psi=psi,F_N=F_N")
     assert fitting_map("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
     assert fitting_map("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
     assert fitting_map("a", own, names) == own
     with_ratio = replace(parse_signals("psi=Angle"), steering_ratio=15.0)
     assert fitting_map("a", with_ratio, names) == with_ratio
+
+
+@pytest.mark.parametrize("given", [[], ["M_z=Moment"]])
+def test_a_proposal_keeps_own_names_before_the_maps_of_a_rig_file(
+    given: list[str], tmp_path: Path
+) -> None:
+    of_rig, path = parse_maps([CSV, "psi=1/15*Lenkrad:deg,M_z=kNm:kNm,F_N=Fz"]), tmp_path / "run.csv"
+    write(path, t=T, psi=PSI, Moment=TORQUE, F_N=LOAD)
+    message = refused(read_recording, path, RIG, signals=of_rig.updated(parse_maps(given)))
+    pasted = of_rig.updated(parse_maps([message.partition("--map ")[2]]))
+
+    read = read_recording(path, RIG, signals=pasted)
+    for values, expected in ((read.psi, PSI), (read.M_z, TORQUE), (read.F_N, LOAD)):
+        np.testing.assert_allclose(values, expected, atol=1e-9)
 
 
 def test_a_recording_that_fits_several_maps_is_refused(files: tuple[Path, Path]) -> None:
