@@ -16,13 +16,16 @@ from brushgrip.estimation.friction_by_direction import single_friction
 from brushgrip.estimation.map_correction import TIME, causes_with_map
 from brushgrip.wording.friction import LACKING, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
+from identification.reading.sensor_range import (
+    greatest_friction,
+    samples_beyond_range,
+    within_range,
+)
 from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.protocol import MAX_SAMPLE_PERIOD
-from observers.quality.tolerances import USED_RANGE
 from observers.tuning import REFERENCE_STEP
 from symbolic import InvalidInputError
-from symbolic.deformation import full_slide_arm
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
 """How the note on it begins in a diagnosis."""
@@ -38,7 +41,8 @@ def require_plausible(recording: Recording) -> None:
 
 def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
-    return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
+    used = map(within_range, recordings)
+    return [f"{r.name}: {suspects}" for r in used if (suspects := _suspects(r))]
 
 
 def suspected_notes(recordings: Sequence[Recording], warn: Callable[[str], None]) -> list[str]:
@@ -150,17 +154,13 @@ def beyond_range(recording: Recording) -> str:
 
     What is left out is the largest torque, so that full slide may never be seen.
     """
-    rig, torque = recording.rig, recording.M_z if has_aligning_torque(recording) else recording.M
-    if rig.range is None or torque is None:
-        return ""
-    sizes, end = np.abs(torque[np.isfinite(torque)]), USED_RANGE * rig.range
-    share = float(np.mean(sizes >= end))
+    share = samples_beyond_range(recording) / recording.t.size
     if share <= MIN_REPORTED_SHARE:
         return ""
-    most = end / (float(np.median(recording.F_N[recording.F_N > 0])) * full_slide_arm(rig.a, rig.e))
     return (
-        f"torque at its sensor's range, {rig.range:g} N m, left out: in {100 * share:.0f} % of the"
-        f" samples; friction above {most:.2f} cannot be told with this sensor at this load"
+        f"torque at its sensor's range, {recording.rig.range:g} N m, left out: in {100 * share:.0f} % of"
+        f" the samples; friction above {greatest_friction(recording):.2f} cannot be told with this"
+        " sensor at this load"
     )
 
 

@@ -17,6 +17,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.problem import torque_range
 from identification.fits.values import grounds_of
 from identification.reading.recordings import Recording
+from identification.reading.sensor_range import left_out_note, within_range
 from identification.reading.shortened_recordings import thin_recordings
 from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from identification.residuals.signals import check_signatures
@@ -108,12 +109,13 @@ def _prepared(
     recordings: Sequence[Recording], holdout: Sequence[Recording]
 ) -> tuple[list[Recording], list[Recording], list[str]]:
     """Both as the search takes them, and notes on what was changed."""
-    bound, shortened = thin_recordings([*recordings, *holdout])
+    beyond = left_out_note([*recordings, *holdout])
+    bound, shortened = thin_recordings([within_range(r) for r in (*recordings, *holdout)])
     everything, cut = (
         zip(*map(farthest_standstill_without_gear, bound), strict=True) if bound else ((), ())
     )
     _check(recordings, everything)
-    notes = [note for note in (shortened, *cut, assumed_tolerances(everything)) if note]
+    notes = [n for n in (shortened, *cut, assumed_tolerances(everything), beyond) if n]
     read = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]
     return read[: len(recordings)], read[len(recordings) :], notes
 

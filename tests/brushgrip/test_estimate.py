@@ -510,3 +510,18 @@ def test_a_torque_at_the_range_of_its_sensor_is_told(estimate: Run, simulated: P
     assert f"torque at its sensor's range, {most:g} N m, left out: in {100 * share:.0f} %" in told
     assert "friction above 0.5" in told
     assert told.count("sensor's range") == 1
+
+
+def test_a_torque_that_is_clipped_at_its_declared_range_is_no_faulty_input(
+    estimate: Run, simulated: Path, rig: Path, write_csv: Write
+) -> None:
+    columns = table_of(simulated)
+    most = 0.7 * float(np.abs(columns["M_z"]).max())
+    clipped = write_csv("clipped.csv", columns | {"M_z": columns["M_z"].clip(-most, most)})
+    refused = estimate(clipped)
+    rig.write_text(f"{rig.read_text()}[sensor]\nrange = {most}\n")
+    told = estimate(clipped)
+
+    assert "the torque is clipped" in refused.err
+    assert told.status == 0
+    assert "friction above" in told.out
