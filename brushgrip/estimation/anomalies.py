@@ -16,6 +16,7 @@ from brushgrip.estimation.friction_by_direction import single_friction
 from brushgrip.estimation.map_correction import TIME, causes_with_map
 from brushgrip.wording.friction import LACKING, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
+from identification.reading.sensor_end import sensor_end
 from identification.reading.sensor_range import (
     greatest_friction,
     samples_beyond_range,
@@ -47,7 +48,8 @@ def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
 
 def suspected_notes(recordings: Sequence[Recording], warn: Callable[[str], None]) -> list[str]:
     """Those lines, told at once, as notes on a diagnosis, which begin with `SUSPECTED`."""
-    lines = implausibility_lines(recordings)
+    ends = [f"{r.name}: {end}" for r in recordings if (end := unstated_range(r))]
+    lines = [*implausibility_lines(recordings), *ends]
     for line in lines:
         warn(line)
     return [f"{SUSPECTED}: {line}" for line in lines]
@@ -161,6 +163,17 @@ def beyond_range(recording: Recording) -> str:
         f"torque at its sensor's range, {recording.rig.range:g} N m, left out: in {100 * share:.0f} % of"
         f" the samples; friction above {greatest_friction(recording):.2f} cannot be told with this"
         " sensor at this load"
+    )
+
+
+def unstated_range(recording: Recording) -> str:
+    """That the sensor of the torque seems to end, where no range is declared; empty if it does not."""
+    end = None if recording.standstills is not None else sensor_end(recording)
+    if end is None:
+        return ""
+    return (
+        f"the torque seems to end at {end.torque:.2g} N m by its sensor, not by the ground: {end.sign};"
+        " friction may be higher than told: declare up to where the sensor is straight ([sensor] range)"
     )
 
 

@@ -18,6 +18,7 @@ from brushgrip.estimation.anomalies import (
     inconsistency_remedy,
     require_plausible,
     suspected_cause,
+    unstated_range,
     weaker_direction,
 )
 from brushgrip.estimation.budget import friction_budget
@@ -205,7 +206,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     noise = inconsistency_remedy(factory(recording, found), recording, estimates)
     of_car = recording.standstills is not None
     rates, at, budget, note, of_model = differing_rates(recording), last_usable(estimates), {}, "", ""
-    cause, doubts = "" if estimates.usable.any() else hardly_turned(recording), [beyond_range(recording)]
+    cause = "" if estimates.usable.any() else hardly_turned(recording)
+    doubts = [beyond_range(recording) or unstated_range(recording)]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
