@@ -12,8 +12,8 @@ that is off by a factor is friction off by that factor: below what any ground ho
 apart. With --k, k is declared with this tolerance, and drawn within it. With --found the rig has one of
 seven effects, 5 % of the torque's range, and the observer the model with it; without the faults of a
 patch that was twisted. With --range the rig declares that its torque sensor is straight up to this share
-of the greatest torque. The last column counts the wrong runs, exact / drawn, in which `estimate` says of
-the whole recording that the sensor of the torque seems to end.
+of the greatest torque. The last column counts the wrong runs, exact / drawn, and in brackets all, where
+`estimate` says that the sensor of the torque seems to end.
 """
 
 import argparse
@@ -172,7 +172,7 @@ def main() -> None:
     runs = list(product(FRICTIONS, DURATIONS, range(options.seed, options.seed + options.seeds)))
     print(
         "| fault | usable and wrong, else exact | usable | the same, tolerances drawn | usable |"
-        " flags in most runs | | told |\n|---|---:|---:|---:|---:|---|---|---|"
+        " flags in most runs | | wrong and told (told) |\n|---|---:|---:|---:|---:|---|---|---|"
     )
     with ProcessPoolExecutor() as pool:
         recordings = []
@@ -191,7 +191,9 @@ def main() -> None:
                 f"{sum(o[0] for o in of)} of {len(of)} | {100 * np.mean([o[1] for o in of]):.0f} %"
                 for of in (exact, drawn)
             )
-            told = " / ".join(str(sum(o[0] and o[3] for o in of)) for of in (exact, drawn))
+            told = " / ".join(
+                f"{sum(o[0] and o[3] for o in of)} ({sum(o[3] for o in of)})" for of in (exact, drawn)
+            )
             print(
                 f"| {name} | {' | '.join(counts)} | {', '.join(map(str, often))} | {note} | {told} |",
                 flush=True,

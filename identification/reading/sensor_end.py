@@ -7,9 +7,9 @@ Full slide, and a sensor that ends, both make a torque that stays. Two things te
 | the torque's noise is less near its greatest values | an amplifier that gives way flattens it, too |
 | the greatest torque does not follow the load | full slide is in proportion to it |
 
-Noise is what no smooth course explains: differences of a high order. It counts where it is white, more
-than the steps in which the torque was recorded, and not that of the angle, which turns the sticking
-patch to and fro but not the sliding one.
+Noise is what no smooth course explains: differences of a high order. It counts where it is more than the
+steps in which the torque was recorded, and not that of the angle, which turns the sticking patch to and
+fro but not the sliding one.
 """
 
 from dataclasses import dataclass
@@ -19,28 +19,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
+from identification.reading.table import MIN_SAMPLES
 from symbolic.array_alias import Array
 
-ORDERS, WHITE = (4, 6), 0.7
-"""Orders of the differences; noise by the second over that by the first from which it is white [1]."""
+ORDER = 4
+"""Of the differences; a higher one does as well."""
 GREAT, SMALL = 0.85, 0.5
 """Shares of the greatest torque above which a torque is great, and below which it is small [1]."""
-LESS_NOISE, CLEAR = 0.75, 2.5
+LESS_NOISE, CLEAR = 0.75, 3.0
 """Noise of great torques over that of small ones below which the sensor gives way [1], after as many of
 its standard deviations were added."""
 MAD_SPREAD = 1.17 * 2**0.5
 """Standard deviation of a noise by its median, relative, times the root of the samples [1]: of
 differences every second is independent."""
-STEPS, LEAST_NOISE, BY_ANGLE = 2.0, 1e-3, 0.2
-"""Noise over the least change of the torque, and over the greatest torque, from which it is noise [1];
-share of its power up to which it is not that of the angle [1]."""
+STEPS, BY_ANGLE = 2.0, 0.2
+"""Noise over the least change of the torque from which it is noise [1]; share of its power up to which
+it is not that of the angle [1]."""
 WITHIN, ABOVE, BLOCK, MIN_BLOCKS = 4.0, 5.0, 10, 12
 """Noise by which a torque at the end of its sensor is off at most, and by which that end is below the
 greatest torque at most [1]; samples in a row that make a block, and fewest blocks."""
-FLAT, FOLLOWS, OF_LOAD = 2.5, 0.4, 0.7
+FLAT, FOLLOWS = 2.5, 0.4
 """Variance of the blocks over that of white noise up to which the torque stays [1]; share of the
-proportion to the load below which it does not follow it [1]; share of the variance of the load's blocks
-that is more than noise [1]."""
+proportion to the load below which it does not follow it [1]."""
 QUANTILE = 0.98
 """Of the torque's size, above which are spikes [1]."""
 
@@ -59,22 +59,21 @@ def sensor_end(recording: Recording) -> SensorEnd | None:
     if torque is None or recording.rig.range is not None:
         return None
     known = np.isfinite(torque)
+    if np.count_nonzero(known) < MIN_SAMPLES:
+        return None
     torque, load = torque[known], recording.F_N[known]
     size = np.abs(torque)
     most = float(np.quantile(size, QUANTILE))
     great, small = size > GREAT * most, size < SMALL * most
-    rough = [_differences(torque, order) for order in ORDERS]
-    noise, fine = (_noise(one, small) for one in rough)
+    rough = _differences(torque)
+    noise = _noise(rough, small)
     changes = np.abs(np.diff(torque))
     least = float(changes[changes > 0].min(initial=np.inf))
-    is_noise = noise > max(STEPS * least, LEAST_NOISE * most) and fine > WHITE * noise
-    if (
-        not is_noise
-        or _share_of(_differences(recording.psi[known], ORDERS[0]), rough[0], small) > BY_ANGLE
-    ):
+    by_angle = _share_of(_differences(recording.psi[known]), rough, small)
+    counts = [int(np.count_nonzero(np.isfinite(rough) & place)) for place in (great, small)]
+    if not noise > STEPS * least or by_angle > BY_ANGLE or not all(counts):
         return None
-    at_top = _noise(rough[0], great)
-    counts = [int(np.count_nonzero(np.isfinite(rough[0]) & place)) for place in (great, small)]
+    at_top = _noise(rough, great)
     doubt = MAD_SPREAD * sqrt(sum(1 / count for count in counts))
     if at_top * exp(CLEAR * doubt) < LESS_NOISE * noise:
         sign = f"its noise is {at_top / noise:.2f} of that of small torques"
@@ -92,9 +91,8 @@ def _stays(size: Array, load: Array, noise: float, most: float) -> SensorEnd | N
     if len(blocks) < MIN_BLOCKS:
         return None
     level, weight = (np.array([of[block].mean() for block in blocks]) for of in (size, load))
-    noise_of_load = _noise(_differences(load, ORDERS[0]), np.ones(load.size, dtype=bool))
-    off, spread = weight - weight.mean(), float(weight.var())
-    if not spread * (1 - OF_LOAD) > noise_of_load**2 / BLOCK:
+    off = weight - weight.mean()
+    if not off.any():
         return None
     slope = float(off @ level) / (off @ off)
     error = noise / sqrt(BLOCK * float(off @ off))
@@ -115,10 +113,10 @@ def _blocks(place: NDArray[np.bool_]) -> list[slice]:
     ]
 
 
-def _differences(values: Array, order: int) -> Array:
+def _differences(values: Array) -> Array:
     """Differences of white noise's own size, NaN where there is none, shape (n,)."""
-    rough, at = np.full(values.size, np.nan), order // 2
-    rough[at : values.size - at] = np.diff(values, order) / sqrt(comb(2 * order, order))
+    rough, at = np.full(values.size, np.nan), ORDER // 2
+    rough[at : values.size - at] = np.diff(values, ORDER) / sqrt(comb(2 * ORDER, ORDER))
     return rough
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from identification import Recording
 from identification.reading.sensor_end import sensor_end
+from identification.reading.shortened_recordings import at_samples
 from reference_rig import RigRecording, free_path, make_recording, simulate_bristles
 from tests.identification.factories import as_read, with_torque
 
@@ -72,18 +73,50 @@ def test_a_patch_that_slides_is_none(mu: float, std: float) -> None:
         assert sensor_end(plain) is None
 
 
-def test_noise_that_hides_the_torque_of_ice_is_no_end_of_the_sensor() -> None:
-    one = make_recording(
-        720_000, mu=0.02, duration=5.0, bristles=300, load=300.0, noise=0.0, name="ice"
-    )
+def test_a_load_that_hardly_counts_beside_the_noise_is_no_evidence() -> None:
+    one = make_recording(750_000, mu=0.02, duration=25.0, load=580.0, e=0.0, bristles=300)
 
-    assert sensor_end(seen(one, noise(one, 0.1) + one.M_z_true)) is None
+    for seed in range(8):
+        rough = 0.02 * np.random.default_rng(seed).standard_normal(one.t.size)
+        assert sensor_end(seen(one, one.M_z_true + rough)) is None
 
 
-def test_an_angle_that_trembles_makes_no_noise_where_the_patch_slides() -> None:
+@pytest.mark.parametrize("wander", [0.0, 0.03])
+def test_a_wheel_that_slides_for_seconds_is_none(wander: float) -> None:
+    t = np.arange(0.0, 14.0, 0.01)
+    psi, rng = 0.5 * (2 / np.pi) * np.arcsin(np.sin(0.9 * t)), np.random.default_rng(8)
+    load = 400 * (1 + wander * np.sin(0.4 * t))
+    drive = free_path(t, psi, load=load, rate=100.0)
     one = made(0.8)
+    torque = simulate_bristles(drive, one.tyre, bristles=500).M_z[: t.size]
+    swept = replace(
+        seen(one, one.M_z), t=t, psi=psi, psi_dot=np.gradient(psi, t),
+        M_z=torque + 0.03 * rng.standard_normal(t.size),
+        F_N=load * (1 + 0.01 * rng.standard_normal(t.size)),
+    )  # fmt: skip
+
+    assert sensor_end(swept) is None
+
+
+@pytest.mark.parametrize("seed", range(590_030, 590_036))
+def test_noise_that_hides_the_torque_of_ice_is_no_end_of_the_sensor(seed: int) -> None:
+    one = made(0.05, seed)
+
+    assert sensor_end(seen(one, one.M_z_true + noise(one, 0.15))) is None
+
+
+@pytest.mark.parametrize("mu", [0.05, 0.8])
+def test_an_angle_that_trembles_makes_no_noise_where_the_patch_slides(mu: float) -> None:
+    one = made(mu)
     drive = free_path(one.t, one.psi, load=400.0, rate=100.0)
     torque = simulate_bristles(drive, one.tyre, bristles=500).M_z[: one.t.size]
-    trembling = torque + 0.3 * (one.psi - one.psi_true) * 2.4e6 * 0.045**3
 
-    assert sensor_end(seen(one, trembling)) is None
+    assert sensor_end(seen(one, torque)) is None
+
+
+def test_too_few_samples_tell_nothing() -> None:
+    one = made(0.8, duration=5.0)
+    short = at_samples(seen(one, one.M_z), np.arange(4))
+
+    assert sensor_end(short) is None
+    assert sensor_end(replace(short, M_z=np.full(4, np.nan), M=np.full(4, np.nan))) is None
