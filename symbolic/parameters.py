@@ -35,6 +35,9 @@ TOLERATED = {"a": "m", "e": "m", "load": "1", "zero": "N m", "k": "N/m^2"}
 """Values that may be declared with a tolerance, and their units."""
 USUAL = {"a": 0.002, "e": 0.002, "load": 0.02, "k": 0.2}
 """Tolerances of what is declared without one: lengths [m], load and k as shares [1]."""
+USED_RANGE = 0.95
+"""Share of the declared range of a torque sensor from which on a torque is left out [1]: what its noise
+and its zero take from the range."""
 EVEN = 3**-0.5
 """Standard deviation of a value that may be anywhere within a tolerance, over the tolerance [1]."""
 _SMALL = 1e-3
@@ -119,6 +122,11 @@ class Rig:
     def zero_std(self) -> float | None:
         """Standard deviation of the torque's zero, greater than 0 [N m]; None where unknown."""
         return self.tolerances.zero and EVEN * self.tolerances.zero
+
+    @property
+    def torque_limit(self) -> float:
+        """Torque from which on its sensor may end [N m]; infinite where its range is unknown."""
+        return math.inf if self.range is None else USED_RANGE * self.range
 
     def __post_init__(self) -> None:
         """Check every value against its range."""

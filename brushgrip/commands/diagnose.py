@@ -59,7 +59,7 @@ class DiagnoseRequest(RecordingRequest):
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
         import identification
-        from brushgrip.estimation.anomalies import SUSPECTED, implausibility_lines
+        from brushgrip.estimation.anomalies import SUSPECTED, doubtful_inputs
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, warn
         from brushgrip.outputs.provenance import require_same_run
@@ -84,7 +84,7 @@ class DiagnoseRequest(RecordingRequest):
             held_out=len(held_out), robust=self.robust, ground=list(self.ground or ())
         )
         earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)
-        suspected = implausibility_lines(read)
+        suspected = doubtful_inputs(read)
         for line in suspected:
             warn(line)
         library = CAR_EFFECTS if self.vehicle else CANDIDATES

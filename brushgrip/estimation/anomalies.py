@@ -17,12 +17,16 @@ from brushgrip.estimation.friction_by_direction import single_friction
 from brushgrip.estimation.map_correction import TIME, causes_with_map
 from brushgrip.wording.friction import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
+from identification.reading.sensor_end import sensor_end
+from identification.reading.sensor_range import (
+    greatest_friction,
+    samples_beyond_range,
+    within_range,
+)
 from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.protocol import MAX_SAMPLE_PERIOD
-from observers.quality.tolerances import USED_RANGE
 from observers.tuning import REFERENCE_STEP
-from symbolic.deformation import full_slide_arm
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
 """How the note on it begins in a diagnosis."""
@@ -32,7 +36,14 @@ MAX_REPLAYED_SAMPLES = 20_000
 
 def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
-    return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
+    used = map(within_range, recordings)
+    return [f"{r.name}: {suspects}" for r in used if (suspects := _suspects(r))]
+
+
+def doubtful_inputs(recordings: Sequence[Recording]) -> list[str]:
+    """Those lines, and one for each recording whose torque seems to end by its sensor."""
+    ends = [f"{r.name}: {end}" for r in recordings if (end := unstated_range(r))]
+    return [*implausibility_lines(recordings), *ends]
 
 
 def _suspects(recording: Recording) -> str:
@@ -144,17 +155,24 @@ def weaker_direction(values: Mapping[str, float]) -> tuple[float, str]:
 
 def beyond_range(recording: Recording) -> str:
     """That the torque reached its sensor's range, and what follows; empty if not, or none is known."""
-    rig, torque = recording.rig, getattr(recording, torque_channel(recording))
-    if rig.range is None or torque is None:
-        return ""
-    sizes, end = np.abs(torque[np.isfinite(torque)]), USED_RANGE * rig.range
-    share = float(np.mean(sizes >= end))
+    share = samples_beyond_range(recording) / recording.t.size
     if share <= MIN_REPORTED_SHARE:
         return ""
-    most = end / (float(np.median(recording.F_N[recording.F_N > 0])) * full_slide_arm(rig.a, rig.e))
     return (
-        f"torque at its sensor's range, {rig.range:g} N m, left out: in {100 * share:.0f} % of the"
-        f" samples; friction above {most:.2f} cannot be told with this sensor at this load"
+        f"torque at its sensor's range, {recording.rig.range:g} N m, left out: in {100 * share:.0f} % of"
+        f" the samples; friction above {greatest_friction(recording):.2f} cannot be told with this"
+        " sensor at this load"
+    )
+
+
+def unstated_range(recording: Recording) -> str:
+    """That the sensor of the torque seems to end, where no range is declared; empty if it does not."""
+    end = None if recording.standstills is not None else sensor_end(recording)
+    if end is None:
+        return ""
+    return (
+        f"the torque seems to end at {end.torque:.2g} N m by its sensor, not by the ground: {end.sign};"
+        " friction may be higher than told: declare up to where the sensor is straight ([sensor] range)"
     )
 
 

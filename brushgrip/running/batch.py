@@ -19,6 +19,7 @@ from brushgrip.estimation.anomalies import (
     implausibility_lines,
     inconsistency_remedy,
     suspected_cause,
+    unstated_range,
     weaker_direction,
 )
 from brushgrip.estimation.budget import STANDS, friction_budget, rests_on
@@ -188,7 +189,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     of_car = recording.standstills is not None
     rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
     cause = "" if estimates.usable.any() else hardly_turned(recording)
-    doubts = [beyond_range(recording), constant_load(recording)]
+    doubts = [beyond_range(recording) or unstated_range(recording), constant_load(recording)]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)

@@ -17,6 +17,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.problem import torque_range
 from identification.fits.values import grounds_of
 from identification.reading.recordings import Recording
+from identification.reading.sensor_range import left_out_note, within_range
 from identification.reading.shortened_recordings import thin_recordings
 from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from identification.residuals.signals import check_signatures
@@ -100,11 +101,12 @@ def _prepared(
     recordings: Sequence[Recording], holdout: Sequence[Recording]
 ) -> tuple[list[Recording], list[Recording], list[str]]:
     """Both as the search takes them, and notes on what was changed."""
-    bound, shortened = thin_recordings([*recordings, *holdout])
+    beyond = left_out_note([*recordings, *holdout])
+    bound, shortened = thin_recordings([within_range(r) for r in (*recordings, *holdout)])
     stood = [farthest_standstill_without_gear(recording) for recording in bound]
     everything = [recording for recording, _ in stood]
     _check(recordings, everything)
-    notes = [shortened, *(note for _, note in stood), assumed_tolerances(everything)]
+    notes = [shortened, *(note for _, note in stood), assumed_tolerances(everything), beyond]
     read = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]
     return read[: len(recordings)], read[len(recordings) :], list(filter(None, notes))
 

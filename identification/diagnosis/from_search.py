@@ -14,15 +14,16 @@ from identification.diagnosis.result_parts import Candidate, Errors, Series
 from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
-from identification.fits.values import ParameterEstimate
+from identification.fits.values import ParameterEstimate, Values, replaced_rig
 from identification.reading.recordings import Recording
+from identification.reading.sensor_range import greatest_friction
 from identification.residuals.residual_tests import unexplained
 from identification.residuals.signatures import Signatures
 from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
-from symbolic import TOLERATED, parameter_name, units_of
+from symbolic import TOLERATED, Model, parameter_name, units_of
 from symbolic.array_alias import Array
 
 
@@ -47,6 +48,7 @@ def build_diagnosis(
     errors_before, error_before = errors_of(before, training, holdout, left_out[0])
     errors_after, error_after = errors_of(after, training, holdout, left_out[1])
     estimates = _estimates(after, training, holdout)
+    values = _values(after)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
     effects = found_effects(steps, estimates, training, proposals, left)
     return Diagnosis(
@@ -63,17 +65,45 @@ def build_diagnosis(
         signatures_before=followed[0],
         signatures_after=followed[1],
         model=fitted.model,
-        values=replace(
-            fitted.values,
-            own={name: own for fit in after.fits for name, own in fit.values.own.items()},
-            rig={name: rig for fit in after.fits for name, rig in fit.values.rig.items()},
-        ),
+        values=values,
         series=_series(before, after, everything, holdout),
-        notes=notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),
+        notes=(
+            *notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),
+            *friction_beyond_range(fitted.model, values, everything),
+        ),
         criteria=criteria,
         stiffness_ratio=farthest_stiffness_ratio(fitted, training),
         model_error_before=error_before,
         model_error=error_after,
+    )
+
+
+def friction_beyond_range(
+    model: Model, values: Values, recordings: Sequence[Recording]
+) -> tuple[str, ...]:
+    """Note on recordings whose full slide is beyond the range of the torque's sensor, if any.
+
+    What was fitted as their friction rests on the torque below full slide, and so on the model.
+    """
+    least = []
+    for recording in (r for r in recordings if r.rig.range is not None):
+        found = replaced_rig(recording, values)
+        rig, load = found.rig, float(np.median(found.F_N[found.F_N > 0]))
+        theta, memory = model.theta(values.of(recording)), np.zeros(model.memory_size)
+        _, torque = model.full_slide(memory, load, theta, [rig.a, rig.e], rig.slide_rate)
+        if abs(float(torque)) >= rig.torque_limit:
+            least.append(f"{recording.name} {greatest_friction(recording):.2f} or more")
+    told = "full slide is beyond the range of the torque's sensor, so that friction is inferred from the"
+    told += " model's curve below it; measured is only"
+    return (f"{told} {', '.join(least)}",) if least else ()
+
+
+def _values(trial: Trial) -> Values:
+    """Values of a trial's fits to training and held-out recordings together."""
+    return replace(
+        trial.fitted.values,
+        own={name: own for fit in trial.fits for name, own in fit.values.own.items()},
+        rig={name: rig for fit in trial.fits for name, rig in fit.values.rig.items()},
     )
 
 

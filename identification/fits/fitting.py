@@ -24,6 +24,7 @@ from identification.fits.options import FINE_FIT, FitOptions, Label
 from identification.fits.problem import Problem, over_range
 from identification.fits.values import Values, complete_values, initial_guess
 from identification.reading.recordings import Recording
+from identification.reading.sensor_range import within_range
 from symbolic import Model, parameter_name
 from symbolic.array_alias import Array
 
@@ -86,6 +87,8 @@ def fit(
 ) -> Fit:
     """Find the parameters of least loss over all recordings.
 
+    Torques beyond the declared range of their sensor are left out.
+
     Args:
         model: the model to fit.
         recordings: the measurements; names must differ.
@@ -95,6 +98,7 @@ def fit(
     Raises:
         InvalidInputError: a torque is constant, or no parameter is free.
     """
+    recordings = [within_range(recording) for recording in recordings]
     begin = start or initial_guess(model, recordings)
     problem = Problem(model, recordings, complete_values(model, begin, recordings), options)
     x = problem.origin()

@@ -10,6 +10,7 @@ from identification.fits.loss import influence
 from identification.fits.options import FitOptions, Label
 from identification.fits.values import Values, ground_of, grounds_of, rig_parameters
 from identification.reading.recordings import Recording
+from identification.reading.sensor_range import within_range
 from identification.reading.vehicle_torques import vehicle_torques
 from symbolic import (
     GEOMETRY,
@@ -36,11 +37,15 @@ def signals_of(recording: Recording) -> Array:
 
 
 def torque_range(recording: Recording) -> float:
-    """Greatest minus least measured torque [N m]."""
-    span = float(np.nanmax(recording.M_z) - np.nanmin(recording.M_z))
+    """Greatest minus least measured torque within the range of its sensor [N m]."""
+    torque = within_range(recording).M_z
+    known = torque[np.isfinite(torque)]
+    span = float(np.ptp(known)) if known.size else 0.0
     if not span > 0:
+        within = " within the range of its sensor" * (recording.rig.range is not None)
         raise InvalidInputError(
-            f"{recording.name}: M_z is constant; a fit needs a recording in which the wheel is turned"
+            f"{recording.name}: M_z is constant{within}; a fit needs a recording in which the wheel is"
+            " turned"
         )
     return span
 

@@ -21,6 +21,9 @@ from symbolic.tables.found_model import mean_over_grounds
 
 UPPER_QUANTILE = 0.98
 """Quantile of the torque's size from which the first guess of mu is taken: spikes are above it."""
+AT_RANGE, BEYOND_RANGE, USUAL_FRICTION = 0.8, 1.2, 1.0
+"""That quantile over the torque left out, beyond which it is at the range of its sensor [1]; first guess
+of mu over that of this torque then, and its least [1]."""
 UNNAMED_GROUND = "unnamed ground"
 """The ground of recordings that name none."""
 
@@ -106,12 +109,19 @@ def grounds_of(recordings: Sequence[Recording]) -> tuple[str, ...]:
 
 
 def initial_guess(model: Model, recordings: Sequence[Recording]) -> Values:
-    """The start of a fit: k as declared, mu from the largest torque, (3/8) mu F_N a."""
+    """The start of a fit: k as declared, mu from the largest torque, (3/8) mu F_N a.
+
+    A torque that reaches the end of its sensor is no full slide: mu starts above it, from where the fit
+    finds down, while from below it would settle at next to no friction.
+    """
     own = {}
     for recording in recordings:
         slide = full_slide_torque(float(np.median(recording.F_N)), recording.rig.a)
         largest = float(np.nanquantile(np.abs(recording.M_z), UPPER_QUANTILE))
-        own[recording.name] = {"mu": float(np.clip(largest / slide, 0.05, 5.0))}
+        mu = largest / slide
+        if largest > AT_RANGE * recording.rig.torque_limit:
+            mu = max(BEYOND_RANGE * mu, USUAL_FRICTION)
+        own[recording.name] = {"mu": float(np.clip(mu, 0.05, 5.0))}
     k = float(np.exp(np.mean([np.log(recording.tyre.k) for recording in recordings])))
     return complete_values(model, Values(tyre={"k": k}, own=own), recordings)
 

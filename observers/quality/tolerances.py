@@ -7,7 +7,7 @@ is near the end is left out.
 """
 
 from dataclasses import replace
-from math import hypot, inf
+from math import hypot
 
 from observers.tuning import Tuning
 from symbolic import Rig
@@ -18,9 +18,6 @@ OF_LENGTHS = "tolerances of half-length and caster"
 OF_LOAD = "tolerance of the load"
 OF_TUNING = "mu_floor of the tuning"
 """Causes of a floor of mu."""
-USED_RANGE = 0.95
-"""Share of the declared range of a torque sensor from which on a torque is left out [1]: what its noise
-and its zero take from the range."""
 LEAST_STIFFNESS = 1.5
 """Least deviation of the stiffness over the model's error [1], that of an undeclared k at most: a torque
 that is off by that error tells k no closer, and a k that is declared closer would never be confirmed."""
@@ -35,10 +32,9 @@ def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
     stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
     patch = spread_by_lengths(lambda a, e: unit_corner_moment(0.0, a, e), rig)
     least = min(LEAST_STIFFNESS * tuning.error, EVEN * USUAL["k"])
-    straight = inf if rig.range is None else USED_RANGE * rig.range
     return replace(
         tuning,
-        torque_limit=min(tuning.torque_limit, straight),
+        torque_limit=min(tuning.torque_limit, rig.torque_limit),
         mu_floor=hypot(*friction_floor(tuning, rig).values()),
         stiffness_std=max(hypot(tuning.stiffness_std, EVEN * stiffness, patch), least),
     )

@@ -505,3 +505,34 @@ def test_a_torque_at_the_range_of_its_sensor_is_told(estimate: Run, simulated: P
     assert f"torque at its sensor's range, {most:g} N m, left out: in {100 * share:.0f} %" in told
     assert "friction above 0.5" in told
     assert told.count("sensor's range") == 1
+
+
+def test_a_torque_that_is_clipped_at_its_declared_range_is_no_faulty_input(
+    estimate: Run, simulated: Path, rig: Path, write_csv: Write
+) -> None:
+    columns = table_of(simulated)
+    most = 0.7 * float(np.abs(columns["M_z"]).max())
+    clipped = write_csv("clipped.csv", columns | {"M_z": columns["M_z"].clip(-most, most)})
+    refused = estimate(clipped)
+    rig.write_text(f"{rig.read_text()}[sensor]\nrange = {most}\n")
+    told = estimate(clipped)
+
+    assert "the torque is clipped" in refused.err
+    assert told.status == 0
+    assert "friction above" in told.out
+
+
+def test_a_sensor_that_gives_way_below_full_slide_is_told_unless_its_range_is_declared(
+    estimate: Run, rig: Path, write_csv: Write
+) -> None:
+    made = make_recording(580_003, mu=0.8)
+    most = 0.8 * float(np.abs(made.M_z).max())
+    columns = {name: getattr(made, name) for name in ("t", "psi", "F_N")}
+    path = write_csv("soft.csv", columns | {"M_z": most * np.tanh(made.M_z / most)})
+    told = estimate(path).out
+    rig.write_text(f"{rig.read_text()}[sensor]\nrange = {0.3 * most}\n")
+    declared = estimate(path, out="declared.csv").out
+
+    assert "the torque seems to end at" in told
+    assert "friction may be higher than told: declare up to where the sensor is straight" in told
+    assert "seems to end" not in declared

@@ -19,6 +19,7 @@ from identification.reading.channel_matching import ChannelFile, Samples, match_
 from identification.reading.file_content import MAX_FILE_SIZE, read_text, require_readable
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap, SignalSource
+from identification.reading.units import is_unit
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 
@@ -35,6 +36,8 @@ _SIGNAL = re.compile(
 )
 _ROUNDING = 1e-6
 """Relative rounding error of a float at the end of its range."""
+NEAR_END = 0.98
+"""Share of the range of a torque in the database from which on its sensor may end [1]."""
 
 
 @contextmanager
@@ -184,11 +187,17 @@ def _valid(path: Path, name: str, signal: Any, times: Array, values: Array) -> S
     if outside.any() and not np.isfinite(values[~outside]).any():
         raise InvalidInputError(f"{path}: every value of {name} lies outside {span}; correct the .dbc")
     remark = f"{outside.sum()} of {values.size} values lie outside {span}, and count as missing"
+    near = (high > 0) & (values >= NEAR_END * high) | (low < 0) & (values <= NEAR_END * low)
+    ends = is_unit("M_z", unit) and (near & ~outside).any()
+    told = (
+        f"comes within {100 * (1 - NEAR_END):.0f} % of the end of {span}: if its sensor ends there,"
+        " friction may be higher than told; declare [sensor] range in the rig file"
+    )
     return Samples(
         values=np.where(outside, np.nan, values),
         unit=unit,
         times=times,
-        remark=remark if outside.any() else "",
+        remark="; ".join([remark] * bool(outside.any()) + [told] * bool(ends)),
     )
 
 

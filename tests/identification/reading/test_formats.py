@@ -63,6 +63,21 @@ def test_a_database_is_found_or_asked_for(tmp_path: Path) -> None:
     assert read(path, f"{OWN_CLOCK},dbc={tmp_path / 'car.db'}").t.size == ORIGINAL.t.size
 
 
+@pytest.mark.parametrize(("share", "told"), [(1.01, True), (1.05, False)])
+def test_a_torque_at_the_end_of_its_range_in_the_database_is_told(
+    share: float, told: bool, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, _ = written("blf", tmp_path)
+    database, end = tmp_path / "rig.dbc", share * float(np.abs(ORIGINAL.M_z).max())
+    text = database.read_text()
+    database.write_text(text.replace('[0|0] "Nm"', f'[{-end}|{end}] "Nm"'))
+    recording = read(path, OWN_CLOCK)
+
+    assert ("comes within 2 % of the end of the range of the database" in caplog.text) == told
+    assert np.isfinite(recording.M_z).all()
+    assert recording.rig.range is None
+
+
 def test_a_bus_without_the_frame_says_so(tmp_path: Path) -> None:
     path, _ = written("candump", tmp_path)
     path.write_text(path.read_text().replace(" 123##", " 124##"))

@@ -1,0 +1,133 @@
+"""Signs that a torque sensor ends below full slide, where no range of it is declared.
+
+Full slide, and a sensor that ends, both make a torque that stays. Two things tell them apart:
+
+| sign | because |
+|---|---|
+| the torque's noise is less near its greatest values | an amplifier that gives way flattens it, too |
+| the greatest torque does not follow the load | full slide is in proportion to it |
+
+Noise is what no smooth course explains: differences of a high order. It counts where it is more than the
+steps in which the torque was recorded, and not that of the angle, which turns the sticking patch to and
+fro but not the sliding one.
+"""
+
+from dataclasses import dataclass
+from math import comb, exp, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.reading.recordings import Recording
+from identification.reading.table import MIN_SAMPLES
+from symbolic.array_alias import Array
+
+ORDER = 4
+"""Of the differences; a higher one does as well."""
+GREAT, SMALL = 0.85, 0.5
+"""Shares of the greatest torque above which a torque is great, and below which it is small [1]."""
+LESS_NOISE, CLEAR = 0.75, 3.0
+"""Noise of great torques over that of small ones below which the sensor gives way [1], after as many of
+its standard deviations were added."""
+MAD_SPREAD = 1.17 * 2**0.5
+"""Standard deviation of a noise by its median, relative, times the root of the samples [1]: of
+differences every second is independent."""
+STEPS, BY_ANGLE = 2.0, 0.2
+"""Noise over the least change of the torque from which it is noise [1]; share of its power up to which
+it is not that of the angle [1]."""
+WITHIN, ABOVE, BLOCK, MIN_BLOCKS = 4.0, 5.0, 10, 12
+"""Noise by which a torque at the end of its sensor is off at most, and by which that end is below the
+greatest torque at most [1]; samples in a row that make a block, and fewest blocks."""
+FLAT, FOLLOWS = 2.5, 0.4
+"""Variance of the blocks over that of white noise up to which the torque stays [1]; share of the
+proportion to the load below which it does not follow it [1]."""
+QUANTILE = 0.98
+"""Of the torque's size, above which are spikes [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorEnd:
+    """Where a sensor seems to end [N m], and by what sign, in words."""
+
+    torque: float
+    sign: str
+
+
+def sensor_end(recording: Recording) -> SensorEnd | None:
+    """Where the sensor of the torque seems to end; None where nothing says that it does."""
+    torque = recording.M_z if np.isfinite(recording.M_z).any() else recording.M
+    if torque is None or recording.rig.range is not None:
+        return None
+    known = np.isfinite(torque)
+    if np.count_nonzero(known) < MIN_SAMPLES:
+        return None
+    torque, load = torque[known], recording.F_N[known]
+    size = np.abs(torque)
+    most = float(np.quantile(size, QUANTILE))
+    great, small = size > GREAT * most, size < SMALL * most
+    rough = _differences(torque)
+    noise = _noise(rough, small)
+    changes = np.abs(np.diff(torque))
+    least = float(changes[changes > 0].min(initial=np.inf))
+    by_angle = _share_of(_differences(recording.psi[known]), rough, small)
+    counts = [int(np.count_nonzero(np.isfinite(rough) & place)) for place in (great, small)]
+    if not noise > STEPS * least or by_angle > BY_ANGLE or not all(counts):
+        return None
+    at_top = _noise(rough, great)
+    doubt = MAD_SPREAD * sqrt(sum(1 / count for count in counts))
+    if at_top * exp(CLEAR * doubt) < LESS_NOISE * noise:
+        sign = f"its noise is {at_top / noise:.2f} of that of small torques"
+        return SensorEnd(torque=most, sign=sign)
+    return _stays(size, load, at_top, most)
+
+
+def _stays(size: Array, load: Array, noise: float, most: float) -> SensorEnd | None:
+    """The end that a torque reaches, from where it stays within its noise whatever the load."""
+    near = size >= most - ABOVE * noise
+    end = float(np.median(size[near])) if near.any() else most
+    if not end > 2 * WITHIN * noise:
+        return None
+    blocks = _blocks(np.abs(size - end) < WITHIN * noise)
+    if len(blocks) < MIN_BLOCKS:
+        return None
+    level, weight = (np.array([of[block].mean() for block in blocks]) for of in (size, load))
+    off = weight - weight.mean()
+    if not off.any():
+        return None
+    slope = float(off @ level) / (off @ off)
+    error = noise / sqrt(BLOCK * float(off @ off))
+    flat = float(level.var(ddof=1)) <= FLAT * noise**2 / BLOCK
+    if not (flat and slope + CLEAR * error < FOLLOWS * level.mean() / weight.mean()):
+        return None
+    change = 100 * float(np.ptp(weight) / weight.mean())
+    return SensorEnd(torque=end, sign=f"it stays there while the load changes by {change:.0f} %")
+
+
+def _blocks(place: NDArray[np.bool_]) -> list[slice]:
+    """Blocks of `BLOCK` samples in a row that are all at this place."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], place.astype(int), [0]])))
+    return [
+        slice(at, at + BLOCK)
+        for begin, end in zip(edges[::2], edges[1::2], strict=True)
+        for at in range(begin, end - BLOCK + 1, BLOCK)
+    ]
+
+
+def _differences(values: Array) -> Array:
+    """Differences of white noise's own size, NaN where there is none, shape (n,)."""
+    rough, at = np.full(values.size, np.nan), ORDER // 2
+    rough[at : values.size - at] = np.diff(values, ORDER) / sqrt(comb(2 * ORDER, ORDER))
+    return rough
+
+
+def _share_of(cause: Array, rough: Array, place: NDArray[np.bool_]) -> float:
+    """Share of the power of one noise that another explains [1]; 0 where there is none of it."""
+    place = place & np.isfinite(rough)
+    explains, power = float(cause[place] @ rough[place]) ** 2, float(rough[place] @ rough[place])
+    return explains / max(power * float(cause[place] @ cause[place]), 1e-300)
+
+
+def _noise(rough: Array, place: NDArray[np.bool_]) -> float:
+    """Standard deviation of noise by the median; NaN without any sample."""
+    values = np.abs(rough[place & np.isfinite(rough)])
+    return float(np.median(values)) / 0.6745 if values.size else float("nan")

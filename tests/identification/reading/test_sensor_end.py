@@ -1,0 +1,122 @@
+"""A torque sensor that ends is told from a patch that slides, and a patch that slides from it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification import Recording
+from identification.reading.sensor_end import sensor_end
+from identification.reading.shortened_recordings import at_samples
+from reference_rig import RigRecording, free_path, make_recording, simulate_bristles
+from tests.identification.factories import as_read, with_torque
+
+
+def made(mu: float, seed: int = 590_021, duration: float = 14.0) -> RigRecording:
+    return make_recording(seed, mu=mu, duration=duration, bristles=500)
+
+
+def seen(one: RigRecording, M_z: np.ndarray) -> Recording:
+    return with_torque(as_read(one, one.tyre), M_z)
+
+
+def noise(one: RigRecording, std: float) -> np.ndarray:
+    return std * np.random.default_rng(7).standard_normal(one.t.size)
+
+
+def clipped(one: RigRecording, share: float) -> Recording:
+    end = share * float(np.abs(one.M_z_true).max())
+    return seen(one, np.clip(one.M_z_true, -end, end) + noise(one, 0.01 * end))
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.8])
+@pytest.mark.parametrize("share", [0.5, 0.8])
+def test_a_sensor_that_gives_way_flattens_its_noise(mu: float, share: float) -> None:
+    one = made(mu)
+    end = share * float(np.abs(one.M_z).max())
+    told = sensor_end(seen(one, end * np.tanh(one.M_z / end)))
+
+    assert told is not None
+    assert "noise is 0." in told.sign
+    assert 0.75 * end < told.torque < 1.01 * end
+
+
+@pytest.mark.parametrize("share", [0.5, 0.7])
+def test_a_sensor_that_ends_does_not_follow_the_load(share: float) -> None:
+    one = made(0.8)
+    told = sensor_end(clipped(one, share))
+
+    assert told is not None
+    assert "while the load changes by" in told.sign
+    assert told.torque == pytest.approx(share * float(np.abs(one.M_z_true).max()), rel=0.01)
+
+
+def test_nothing_is_told_where_the_range_is_declared_or_the_load_does_not_change() -> None:
+    ended = clipped(made(0.8), 0.6)
+
+    assert sensor_end(replace(ended, rig=replace(ended.rig, range=3.0))) is None
+    assert sensor_end(replace(ended, F_N=np.full(ended.t.size, 400.0))) is None
+
+
+@pytest.mark.parametrize("std", [0.003, 0.02, 0.1])
+@pytest.mark.parametrize("mu", [0.02, 0.1, 0.3, 0.8, 2.0])
+def test_a_patch_that_slides_is_none(mu: float, std: float) -> None:
+    one = made(mu)
+    M_z = one.M_z_true + noise(one, std)
+    load = one.F_N_true * (1 + noise(one, 0.01))
+
+    for plain in (
+        seen(one, M_z),
+        replace(seen(one, M_z), F_N=load),
+        seen(one, 0.05 * np.round(M_z / 0.05)),
+    ):
+        assert sensor_end(plain) is None
+
+
+def test_a_load_that_hardly_counts_beside_the_noise_is_no_evidence() -> None:
+    one = make_recording(750_000, mu=0.02, duration=25.0, load=580.0, e=0.0, bristles=300)
+
+    for seed in range(8):
+        rough = 0.02 * np.random.default_rng(seed).standard_normal(one.t.size)
+        assert sensor_end(seen(one, one.M_z_true + rough)) is None
+
+
+@pytest.mark.parametrize("wander", [0.0, 0.03])
+def test_a_wheel_that_slides_for_seconds_is_none(wander: float) -> None:
+    t = np.arange(0.0, 14.0, 0.01)
+    psi, rng = 0.5 * (2 / np.pi) * np.arcsin(np.sin(0.9 * t)), np.random.default_rng(8)
+    load = 400 * (1 + wander * np.sin(0.4 * t))
+    drive = free_path(t, psi, load=load, rate=100.0)
+    one = made(0.8)
+    torque = simulate_bristles(drive, one.tyre, bristles=500).M_z[: t.size]
+    swept = replace(
+        seen(one, one.M_z), t=t, psi=psi, psi_dot=np.gradient(psi, t),
+        M_z=torque + 0.03 * rng.standard_normal(t.size),
+        F_N=load * (1 + 0.01 * rng.standard_normal(t.size)),
+    )  # fmt: skip
+
+    assert sensor_end(swept) is None
+
+
+@pytest.mark.parametrize("seed", range(590_030, 590_036))
+def test_noise_that_hides_the_torque_of_ice_is_no_end_of_the_sensor(seed: int) -> None:
+    one = made(0.05, seed)
+
+    assert sensor_end(seen(one, one.M_z_true + noise(one, 0.15))) is None
+
+
+@pytest.mark.parametrize("mu", [0.05, 0.8])
+def test_an_angle_that_trembles_makes_no_noise_where_the_patch_slides(mu: float) -> None:
+    one = made(mu)
+    drive = free_path(one.t, one.psi, load=400.0, rate=100.0)
+    torque = simulate_bristles(drive, one.tyre, bristles=500).M_z[: one.t.size]
+
+    assert sensor_end(seen(one, torque)) is None
+
+
+def test_too_few_samples_tell_nothing() -> None:
+    one = made(0.8, duration=5.0)
+    short = at_samples(seen(one, one.M_z), np.arange(4))
+
+    assert sensor_end(short) is None
+    assert sensor_end(replace(short, M_z=np.full(4, np.nan), M=np.full(4, np.nan))) is None
