@@ -90,17 +90,14 @@ def validity(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float 
     )
 
 
-def doubts(diagnosis: Diagnosis) -> list[str]:
-    """What makes friction itself doubtful, each in a sentence."""
-    return [sentence(note) for note in diagnosis.notes if note.startswith((SUSPECTED, OFF_STIFFNESS))]
-
-
 def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
-    """The stiffness beyond its tolerance, then each thing that it may mean; empty for none."""
-    note = next((note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)), "")
-    head, _, cases = note.partition(": ")
+    """The stiffness beyond its tolerance, then each thing that it may mean; of several, only those."""
+    notes = [note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)]
+    if len(notes) != 1:
+        return [sentence(note) for note in notes]
+    head, _, cases = notes[0].partition(": ")
     why = f"{head}, for one or several of these reasons: no recording tells which, the checks below do"
-    return [sentence(one) for one in (why, *cases.split("; "))] if note else []
+    return [sentence(one) for one in (why, *cases.split("; "))]
 
 
 def reservation(diagnosis: Diagnosis) -> list[str]:
@@ -118,11 +115,11 @@ def reservation(diagnosis: Diagnosis) -> list[str]:
 
 def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
     """The notes of a diagnosis that a text does not tell; that on the stiffness is told case by case."""
-    cases = stiffness_cases(diagnosis)[:1]
+    begun = [case for case in stiffness_cases(diagnosis)[:1] if case in told]
     return [
         note
         for note in diagnosis.notes
-        if sentence(note) not in told and not (note.startswith(OFF_STIFFNESS) and cases[0] in told)
+        if sentence(note) not in told and not (note.startswith(OFF_STIFFNESS) and begun)
     ]
 
 
@@ -180,9 +177,11 @@ def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     if effect.family == OVER_SPEED:
         return friction_over_speed(diagnosis)
     summary = effect.summary
-    ratio = effect.parameters.get("ratio") if effect.name == "asymmetric_friction" else None
-    if ratio:  # Of friction at rising over that at falling angle.
-        less, way = min(ratio.value, 1 / ratio.value), "rises" if ratio.value < 1 else "falls"
+    ratios = [one for name, one in effect.parameters.items() if name.partition(" [")[0] == "ratio"]
+    if effect.name == "asymmetric_friction" and len(ratios) == 1:
+        # Of friction at rising over that at falling angle.
+        ratio = ratios[0].value
+        less, way = min(ratio, 1 / ratio), "rises" if ratio < 1 else "falls"
         summary += f", {100 * (1 - less):.0f} % lower while the angle {way}"
     return f"{'looks like: ' * (effect.grade == 'stands_in')}{summary}"
 
@@ -259,8 +258,8 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
         "by the assumed model": diagnosis.declared,
         "with its stiffness k refitted": diagnosis.before,
     }
-    stages = stages if diagnosis.effects else {}
-    stages |= {"by the model found" if diagnosis.effects else "by the assumed model": diagnosis.after}
+    if diagnosis.effects:
+        stages["by the model found"] = diagnosis.after
     key = judged_by(diagnosis)[1]
 
     def chain(of: str) -> str:

@@ -1,7 +1,7 @@
 """Friction of a diagnosis in words: each recording, and what the figures mean."""
 
 from collections.abc import Callable, Mapping
-from itertools import combinations
+from itertools import chain, combinations
 
 import numpy as np
 
@@ -40,10 +40,11 @@ def last_usable_friction(track: FrictionTrack) -> str:
     return "–" if at is None else with_95_band(float(track.mu[at]), float(track.mu_std[at]))
 
 
-def band_shares(outcome: FrictionOutcome) -> dict[str, float]:
-    """Shares of the variance of the last usable friction by cause, over all recordings [1]."""
+def band_shares(outcome: FrictionOutcome, ground: str | None = None) -> dict[str, float]:
+    """Shares of the variance of the last usable friction by cause, on a ground or on all [1]."""
     squares: dict[str, float] = {}
-    for track in outcome.tracks_of().values():
+    grounds = outcome.grounds if ground is None else [ground]
+    for track, _ in chain.from_iterable(map(outcome.known_tracks, grounds)):
         for cause, half in track.budget.items():
             squares[cause] = squares.get(cause, 0.0) + half**2
     whole = sum(squares.values())

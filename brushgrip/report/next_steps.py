@@ -5,13 +5,14 @@ from statistics import fmean
 
 from brushgrip.estimation.anomalies import SUSPECTED
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
-from brushgrip.report.findings_and_reservations import doubts
+from brushgrip.report.findings_and_reservations import stiffness_cases
 from brushgrip.report.friction_summary import band_shares
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed, proposed_recordings, rest_is_larger
 from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
 from brushgrip.wording.friction import narrowed_by
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
+from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 
@@ -24,11 +25,19 @@ CHECKS = {
     " factor or a length that is known now, correct it in the rig file and run this program again; if"
     " something had to be repaired, record again: every figure here may change. If all are right,"
     " declare the stiffness found (k under [tyre] in the rig file), and friction is no longer"
-    " provisional, though still within assumed tolerances",
+    " provisional, but for the tolerances",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
 """What a stiffness far from the declared one asks for, of a rig and of a car."""
+STIFFNESS = "tread stiffness k"
+PART_OF_BAND = {
+    "half-length a": OF_LENGTHS,
+    "caster e": OF_LENGTHS,
+    "load": OF_LOAD,
+    STIFFNESS: SLOPE,
+}
+"""The part of a band that each value makes whose tolerance is assumed."""
 OF_ZERO = {"torque_offset": "a zero error of the torque"}
 """What an effect is where a check at the rig may rule it out."""
 
@@ -42,7 +51,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     steps = []
     if diagnosis.notes and diagnosis.notes[0].startswith(SUSPECTED):
         steps.append("mend the input that looks wrong, or leave its recording out, and run this again")
-    elif doubts(diagnosis):
+    if stiffness_cases(diagnosis):
         steps.append(CHECKS[diagnosis.of_car])
     never = [name for name, track in tracks.items() if track.last_usable is None]
     # A model that misses more than it has found is why friction is not known.
@@ -66,12 +75,12 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     weak = [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
     if weak and not steps:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
-    gain = _at_best(outcome, OF_LENGTHS, OF_LOAD)
-    where = f"at the rig{', on the same visit' * bool(doubts(diagnosis))}"
+    where = f"at the rig{', on the same visit' * bool(stiffness_cases(diagnosis))}"
     to_declare = [
-        f"{where}, measure {values}, and declare the tolerance that is assumed so far{gain}"
+        f"{where}, measure {listed(names)}, and declare the tolerance that is assumed so far"
+        f"{_at_best(outcome, *{PART_OF_BAND[name] for name in names})}"
         for note in diagnosis.notes
-        if note.startswith(ASSUMED) and (values := _assumed_values(diagnosis, note))
+        if note.startswith(ASSUMED) and (names := _assumed_values(diagnosis, note))
     ][:1]
     more = _more_recordings(outcome)
     if not steps and (band_shares(outcome) or not [*more, *to_declare]):
@@ -86,7 +95,7 @@ def _for_the_model(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.unexplained.present:
         still = "if something unknown remains after (1)"
         return [
-            f"{still if doubts(diagnosis) else 'as something unknown remains'}, record at"
+            f"{still if stiffness_cases(diagnosis) else 'as something unknown remains'}, record at"
             " other speeds, angles and loads to find it, which may move friction"
             + f": first what {proposed}"
             * bool(apart)
@@ -109,16 +118,17 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
         return []
     ground, one = max(wide.items(), key=lambda own: own[1].further or 0.0)
     count, half = one.recordings, one.further or 0.0
+    digits, more = band_decimals(half), one.further_with(2 * count)
     return [
-        f"record {ground} {count} more times, at the load that you need friction for: ± {half:.2f} would"
-        f" come to about ± {one.further_with(2 * count):.2f} if they differ as much as these"
+        f"record {ground} {count} more times, at the load that you need friction for: ±"
+        f" {half:.{digits}f} would come to about ± {more:.{digits}f} if they differ as much as these"
     ]
 
 
-def _assumed_values(diagnosis: Diagnosis, note: str) -> str:
+def _assumed_values(diagnosis: Diagnosis, note: str) -> list[str]:
     """What a note says that nobody declared a tolerance of; not k where that is to be declared first."""
     names = [part.split(" ±")[0].split(" (")[0] for part in note.partition(": ")[2].split(", ")]
-    return listed([name for name in names if not (doubts(diagnosis) and name == "tread stiffness k")])
+    return [name for name in names if name != STIFFNESS or not stiffness_cases(diagnosis)]
 
 
 def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
@@ -154,12 +164,14 @@ def told_apart(diagnosis: Diagnosis) -> str:
 
 def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
     """What the bands of grounds are without what a remedy addresses; empty where none has a band."""
-    shares, changes = band_shares(outcome), []
+    changes = []
     for ground, one in outcome.further().items():
         squares = [float(track.mu_std[at]) ** 2 for track, at in outcome.known_tracks(ground)]
         if one.further is not None:
+            shares = band_shares(outcome, ground)
             share = sum(shares.get(cause, 0.0) for cause in causes)
             best = sqrt(max(0.0, one.further**2 - share * BAND_95**2 * fmean(squares)))
             digits, where = band_decimals(one.further), f" on {ground}" * bool(ground)
-            changes.append(f"± {one.further:.{digits}f} to ± {best:.{digits}f}{where}")
+            old, new = f"± {one.further:.{digits}f}", f"± {best:.{digits}f}"
+            changes += [f"{old} to {new}{where}"] * (old != new)
     return f", which brings {listed(changes)} at best" * bool(changes)

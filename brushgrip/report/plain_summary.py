@@ -1,10 +1,10 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
-from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.estimation.anomalies import weaker_direction
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.report.findings_and_reservations import (
     LEFT_OUT,
     benefit,
-    doubts,
     error_to_quote,
     missing_effects,
     reservation,
@@ -45,7 +45,12 @@ def lines_to_send(
     told = outcome or FrictionOutcome(before={}, after={}, grounds={})
     known = any(map(told.known_tracks, told.grounds))
     steps = next_steps(diagnosis, told)
-    certainty = [*_holds(told), order_with_load(told, diagnosis), *reservation(diagnosis)]
+    certainty = [
+        *_holds(told),
+        _weaker(diagnosis, told),
+        order_with_load(told, diagnosis),
+        *reservation(diagnosis),
+    ]
     off = stiffness_cases(diagnosis)
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
@@ -57,10 +62,10 @@ def lines_to_send(
         "Provisional because" if provisional else "Stiffness": _with_values(
             off, diagnosis, told, known=known
         ),
-        "How sure": certainty if known else [one for one in doubts(diagnosis) if one not in off],
+        "How sure": certainty if known else reservation(diagnosis)[:-1],
         "To do": [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)],
         **finding,
-        "Gain": [benefit(diagnosis, told), *error_to_quote(diagnosis)],
+        "Before and after": [benefit(diagnosis, told), *error_to_quote(diagnosis)],
         "Valid for": [validity(diagnosis, told.slide_rate if known else None, told.slide_speed)],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
@@ -93,7 +98,7 @@ def _with_values(
     """What another stiffness may mean, with the friction of each ground in the cases that change it."""
     bands = {g: one for g, one in outcome.further().items() if g and one.further is not None}
     told, ratio = list(cases), diagnosis.stiffness_ratio
-    if not known or ratio == 1 or not bands:
+    if not _is_provisional(diagnosis, known=known) or not bands or len(told) < 3:
         return told
     bound = "not below" if ratio > 1 else "not above"
     for at, factor, about in ((1, ratio, "about"), (2, ratio ** (1 / 3), bound)):
@@ -115,12 +120,29 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
             f"{'Where a recording is named, t' if any(bands) else 'T'}he truth lies within ± in 95 of"
             " 100 cases, if model and tolerances are right."
         )
+    bound = (
+        "It is no bound of the true friction, which was not measured otherwise: an"
+        if any(bands)
+        else "An"
+    )
     lines.append(
-        "It is no bound of the true friction, which was not measured otherwise: an error that all"
-        " recordings share is in the ± only as far as the tolerances go."
+        f"{bound} error that all recordings share is in the ± only as far as the tolerances go."
     )
     wide = [_differences(outcome, ground, one) for ground, one in further.items()]
     return [*lines, *filter(None, wide)]
+
+
+def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+    """How much less the ground holds in one direction by the model found; empty for both alike."""
+    found = found_model(diagnosis)
+    told: dict[str, list[str]] = {}
+    for ground in outcome.grounds:
+        less = weaker_direction(found.values_for_estimation(ground or None))[1].partition(":")[0]
+        told.setdefault(less, []).append(ground)
+    told.pop("", None)
+    parts = [f"{less}{f' on {listed(grounds)}' * (len(told) > 1)}" for less, grounds in told.items()]
+    begin = "Friction is the mean of both directions of turning: by the model found the ground holds"
+    return f"{begin} {listed(parts)}." * bool(parts)
 
 
 def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:

@@ -64,7 +64,7 @@ def stiffness_note(k: float, recording: Recording) -> str:
         " friction is right"
     )
     refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
-    return f"{note}; estimate refuses this model" if refused else note
+    return f"{note} (estimate refuses this model)" if refused else note
 
 
 def return_torque_note(car: Standstills, stiffness: float, std: float, share: float) -> str:

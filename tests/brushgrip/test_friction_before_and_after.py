@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from brushgrip.estimation.anomalies import SUSPECTED
 from brushgrip.estimation.friction_before_and_after import (
     EKF_DECLARED,
     FrictionOutcome,
@@ -17,6 +18,7 @@ from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.report.findings_and_reservations import (
     benefit,
+    error_to_quote,
     friction_over_speed,
     missing_effects,
     notes_beside,
@@ -36,8 +38,9 @@ from brushgrip.report.plain_summary import (
     next_steps,
 )
 from brushgrip.report.tables import latest_friction
+from brushgrip.wording.formatting import percent
 from identification import Curve, Diagnosis, FoundFamily, FoundModel
-from identification.diagnosis.found_effects import assumed_tolerances
+from identification.diagnosis.found_effects import ASSUMED, assumed_tolerances
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
@@ -104,13 +107,13 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings)." in text
     assert (
         "How sure: The truth lies within ± in 95 of 100 cases, if model and tolerances are right."
-        " It is no bound of the true friction, which was not measured otherwise" in text
+        " An error that all recordings share is in the ± only as" in text
     )
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert text.endswith("\nNot known: Friction in c and d; friction in b after 7.0 s.")
     rest = "(3) What nothing explains: 1.20 % of range, training and validation recordings together."
-    assert f"{rest}\nGain: T" in text
+    assert f"{rest}\nBefore and after: T" in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other speeds")
@@ -420,13 +423,68 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     car = replace(diagnosis, of_car=True)
     assert "rovisional" not in mail(car, outcome)
     assert "\nStiffness: The fitted stiffness k is 1" in mail(car, outcome)
+    assert "about 2.40" not in mail(car, outcome), "suspension and column are the likelier cause"
     assert "rovisional" in mail(replace(car, stiffness_ratio=1.6), outcome)
+    other = note.replace("1·10⁶", "2·10⁶")
+    both = mail(replace(diagnosis, notes=(note, other)), outcome)
+    assert (both.count("if the torque reads too"), both.count(": then ")) == (2, 0), "of which ground?"
+    never = replace(outcome, tracks=tuple(replace(t, usable=np.zeros(11, dtype=bool)) for t in tracks))
+    assert mail(diagnosis, never).count("he fitted stiffness k is") == 1
+    wrong_input = replace(diagnosis, notes=(f"{SUSPECTED}: c", note))
+    assert [step[:8] for step in next_steps(wrong_input, outcome)][:2] == ["mend the", "at the r"]
     sound = replace(diagnosis, stiffness_ratio=1.0)
     assert "rovisional" not in mail(replace(sound, notes=()), outcome)
     # Where no friction was estimated, what was found comes first.
     assert lines_to_send(sound, None)[0][0] == "What the assumed tyre model leaves out"
     nothing = lines_to_send(make_diagnosis(found=False, unexplained=False), None)
     assert nothing[0][1][0].startswith("The assumed model lacks nothing that")
+
+
+def test_what_measuring_brings_is_of_what_is_measured_and_of_its_ground() -> None:
+    budgets = {"ice": {OF_LOAD: 0.01, OF_LENGTHS: 0.05}, "snow": {OF_LOAD: 0.05, OF_LENGTHS: 0.01}}
+    names = {"ice": ("a", "b", "c"), "snow": ("d", "e", "f")}
+    tracks = tuple(
+        replace(TRACKS[0], name=name, budget=budgets[ground], mu=np.full(11, 1.2))
+        for ground, own in names.items()
+        for name in own
+    )
+    outcome = replace(make_outcome(), tracks=tracks, grounds=names)
+    for value, brought in (
+        ("load ± 2 %", "load, and declare the tolerance that is assumed so far, which brings ± 0.10 to"),
+        (
+            "tread stiffness k ± 20 %",
+            "tread stiffness k, and declare the tolerance that is assumed so far",
+        ),
+    ):
+        diagnosis = replace(make_diagnosis(), notes=(f"{ASSUMED}: {value}",))
+        last = next_steps(diagnosis, outcome)[-1]
+        assert last.startswith(f"at the rig, measure {brought}")
+        assert ("on snow at best" in last, "on ice" in last) == (value.startswith("load"), False)
+    small = tuple(replace(t, mu=0.05 * t.mu / t.mu, mu_std=np.full(11, 1e-4)) for t in tracks)
+    spread = [replace(t, mu=t.mu + 0.001 * i) for i, t in enumerate(small)]
+    steps = next_steps(make_diagnosis(), replace(outcome, tracks=tuple(spread)))
+    assert any("± 0.005 would come to about ± 0.003 " in step for step in steps)
+
+
+def test_the_assumed_model_has_its_own_error_where_nothing_was_found() -> None:
+    diagnosis = make_diagnosis(("a", "b"), ("c",), found=False)
+    first, _ = error_to_quote(diagnosis)
+    declared = percent(diagnosis.declared.summary()["holdout_torque_nrmse"])
+    assert first.startswith(f"Torque error, in % of its range: {declared} by the assumed model, 4")
+    assert "by the model found" not in first
+
+
+def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
+    outcome = replace(make_outcome("c"), tracks=TRACKS[:2], grounds={"ice": ("a", "b")})
+    diagnosis = make_diagnosis(("a", "b"), ("c",))
+    assert "both directions" not in mail(diagnosis, outcome)
+    model = Model(effects=effects_named(["asymmetric_friction"]))
+    tyre = {"k": 2.4e6, "asymmetric_friction.ratio": 0.6}
+    unlike = replace(diagnosis, model=model, values=replace(diagnosis.values, tyre=tyre))
+    assert (
+        "Friction is the mean of both directions of turning: by the model found the ground holds 25 %"
+        " less turning to positive psi." in mail(unlike, outcome)
+    )
 
 
 def test_grounds_that_may_be_one_are_named() -> None:
