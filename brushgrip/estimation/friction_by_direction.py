@@ -4,13 +4,13 @@ The search for friction with one value for both directions finds the scale also 
 """
 
 from dataclasses import replace
-from math import nan
+from math import copysign, nan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.wording.friction import WAYS, last_usable, with_95_band
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Observer, Status
+from symbolic.array_alias import Array
 
 UNCHECKED = int(Status.ACQUIRING | Status.SUSPECT)
 """Flags with which no estimate is informed."""
@@ -23,36 +23,55 @@ OF_DIRECTIONS = tuple(f"{name}_{way}" for way in DIRECTIONS for name in ("mu_eff
 
 
 def friction_of_directions(
-    estimates: Estimates, M_z: NDArray[np.float64]
+    estimates: Estimates, psi: Array, M_z: Array
 ) -> tuple[dict[str, float | str], str]:
     """The known ones of `OF_DIRECTIONS`, and a line, by the last usable sample of each direction.
 
     A sample counts for the direction that loads the patch, with more than half the torque of full slide.
-    Beside them `direction`, that of mu_eff by the measured torque [N m], which exchanges them, and
-    `weaker`, the share of mu_eff that the other one holds less, NaN while it is not known.
+    Beside them `direction`, that of mu_eff, empty where none has loaded the patch yet, and `weaker`, the
+    share of mu_eff that the weaker one holds less, NaN while one is not known. Takes the measured angle
+    [rad] and torque [N m], shape (n,).
     """
     at = last_usable(estimates)
     if at is None:
         return {}, ""
     row: dict[str, float | str] = {}
-    mu_of, told = dict.fromkeys(DIRECTIONS, nan), []
+    mu_of, told, last = dict.fromkeys(DIRECTIONS, nan), [], (-1, "")
     begin = max(np.flatnonzero(estimates.status & Status.RESET), default=0)
     for way, sign in DIRECTIONS.items():
         loads = estimates.usable & (sign * estimates.M_z_predicted > estimates.M_slide / 2)
         own = np.flatnonzero(loads[begin : at + 1])
         if own.size:
-            i = begin + int(own[-1])
+            i = int(begin + own[-1])
             mu, std = float(estimates.mu_eff[i]), float(estimates.mu_eff_std[i])
             row |= {f"mu_eff_{way}": mu, f"mu_eff_std_{way}": std}
-            mu_of[way] = mu
+            mu_of[way], last = mu, max(last, (i, way))
             told.append(f"{with_95_band(mu, std)} turning to {way} psi, at {estimates.t[i]:.4g} s")
         else:
             told.append(f"never usable turning to {way} psi")
     line = f"mu_eff by direction, last usable: {'; '.join(told)}" * bool(row)
-    row["direction"] = max(DIRECTIONS, key=lambda way: DIRECTIONS[way] * M_z[at])
+    # The zero of the angle may jump where it is implausible.
+    left_out = estimates.status & Status.IMPLAUSIBLE != 0
+    steps = np.where(left_out[1:] | left_out[:-1], 0.0, np.diff(psi))
+    row["direction"] = last[1] and _active(last[1], steps[last[0] : at], M_z[last[0] + 1 : at + 1])
     # Not known where a direction is not.
     row["weaker"] = float(np.max([0.0, 1 - np.min([*mu_of.values()]) / estimates.mu_eff[at]]))
     return row, line
+
+
+def _active(way: str, steps: Array, M_z: Array) -> str:
+    """The direction of mu_eff after steps of psi [rad] from where `way` loads the patch.
+
+    As `DirectionalFriction` exchanges them: where the torque opposes the motion beyond the slack of psi.
+    """
+    ahead, slack = 0.0, DirectionalFriction().slack
+    for step, torque in zip(steps.tolist(), M_z.tolist(), strict=True):
+        ahead += step
+        if abs(ahead) > slack:
+            if not ahead * torque >= 0:
+                way = WAYS[ahead < 0]
+            ahead = copysign(slack, ahead)
+    return way
 
 
 def single_friction(observer: Observer) -> Observer:

@@ -20,17 +20,18 @@ class Adviser:
     def __init__(self, target: float, limits: SteeringLimits) -> None:
         """Until friction is known to a share, within what the wheel may do."""
         self._target, self._limits = target, limits
-        self._waiting: deque[tuple[Sample, Any]] = deque(maxlen=MAX_PLAN_SAMPLES)
+        self._waiting: deque[tuple[Sample, Any, bool]] = deque(maxlen=MAX_PLAN_SAMPLES)
         self._arrived, self._generation, self._text = threading.Event(), 0, ""
-        self._reached = False
+        # Whether the target is reached, and whether the plan has judged a sample where it is.
+        self._reached = self._judged = False
 
     @property
     def text(self) -> str:
         """What to do now, or why nothing can be said; empty at a turning point.
 
-        A plan that is behind does not know yet that there is nothing to be planned any more.
+        Where the target is reached, the old plan counts no more before the new one knows of it.
         """
-        if self._reached and len(self._waiting) > BEHIND:
+        if self._reached and not self._judged:
             return reached(self._target)
         return self._text
 
@@ -38,17 +39,18 @@ class Adviser:
         """Advise on an observer from its next sample on, as long as no other one begins."""
         self._generation += 1
         self._waiting, self._text = deque(maxlen=MAX_PLAN_SAMPLES), PLANNING
-        self._reached = False
+        self._reached = self._judged = False
         arguments = (observer, self._generation, self._waiting)
         threading.Thread(target=self._follow, args=arguments, name="live-advise", daemon=True).start()
 
     def __call__(self, sample: Sample, state: Any, estimate: Estimate) -> None:
         """Tell of a sample, and of the observer's state and estimate after it."""
-        self._reached = estimate.usable and estimate.mu_std <= self._target * estimate.mu
-        self._waiting.append((sample, state))
+        known = estimate.usable and estimate.mu_std <= self._target * estimate.mu
+        self._reached = known or (self._reached and not _is_lost(estimate))
+        self._waiting.append((sample, state, self._reached))
         self._arrived.set()
 
-    def _follow(self, observer: Observer, own: int, waiting: deque[tuple[Sample, Any]]) -> None:
+    def _follow(self, observer: Observer, own: int, waiting: deque[tuple[Sample, Any, bool]]) -> None:
         try:
             if not isinstance(observer, ModelObserver):
                 raise InvalidInputError("--target is for ekf and mhe, whose deviation it can forecast")
@@ -61,7 +63,7 @@ class Adviser:
                     waiting.clear()
                     probe.reset()
                 else:
-                    sample, state = waiting.popleft()
+                    sample, state, is_reached = waiting.popleft()
                     advice = probe(sample, state)
                     if advice.finished and _is_lost(observer.estimate(state)):
                         probe.resume()
@@ -69,14 +71,13 @@ class Adviser:
                     newest = waiting[-1][0] if waiting else sample
                     if own == self._generation:
                         self._text = advice_text(advice, newest.psi, self._target)
+                        self._judged = is_reached
         except Exception as error:
             self._text = f"no advice: {error}"
             if not isinstance(error, InvalidInputError):
                 raise
 
 
-BEHIND = 50
-"""Samples that wait for the plan from which on it is behind."""
 LOST = Status.RESET | Status.ACQUIRING | Status.INCONSISTENT | Status.SUSPECT
 """Flags of friction that is known no more; what a sample lacks, or a spike, takes nothing away."""
 

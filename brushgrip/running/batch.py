@@ -76,7 +76,7 @@ COLUMNS = (
 flags are shares [1], implausible that of all samples, wide that without a flag whose deviation of mu is
 too large; duration, first_usable, last_usable, from there to the last torque [s], changes of the
 ground, what is wrong, and what is told beside friction. With --by-direction, `direction` is that of
-mu_eff; `weaker` is the share of mu_eff that the weaker direction holds less [1]."""
+mu_eff, empty where not known; `weaker`, the share of mu_eff that the weaker direction holds less [1]."""
 DIGITS = 5
 """Significant digits of a number in the summary."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -194,7 +194,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
     by_direction = isinstance(task.aligning, DirectionalFriction)
-    directed, line = friction_of_directions(estimates, recording.M_z) if by_direction else ({}, "")
+    directed, line = (
+        friction_of_directions(estimates, recording.psi, recording.M_z) if by_direction else ({}, "")
+    )
     way = str(directed.get("direction", ""))
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car, way=way), line]
     if task.budget and not task.smooth:

@@ -193,7 +193,7 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
 def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     seen = estimates(*[Status.USED] * 20)
     seen = replace(seen, M_z_predicted=np.where(np.arange(20) < 15, 1.0, -1.0))
-    row, line = friction_of_directions(seen, seen.M_z_predicted)
+    row, line = friction_of_directions(seen, np.zeros(20), seen.M_z_predicted)
 
     assert line == (
         "mu_eff by direction, last usable: 1.25 ± 0.08 turning to positive psi, at 0.19 s;"
@@ -204,17 +204,40 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     assert "(95 % band) turning to positive psi at the end" in estimates_summary(seen, way="positive")
     # What was usable on the ground before says nothing of this one.
     reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
-    row, line = friction_of_directions(replace(seen, status=reset), seen.M_z_predicted)
+    row, line = friction_of_directions(replace(seen, status=reset), np.zeros(20), seen.M_z_predicted)
     assert line.endswith("; never usable turning to negative psi")
     assert "mu_eff_negative" not in row
     assert row["direction"] == "positive"
     assert math.isnan(float(row["weaker"]))
     # A torque about zero belongs to neither.
     row, line = friction_of_directions(
-        replace(seen, M_z_predicted=0.4 * seen.M_z_predicted), np.ones(20)
+        replace(seen, M_z_predicted=0.4 * seen.M_z_predicted), np.zeros(20), np.ones(20)
     )
-    # The torque that was measured exchanges the directions, the one that is predicted lags.
-    assert (list(row), row["direction"], line) == (["direction", "weaker"], "negative", "")
+    assert (list(row), row["direction"], line) == (["direction", "weaker"], "", "")
+
+
+@pytest.mark.parametrize(
+    ("turn", "M_z", "flag", "way"),
+    [
+        (1e-3, -0.1, Status.USED, "positive"),
+        (1e-3, 0.1, Status.USED, "negative"),
+        # Noise of the angle is no turn.
+        (1e-4, -0.1, Status.USED, "negative"),
+        (1e-3, np.nan, Status.USED, "positive"),
+        # The sensor's zero has moved.
+        (1.0, -0.1, Status.IMPLAUSIBLE, "negative"),
+    ],
+)
+def test_the_direction_is_exchanged_where_the_torque_opposes_the_motion(
+    turn: float, M_z: float, flag: Status, way: str
+) -> None:
+    seen, i = estimates(*[Status.USED] * 20), np.arange(20)
+    seen = replace(
+        seen, M_z_predicted=1.0 * (i < 15), status=np.where((i > 15) & (i < 18), int(flag), 0)
+    )
+    row, _ = friction_of_directions(seen, np.where(i > 15, turn, 0.0), np.where(i < 15, 1.0, M_z))
+
+    assert row["direction"] == way
 
 
 def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:

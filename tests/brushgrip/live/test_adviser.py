@@ -11,6 +11,7 @@ from observers import (
     Estimate,
     Loop,
     Observer,
+    Probe,
     RootObserver,
     Sample,
     Status,
@@ -45,7 +46,11 @@ def test_an_advice_says_how_far_and_which_way(changes: dict[str, Any], psi: floa
 
 
 @pytest.mark.long
-def test_it_advises_without_keeping_samples_waiting() -> None:
+def test_it_advises_without_keeping_samples_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Compiled and planned beforehand, however long that takes.
+    probe = Probe(OBSERVER, 0.05, SteeringLimits(angle=0.3))
+    probe.prepare(SAMPLE.F_N)
+    monkeypatch.setattr("brushgrip.live.adviser.Probe", lambda *_: probe)
     adviser, loop = Adviser(0.05, SteeringLimits(angle=0.3)), Loop(OBSERVER)
     adviser.begin(OBSERVER)
     for _ in range(30):
@@ -166,12 +171,14 @@ def test_friction_that_is_known_before_the_plan_needs_none(monkeypatch: pytest.M
     for estimate, text in (
         (replace(known, mu_std=0.05), PLANNING),
         (known, "friction is known to 5.0%, stop turning"),
+        (replace(known, status=Status.MISSING), "friction is known to 5.0%, stop turning"),
+        (replace(known, mu_std=0.05), "friction is known to 5.0%, stop turning"),
         (replace(known, status=Status.ACQUIRING), PLANNING),
     ):
-        for _ in range(60):
+        for _ in range(2):
             adviser(sample, None, estimate)
         assert adviser.text == text
-    # A plan that is up to date says what is to be done, whatever that one sample says.
+    # A plan that knows of it says what is to be done, whatever that one sample says.
     adviser(sample, None, known)
     end.set()
     wait_for(lambda: adviser.text.startswith("turn "))
