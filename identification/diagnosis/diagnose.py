@@ -73,16 +73,11 @@ def diagnose(
     """
     as_read = [*recordings, *holdout]
     recordings, holdout, notes = _prepared(recordings, holdout)
-    effects, count, report = effects_named(candidates), jobs_of(jobs), progress or silent
+    effects, most, report = effects_named(candidates), jobs_of(jobs), progress or silent
     check_signatures(effects)
     with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(
-            training=recordings,
-            holdout=holdout,
-            loss=loss,
-            submit=submit,
-            journal=journal,
-            threads=count,
+            training=recordings, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=most
         )
         # Nothing of the search goes into it, and the processes have nothing else to do yet.
         declared = submit(declared_errors, recordings, holdout, loss)
@@ -95,10 +90,8 @@ def diagnose(
         proposals = _proposals(steps, runner, criteria, report)
         results = declared.result(), [future.result() for future in followed]
     result = build_diagnosis(steps, recordings, holdout, *results, left_out, proposals, criteria)
-    beyond = friction_beyond_range(result.model, result.values, as_read)
-    return replace(
-        result, notes=(*notes, *result.notes, *beyond), of_car=bool(recordings[0].standstills)
-    )
+    notes += friction_beyond_range(result.model, result.values, as_read)
+    return replace(result, notes=(*notes, *result.notes), of_car=bool(recordings[0].standstills))
 
 
 def _prepared(
