@@ -20,7 +20,7 @@ from identification import FoundModel, Recording
 from identification.reading.sensor_end import sensor_end
 from identification.reading.sensor_range import (
     greatest_friction,
-    samples_beyond_range,
+    share_beyond_range,
     within_range,
 )
 from identification.residuals.residual_tests import white_noise
@@ -30,6 +30,8 @@ from observers.tuning import REFERENCE_STEP
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
 """How the note on it begins in a diagnosis."""
+MAY_END = "the sensor may end"
+"""How the note begins in a diagnosis where the torque seems to end by its sensor."""
 MAX_REPLAYED_SAMPLES = 20_000
 """Samples that go through the observer once more, one by one."""
 
@@ -40,10 +42,11 @@ def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     return [f"{r.name}: {suspects}" for r in used if (suspects := _suspects(r))]
 
 
-def doubtful_inputs(recordings: Sequence[Recording]) -> list[str]:
-    """Those lines, and one for each recording whose torque seems to end by its sensor."""
+def doubtful_inputs(recordings: Sequence[Recording]) -> dict[str, str]:
+    """Those lines, and one where a torque seems to end by its sensor, each with its note."""
+    noted = {line: f"{SUSPECTED}: {line}" for line in implausibility_lines(recordings)}
     ends = [f"{r.name}: {end}" for r in recordings if (end := unstated_range(r))]
-    return [*implausibility_lines(recordings), *ends]
+    return noted | {line: f"{MAY_END}: {line}" for line in ends}
 
 
 def _suspects(recording: Recording) -> str:
@@ -155,7 +158,7 @@ def weaker_direction(values: Mapping[str, float]) -> tuple[float, str]:
 
 def beyond_range(recording: Recording) -> str:
     """That the torque reached its sensor's range, and what follows; empty if not, or none is known."""
-    share = samples_beyond_range(recording) / recording.t.size
+    share = share_beyond_range(recording)
     if share <= MIN_REPORTED_SHARE:
         return ""
     return (

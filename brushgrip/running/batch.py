@@ -189,7 +189,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     of_car = recording.standstills is not None
     rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
     cause = "" if estimates.usable.any() else hardly_turned(recording)
-    doubts = [beyond_range(recording) or unstated_range(recording), constant_load(recording)]
+    doubts = [beyond_range(recording), unstated_range(recording), constant_load(recording)]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
     number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
@@ -216,7 +216,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         if at is not None and not by_direction:
             directed["weaker"], of_model = weaker_direction(values)
             doubts.append(of_model)
-    told += [doubt for doubt in doubts if doubt != cause]
+    doubts = [doubt for doubt in doubts if doubt != cause]
+    told += doubts
     note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in told if line)
     beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)

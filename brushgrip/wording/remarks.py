@@ -23,7 +23,7 @@ BETWEEN = " | "
 def remark(estimates: Estimates, why: str, note: str) -> str:
     """What is told of a recording beside its friction: few or (why) no usable samples, then the note."""
     if last_usable(estimates) is None:
-        return f"not known: {why}"
+        return BETWEEN.join(filter(None, (f"not known: {why}", note)))
     few = f"usable in under {100 * FEW:.0f} %" * (estimates.usable_share < FEW)
     return BETWEEN.join(filter(None, (few, why, note)))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.diagnosis.error_stages import declared_errors, left_out_residuals
 from identification.diagnosis.found_effects import assumed_tolerances
-from identification.diagnosis.from_search import build_diagnosis
+from identification.diagnosis.from_search import build_diagnosis, friction_beyond_range
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
@@ -71,17 +71,13 @@ def diagnose(
             processes cannot import.
         BrushgripError: a process ended before its work was done.
     """
+    as_read = [*recordings, *holdout]
     recordings, holdout, notes = _prepared(recordings, holdout)
-    effects, count, report = effects_named(candidates), jobs_of(jobs), progress or silent
+    effects, most, report = effects_named(candidates), jobs_of(jobs), progress or silent
     check_signatures(effects)
     with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(
-            training=recordings,
-            holdout=holdout,
-            loss=loss,
-            submit=submit,
-            journal=journal,
-            threads=count,
+            training=recordings, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=most
         )
         # Nothing of the search goes into it, and the processes have nothing else to do yet.
         declared = submit(declared_errors, recordings, holdout, loss)
@@ -94,6 +90,7 @@ def diagnose(
         proposals = _proposals(steps, runner, criteria, report)
         results = declared.result(), [future.result() for future in followed]
     result = build_diagnosis(steps, recordings, holdout, *results, left_out, proposals, criteria)
+    notes += friction_beyond_range(result.model, result.values, as_read)
     return replace(result, notes=(*notes, *result.notes), of_car=bool(recordings[0].standstills))
 
 

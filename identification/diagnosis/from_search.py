@@ -16,7 +16,7 @@ from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
 from identification.fits.values import ParameterEstimate, Values, replaced_rig
 from identification.reading.recordings import Recording
-from identification.reading.sensor_range import greatest_friction
+from identification.reading.sensor_range import greatest_friction, samples_beyond_range
 from identification.residuals.residual_tests import unexplained
 from identification.residuals.signatures import Signatures
 from identification.selection.criteria import SelectionCriteria, delta_bic
@@ -48,7 +48,6 @@ def build_diagnosis(
     errors_before, error_before = errors_of(before, training, holdout, left_out[0])
     errors_after, error_after = errors_of(after, training, holdout, left_out[1])
     estimates = _estimates(after, training, holdout)
-    values = _values(after)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
     effects = found_effects(steps, estimates, training, proposals, left)
     return Diagnosis(
@@ -65,12 +64,9 @@ def build_diagnosis(
         signatures_before=followed[0],
         signatures_after=followed[1],
         model=fitted.model,
-        values=values,
+        values=_values(after),
         series=_series(before, after, everything, holdout),
-        notes=(
-            *notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),
-            *friction_beyond_range(fitted.model, values, everything),
-        ),
+        notes=(*notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),),
         criteria=criteria,
         stiffness_ratio=farthest_stiffness_ratio(fitted, training),
         model_error_before=error_before,
@@ -81,12 +77,13 @@ def build_diagnosis(
 def friction_beyond_range(
     model: Model, values: Values, recordings: Sequence[Recording]
 ) -> tuple[str, ...]:
-    """Note on recordings whose full slide is beyond the range of the torque's sensor, if any.
+    """Note on recordings, as read, whose full slide is beyond the range of the torque's sensor, if any.
 
-    What was fitted as their friction rests on the torque below full slide, and so on the model.
+    What was fitted as their friction rests on the torque below full slide, and so on the model. A lower
+    bound is measured only where the torque reached the range.
     """
     least = []
-    for recording in (r for r in recordings if r.rig.range is not None):
+    for recording in (r for r in recordings if samples_beyond_range(r)[0]):
         found = replaced_rig(recording, values)
         rig, load = found.rig, float(np.median(found.F_N[found.F_N > 0]))
         theta, memory = model.theta(values.of(recording)), np.zeros(model.memory_size)

@@ -7,9 +7,11 @@ Full slide, and a sensor that ends, both make a torque that stays. Two things te
 | the torque's noise is less near its greatest values | an amplifier that gives way flattens it, too |
 | the greatest torque does not follow the load | full slide is in proportion to it |
 
-Noise is what no smooth course explains: differences of a high order. It counts where it is more than the
-steps in which the torque was recorded, and not that of the angle, which turns the sticking patch to and
-fro but not the sliding one.
+Noise is taken from differences of a high order. A low-passed torque and a fast turn leave more in them
+than noise, which is not the same at all torques: nothing is told unless they are those of white noise.
+Noise counts where it is more than the steps in which the torque was recorded, and not that of the angle,
+which turns the sticking patch to and fro but not the sliding one. That of the load counts as none of its
+changes.
 """
 
 from dataclasses import dataclass
@@ -24,23 +26,37 @@ from symbolic.array_alias import Array
 
 ORDER = 4
 """Of the differences; a higher one does as well."""
-GREAT, SMALL = 0.85, 0.5
-"""Shares of the greatest torque above which a torque is great, and below which it is small [1]."""
-LESS_NOISE, CLEAR = 0.75, 3.0
-"""Noise of great torques over that of small ones below which the sensor gives way [1], after as many of
-its standard deviations were added."""
+WHITE = -0.5
+"""Correlation of neighbouring differences below which they are white noise's [1], which have -0.8."""
+GREAT = 0.85
+"""Share of the greatest torque above which a torque is great [1]."""
+SMALL = 0.5
+"""Share of the greatest torque below which a torque is small [1]."""
+LESS_NOISE = 0.75
+"""Noise of great torques over that of small ones below which the sensor gives way [1]."""
+CLEAR = 3.0
+"""Standard deviations that are added to a figure before it is judged [1]."""
 MAD_SPREAD = 1.17 * 2**0.5
 """Standard deviation of a noise by its median, relative, times the root of the samples [1]: of
 differences every second is independent."""
-STEPS, BY_ANGLE = 2.0, 0.2
-"""Noise over the least change of the torque from which it is noise [1]; share of its power up to which
-it is not that of the angle [1]."""
-WITHIN, ABOVE, BLOCK, MIN_BLOCKS = 4.0, 5.0, 10, 12
-"""Noise by which a torque at the end of its sensor is off at most, and by which that end is below the
-greatest torque at most [1]; samples in a row that make a block, and fewest blocks."""
-FLAT, FOLLOWS = 2.5, 0.4
-"""Variance of the blocks over that of white noise up to which the torque stays [1]; share of the
-proportion to the load below which it does not follow it [1]."""
+STEPS = 2.0
+"""Noise over the least change of the torque from which it is noise [1]."""
+BY_ANGLE = 0.2
+"""Share of the noise's power up to which it is not that of the angle [1]."""
+WITHIN = 4.0
+"""Noise by which a torque at the end of its sensor is off at most [1]."""
+ABOVE = 5.0
+"""Noise by which that end is below the greatest torque at most [1]."""
+BLOCK = 10
+"""Samples in a row that make a block."""
+MIN_BLOCKS = 12
+"""Fewest blocks."""
+FLAT = 2.5
+"""Variance of the blocks over that of white noise up to which the torque stays [1]."""
+FOLLOWS = 0.4
+"""Share of the proportion to the load below which the torque does not follow it [1]."""
+LEAST_CHANGE = 0.03
+"""Change of the load from which on the torque can follow it [1]."""
 QUANTILE = 0.98
 """Of the torque's size, above which are spikes [1]."""
 
@@ -71,7 +87,8 @@ def sensor_end(recording: Recording) -> SensorEnd | None:
     least = float(changes[changes > 0].min(initial=np.inf))
     by_angle = _share_of(_differences(recording.psi[known]), rough, small)
     counts = [int(np.count_nonzero(np.isfinite(rough) & place)) for place in (great, small)]
-    if not noise > STEPS * least or by_angle > BY_ANGLE or not all(counts):
+    is_noise = noise > STEPS * least and _correlation(rough, small) < WHITE
+    if not is_noise or by_angle > BY_ANGLE or not all(counts):
         return None
     at_top = _noise(rough, great)
     doubt = MAD_SPREAD * sqrt(sum(1 / count for count in counts))
@@ -82,7 +99,10 @@ def sensor_end(recording: Recording) -> SensorEnd | None:
 
 
 def _stays(size: Array, load: Array, noise: float, most: float) -> SensorEnd | None:
-    """The end that a torque reaches, from where it stays within its noise whatever the load."""
+    """The end that a torque reaches, from where it stays within its noise whatever the load.
+
+    Noise of the load is none of its changes: least squares alone would make its slope the smaller.
+    """
     near = size >= most - ABOVE * noise
     end = float(np.median(size[near])) if near.any() else most
     if not end > 2 * WITHIN * noise:
@@ -91,16 +111,18 @@ def _stays(size: Array, load: Array, noise: float, most: float) -> SensorEnd | N
     if len(blocks) < MIN_BLOCKS:
         return None
     level, weight = (np.array([of[block].mean() for block in blocks]) for of in (size, load))
-    off = weight - weight.mean()
-    if not off.any():
+    off, follows = weight - weight.mean(), float(level.mean() / weight.mean())
+    of_load = _noise(_differences(load), np.ones(load.size, dtype=bool)) / sqrt(BLOCK)
+    power = float(off @ off) - (len(off) + CLEAR * sqrt(2 * len(off))) * of_load**2
+    change = sqrt(12 * max(power, 0.0) / len(off)) / weight.mean()
+    if change < LEAST_CHANGE:
         return None
-    slope = float(off @ level) / (off @ off)
-    error = noise / sqrt(BLOCK * float(off @ off))
+    slope = float(off @ level) / power
+    error = sqrt((noise**2 / BLOCK + (follows * of_load) ** 2) * float(off @ off)) / power
     flat = float(level.var(ddof=1)) <= FLAT * noise**2 / BLOCK
-    if not (flat and slope + CLEAR * error < FOLLOWS * level.mean() / weight.mean()):
+    if not (flat and slope + CLEAR * error < FOLLOWS * follows):
         return None
-    change = 100 * float(np.ptp(weight) / weight.mean())
-    return SensorEnd(torque=end, sign=f"it stays there while the load changes by {change:.0f} %")
+    return SensorEnd(torque=end, sign=f"it stays there while the load changes by {100 * change:.0f} %")
 
 
 def _blocks(place: NDArray[np.bool_]) -> list[slice]:
@@ -125,6 +147,14 @@ def _share_of(cause: Array, rough: Array, place: NDArray[np.bool_]) -> float:
     place = place & np.isfinite(rough)
     explains, power = float(cause[place] @ rough[place]) ** 2, float(rough[place] @ rough[place])
     return explains / max(power * float(cause[place] @ cause[place]), 1e-300)
+
+
+def _correlation(rough: Array, place: NDArray[np.bool_]) -> float:
+    """Correlation of neighbouring differences [1]; 0 without any."""
+    place = place & np.isfinite(rough)
+    both = place[1:] & place[:-1]
+    one, other = rough[:-1][both], rough[1:][both]
+    return float(one @ other) / max(sqrt(float(one @ one) * float(other @ other)), 1e-300)
 
 
 def _noise(rough: Array, place: NDArray[np.bool_]) -> float:

@@ -20,15 +20,23 @@ def within_range(recording: Recording) -> Recording:
     return replace(recording, M_z=M_z, M=M)
 
 
-def samples_beyond_range(recording: Recording) -> int:
-    """How many of its aligning, or else steering torques are beyond the range of their sensor."""
+def samples_beyond_range(recording: Recording) -> tuple[int, int]:
+    """How many aligning, or else steering torques are beyond their sensor's range, and of how many."""
     torque = recording.M_z if np.isfinite(recording.M_z).any() else recording.M
-    return 0 if torque is None else int(_beyond(recording, torque).sum())
+    if torque is None:
+        return 0, 0
+    return int(_beyond(recording, torque).sum()), int(np.isfinite(torque).sum())
+
+
+def share_beyond_range(recording: Recording) -> float:
+    """Share of its torques that are beyond the range of their sensor [1]."""
+    beyond, known = samples_beyond_range(recording)
+    return beyond / max(known, 1)
 
 
 def left_out_note(recordings: Sequence[Recording]) -> str:
     """In how many samples that is so, in words; empty for none."""
-    counts = {one.name: (samples_beyond_range(one), one.t.size) for one in recordings}
+    counts = {one.name: samples_beyond_range(one) for one in recordings}
     told = [f"{name} {count} of {size} samples" for name, (count, size) in counts.items() if count]
     return f"torque at its sensor's range, left out: {', '.join(told)}" if told else ""
 

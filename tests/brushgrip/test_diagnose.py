@@ -182,6 +182,28 @@ def test_what_looks_wrong_with_an_input_stands_in_every_result(
         assert "end the input that looks wrong, or leave its recording out, and run this again" in told
 
 
+@pytest.mark.usefixtures("no_drawing")
+def test_a_sensor_that_may_end_makes_no_result_void(
+    diagnose: Diagnose, asked: list[Any], write_csv: Write, repository_root: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    friction = make_outcome()
+    monkeypatch.setattr(friction_before_and_after, "friction_by_both_models", lambda *_: friction)
+    columns = table_of(repository_root / "examples" / "recordings" / "train_a.csv")
+    top = 0.6 * columns["M_z"].max()
+    soft = write_csv("a.csv", columns | {"M_z": top * np.tanh(columns["M_z"] / top)})
+    outcome = diagnose(soft, "b", "--jobs", 1)
+    note, *_ = json.loads(Path("out/diagnosis.json").read_text())["notes"]
+
+    assert asked
+    assert outcome.err.startswith("a: the torque seems to end at")
+    assert note.startswith("the sensor may end: a: the torque seems to end at")
+    for told in (" ".join(outcome.out.split()), Path("out/report.html").read_text("utf-8")):
+        assert "he sensor may end: a: the torque" in told
+        assert "result may be void" not in told
+        assert "leave its recording out" not in told
+
+
 @pytest.mark.usefixtures("no_report")
 def test_an_interrupted_search_keeps_its_trials(
     diagnose: Diagnose, asked: list[Any], search: Callable[..., None]

@@ -536,3 +536,34 @@ def test_a_sensor_that_gives_way_below_full_slide_is_told_unless_its_range_is_de
     assert "the torque seems to end at" in told
     assert "friction may be higher than told: declare up to where the sensor is straight" in told
     assert "seems to end" not in declared
+
+
+def test_a_sensor_that_may_end_is_told_beside_why_friction_is_not_known(
+    estimate: Run, write_csv: Write
+) -> None:
+    made = make_recording(580_003, mu=0.8)
+    most = 0.3 * float(np.abs(made.M_z).max())
+    columns = {name: getattr(made, name) for name in ("t", "psi", "F_N")}
+    path = write_csv("soft.csv", columns | {"M_z": most * np.tanh(made.M_z / most)})
+    out = estimate(path, "--summary", "table.csv").out
+    (row,) = csv.DictReader(Path("table.csv").read_text("utf-8").splitlines())
+    why, *beside = row["remark"].split(" | ")
+
+    assert row["mu_eff"] == ""
+    assert why.startswith("not known: ")
+    assert "seems to end" not in why
+    assert beside[0].startswith("the torque seems to end at")
+    assert "1 of 1: the torque seems to end at" in out
+
+
+def test_a_torque_in_every_tenth_row_is_counted_by_itself(
+    estimate: Run, simulated: Path, rig: Path, write_csv: Write
+) -> None:
+    columns = table_of(simulated)
+    torque = columns["M_z"][::10]
+    most = float(np.sort(np.abs(torque))[-max(3, torque.size // 20)]) / 0.95
+    rig.write_text(f"{rig.read_text()}[sensor]\nrange = {most}\n")
+    columns["M_z"] = np.where(np.arange(columns["t"].size) % 10 == 0, columns["M_z"], np.nan)
+    share = np.mean(np.abs(torque) >= 0.95 * most)
+
+    assert f"left out: in {100 * share:.0f} % of" in estimate(write_csv("slow.csv", columns)).out

@@ -280,6 +280,8 @@ def test_remarks_in_a_table() -> None:
     assert remark(estimates(*[Status.USED] * 4), "", "") == ""
     unknown = remark(estimates(*[Status.USED] * 4, last=0), "it lies: weigh it; later", "")
     assert remark_heads(unknown) == ["not known: it lies: weigh it"]
+    noted = remark(estimates(*[Status.USED] * 4, last=0), "it lies", "ice: measure")
+    assert noted == "not known: it lies | ice: measure"
 
 
 def test_a_new_ground_that_a_misfit_may_have_feigned() -> None:

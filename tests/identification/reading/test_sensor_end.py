@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification import Recording
+from identification import Channel, LowPass, Recording
 from identification.reading.sensor_end import sensor_end
 from identification.reading.shortened_recordings import at_samples
 from reference_rig import RigRecording, free_path, make_recording, simulate_bristles
@@ -41,10 +41,29 @@ def test_a_sensor_that_gives_way_flattens_its_noise(mu: float, share: float) -> 
     assert 0.75 * end < told.torque < 1.01 * end
 
 
+def turned(psi: np.ndarray, load: np.ndarray | float, mu: float, share: float) -> Recording:
+    """Of bristles that turn at 100 Hz; noise of the torque as a share of its greatest."""
+    t, one = np.arange(psi.size) * 0.01, made(mu)
+    drive = free_path(t, psi, load=load, rate=100.0)
+    torque = simulate_bristles(drive, one.tyre, bristles=500).M_z[: t.size]
+    std, rng = share * float(np.abs(torque).max()), np.random.default_rng(8)
+    return replace(
+        seen(one, one.M_z), t=t, psi=psi, psi_dot=np.gradient(psi, t),
+        M_z=torque + std * rng.standard_normal(t.size),
+        F_N=np.broadcast_to(load, t.size),
+    )  # fmt: skip
+
+
+def uneven(load: np.ndarray, share: float) -> np.ndarray:
+    return load * (1 + share * np.random.default_rng(9).standard_normal(load.size))
+
+
+@pytest.mark.parametrize("load_noise", [0.0, 0.01])
 @pytest.mark.parametrize("share", [0.5, 0.7])
-def test_a_sensor_that_ends_does_not_follow_the_load(share: float) -> None:
+def test_a_sensor_that_ends_does_not_follow_the_load(share: float, load_noise: float) -> None:
     one = made(0.8)
-    told = sensor_end(clipped(one, share))
+    ended = clipped(one, share)
+    told = sensor_end(replace(ended, F_N=uneven(ended.F_N, load_noise)))
 
     assert told is not None
     assert "while the load changes by" in told.sign
@@ -84,18 +103,39 @@ def test_a_load_that_hardly_counts_beside_the_noise_is_no_evidence() -> None:
 @pytest.mark.parametrize("wander", [0.0, 0.03])
 def test_a_wheel_that_slides_for_seconds_is_none(wander: float) -> None:
     t = np.arange(0.0, 14.0, 0.01)
-    psi, rng = 0.5 * (2 / np.pi) * np.arcsin(np.sin(0.9 * t)), np.random.default_rng(8)
-    load = 400 * (1 + wander * np.sin(0.4 * t))
-    drive = free_path(t, psi, load=load, rate=100.0)
-    one = made(0.8)
-    torque = simulate_bristles(drive, one.tyre, bristles=500).M_z[: t.size]
-    swept = replace(
-        seen(one, one.M_z), t=t, psi=psi, psi_dot=np.gradient(psi, t),
-        M_z=torque + 0.03 * rng.standard_normal(t.size),
-        F_N=load * (1 + 0.01 * rng.standard_normal(t.size)),
-    )  # fmt: skip
+    psi = 0.5 * (2 / np.pi) * np.arcsin(np.sin(0.9 * t))
+    swept = turned(psi, 400 * (1 + wander * np.sin(0.4 * t)), 0.8, 0.005)
 
-    assert sensor_end(swept) is None
+    assert sensor_end(replace(swept, F_N=uneven(swept.F_N, 0.01))) is None
+
+
+@pytest.mark.parametrize("load_noise", [0.0, 0.005, 0.04])
+@pytest.mark.parametrize("noise_share", [0.0005, 0.001])
+@pytest.mark.parametrize("mu", [0.3, 0.8])
+def test_a_wheel_that_turns_fast_and_slides_is_none(
+    mu: float, noise_share: float, load_noise: float
+) -> None:
+    # Of a torque next to noiseless the differences are those of its curve.
+    swept = turned(0.3 * np.sin(2 * np.pi * np.arange(0.0, 14.0, 0.01)), 400.0, mu, noise_share)
+
+    assert sensor_end(replace(swept, F_N=uneven(swept.F_N, load_noise))) is None
+
+
+@pytest.mark.parametrize("cutoff", [5.0, 8.0, 20.0])
+@pytest.mark.parametrize("mu", [0.1, 0.3, 0.8])
+def test_a_low_pass_is_no_end_of_the_sensor(mu: float, cutoff: float) -> None:
+    one = made(mu)
+    rough = Channel(values=one.M_z_true + noise(one, 0.02), rate=100.0)
+
+    assert sensor_end(seen(one, LowPass(cutoff=cutoff)(rough).values)) is None
+
+
+def test_a_load_that_changes_by_less_than_its_sensor_may_drift_is_no_evidence() -> None:
+    ended = clipped(made(0.8), 0.6)
+    mean = float(ended.F_N.mean())
+
+    assert sensor_end(ended) is not None
+    assert sensor_end(replace(ended, F_N=mean + 0.4 * (ended.F_N - mean))) is None
 
 
 @pytest.mark.parametrize("seed", range(590_030, 590_036))

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from identification import Recording, diagnose, fit
-from identification.reading.sensor_range import within_range
+from identification.diagnosis.from_search import friction_beyond_range
+from identification.fits.values import Values, complete_values
+from identification.reading.sensor_range import left_out_note, within_range
 from reference_rig import make_recording
 from symbolic import InvalidInputError, Model
 from tests.identification.factories import as_read, recording, with_torque
@@ -72,6 +74,27 @@ def test_a_diagnosis_leaves_them_out_and_says_what_is_not_known_then() -> None:
     told = float(sure.partition("only 590011 ")[2].partition(" or more")[0])
     assert 0.9 * least < told <= least
     assert not any("range" in note for note in ample.notes)
+
+
+def test_no_lower_bound_is_told_of_a_torque_that_never_came_near_the_range() -> None:
+    plain = recording()
+    ample = replace(plain, rig=replace(plain.rig, range=10.0))
+    model = Model()
+    values = complete_values(model, Values(tyre={"k": 2e6}, own={"one": {"mu": 3.0}}), [ample])
+    torque = np.where(np.arange(plain.t.size) == 30, 10.0, plain.M_z)
+
+    assert friction_beyond_range(model, values, [ample]) == ()
+    (note,) = friction_beyond_range(model, values, [with_torque(ample, torque)])
+    assert "measured is only one 1." in note
+
+
+def test_torques_left_out_are_counted_among_those_there_are() -> None:
+    plain = recording()
+    torque = np.where(np.arange(50) % 10 == 0, 1.0, np.nan)
+    torque[:20:10] = 10.0
+    ended = replace(with_torque(plain, torque), rig=replace(plain.rig, range=10.0))
+
+    assert left_out_note([ended]).endswith("one 2 of 5 samples")
 
 
 def test_a_torque_that_is_nowhere_within_the_range_is_refused() -> None:
