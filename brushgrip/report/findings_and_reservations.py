@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.anomalies import SUSPECTED
+from brushgrip.estimation.anomalies import MAY_END, SUSPECTED
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
 from brushgrip.outputs.provenance import digest_of
@@ -24,6 +24,7 @@ from brushgrip.wording.formatting import (
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import ASSUMED
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
+from identification.diagnosis.from_search import BEYOND_RANGE
 from symbolic import EFFECTS, InvalidInputError
 
 LEFT_OUT = "What the assumed tyre model leaves out"
@@ -102,15 +103,13 @@ def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
 
 def reservation(diagnosis: Diagnosis) -> list[str]:
     """What the bands of friction rest on that no recording tells, in sentences."""
-    suspected, assumed = (
-        [sentence(note) for note in diagnosis.notes if note.startswith(begin)]
-        for begin in (SUSPECTED, ASSUMED)
-    )
+    doubtful = [n for n in diagnosis.notes if n.startswith((SUSPECTED, MAY_END, BEYOND_RANGE))]
+    assumed = [sentence(note) for note in diagnosis.notes if note.startswith(ASSUMED)]
     counted = (
         "The ± counts the tolerances, and allows for what the model leaves out. A value that is off by"
         " more than its tolerance shifts friction too."
     )
-    return [*suspected, " ".join([*assumed, counted])]
+    return [*map(sentence, doubtful), " ".join([*assumed, counted])]
 
 
 def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:

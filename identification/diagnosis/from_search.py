@@ -74,6 +74,10 @@ def build_diagnosis(
     )
 
 
+BEYOND_RANGE = "full slide is beyond the range of the torque's sensor"
+"""How the note on it begins."""
+
+
 def friction_beyond_range(
     model: Model, values: Values, recordings: Sequence[Recording]
 ) -> tuple[str, ...]:
@@ -90,9 +94,8 @@ def friction_beyond_range(
         _, torque = model.full_slide(memory, load, theta, [rig.a, rig.e], rig.slide_rate)
         if abs(float(torque)) >= rig.torque_limit:
             least.append(f"{recording.name} {greatest_friction(recording):.2f} or more")
-    told = "full slide is beyond the range of the torque's sensor, so that friction is inferred from the"
-    told += " model's curve below it; measured is only"
-    return (f"{told} {', '.join(least)}",) if least else ()
+    told = f"{BEYOND_RANGE}, so that friction is inferred from the model's curve below it"
+    return (f"{told}; measured is only {', '.join(least)}",) if least else ()
 
 
 def _values(trial: Trial) -> Values:

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.anomalies import SUSPECTED
+from brushgrip.estimation.anomalies import MAY_END, SUSPECTED
 from brushgrip.estimation.friction_before_and_after import (
     EKF_DECLARED,
     FrictionOutcome,
@@ -41,6 +41,7 @@ from brushgrip.report.tables import latest_friction
 from brushgrip.wording.formatting import percent
 from identification import Curve, Diagnosis, FoundFamily, FoundModel
 from identification.diagnosis.found_effects import ASSUMED, assumed_tolerances
+from identification.diagnosis.from_search import BEYOND_RANGE
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
@@ -276,6 +277,11 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     assert notes_beside(diagnosis, text) == ["c got worse"]
     assert notes_beside(diagnosis, "") == [note, "c got worse"]
     assert reservation(make_diagnosis())[0].startswith("The ± counts the tolerances")
+    beyond = replace(diagnosis, notes=(f"{BEYOND_RANGE}, so", f"{MAY_END}: c"))
+    assert reservation(beyond)[:2] == [
+        f"{BEYOND_RANGE[:1].upper()}{BEYOND_RANGE[1:]}, so.",
+        "The sensor may end: c.",
+    ]
 
 
 def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:

@@ -175,8 +175,8 @@ def test_turns_without_a_steering_torque_count(mu: float) -> None:
     usable = False
     for seed in range(580_000, 580_003):
         made = make_steering_recording(
-            seed, constant_friction(mu), tyre=RigTyre(a=ice.RIG.a, e=ice.RIG.e, k=ice.K, mu=mu), load=400.0,
-            duration=14.0, rate=ice.STEERING_RATE,
+            seed, constant_friction(mu), tyre=RigTyre(a=ice.RIG.a, e=ice.RIG.e, k=ice.K, mu=mu),
+            load=400.0, duration=14.0, rate=ice.STEERING_RATE,
         )  # fmt: skip
         seen = np.where(np.abs(made.M) < 0.48 * np.abs(made.M).max(), made.M, np.nan)
         estimates = run(observer, made.t, made.psi, made.F_N, M=seen)
