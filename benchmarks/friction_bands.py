@@ -21,8 +21,8 @@ import numpy as np
 
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
-from brushgrip.estimation.estimates import model_observer, run_observer
 from brushgrip.estimation.friction_before_and_after import offline_friction
+from brushgrip.estimation.observers_over_recordings import model_observer, run_observer
 from brushgrip.inputs.command_inputs import locate_inputs
 from identification import FoundModel, Recording, read_model
 from observers import PROFILES, Ekf, Estimates, Mhe, Status

@@ -31,7 +31,7 @@ from observers import (
     run,
 )
 from observers.measurement.measurement_model import GAIN_SHARE, MeasurementModel
-from observers.quality.mixture_verdict import GAIN_FREE
+from observers.quality.hypotheses_verdict import GAIN_FREE
 from observers.quality.tolerances import with_tolerances
 from observers.tuning import REFERENCE_STEP
 from reference_rig import (

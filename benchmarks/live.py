@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.estimates import observer_factory
+from brushgrip.estimation.observers_over_recordings import observer_factory
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.live.page import PERIOD, View

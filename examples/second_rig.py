@@ -43,7 +43,7 @@ from identification import (
     initial_guess,
     recording_from_raw,
 )
-from identification.diagnosis.unrefitted_prediction import predicted_values, residual_of
+from identification.diagnosis.unrefitted_prediction import predicted_values, simulated_minus_measured
 from symbolic import CANDIDATES, Model, Rig, Tyre, effects_named
 from symbolic.compliance import deflection_of
 
@@ -110,7 +110,10 @@ def on_unseen(
     own = fit(model, unseen, start, FitOptions(free_shared=False))
     predicted = {r.name: predicted_values(known, training, r).of(r) for r in unseen}
     begun = {r.name: predicted[r.name] | place_in_gap(model, predicted[r.name], r) for r in unseen}
-    parts = ({r.name: residual_of(model, r, v[r.name]) for r in unseen} for v in (predicted, begun))
+    parts = (
+        {r.name: simulated_minus_measured(model, r, v[r.name]) for r in unseen}
+        for v in (predicted, begun)
+    )
     return own.residuals, *parts
 
 

@@ -32,7 +32,7 @@ from observers.protocol import (
     Sample,
     Status,
 )
-from observers.quality.ground_friction import GroundFriction, ground_friction
+from observers.quality.friction_across_recordings import GroundFriction, ground_friction
 from observers.quality.innovations import Innovations, innovations
 from observers.quality.input_plausibility import suspicions_of
 from observers.quality.settling_and_coverage import FrictionQuality, friction_quality, friction_spread

@@ -51,7 +51,7 @@ class CompareRequest(RecordingRequest):
         from brushgrip.comparison.method_scores import compare, summarise
         from brushgrip.comparison.methods import default_methods, trained_methods
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
-        from brushgrip.estimation.anomalies import implausibility_lines
+        from brushgrip.estimation.suspicious_recordings import implausibility_lines
         from brushgrip.outputs.atomic import check_png_name, is_same_file, staged_files, write_utf8
         from brushgrip.outputs.console import progress, say, show, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment

@@ -59,7 +59,7 @@ class DiagnoseRequest(RecordingRequest):
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
         import identification
-        from brushgrip.estimation.anomalies import doubtful_inputs
+        from brushgrip.estimation.suspicious_recordings import doubtful_inputs
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, warn
         from brushgrip.outputs.provenance import require_same_run

@@ -96,7 +96,7 @@ class EstimateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
-        from brushgrip.estimation.estimates import chosen_aligning, observer_factory
+        from brushgrip.estimation.observers_over_recordings import chosen_aligning, observer_factory
         from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.inputs.settings import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8

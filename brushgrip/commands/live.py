@@ -123,7 +123,7 @@ class LiveRequest:
     def _session(self, senders: "tuple[Sender, ...]") -> "Session":
         from dataclasses import replace
 
-        from brushgrip.estimation.estimates import observer_factory
+        from brushgrip.estimation.observers_over_recordings import observer_factory
         from brushgrip.inputs.command_inputs import locate_inputs
         from brushgrip.inputs.settings import chosen_limits, chosen_tuning, share_of
         from brushgrip.live.adviser import Adviser

@@ -8,12 +8,12 @@ from typing import Protocol
 import numpy as np
 
 from brushgrip.comparison.cases import Case
-from brushgrip.estimation.estimates import (
+from brushgrip.estimation.observers_over_recordings import (
     ObserverFactory,
     model_observer,
     mu_eff_or_mu,
     observer_factory,
-    root_solver,
+    root_observer_on_declared_model,
     run_arguments,
     run_observer,
 )
@@ -92,8 +92,8 @@ def default_methods(found: FoundModel | None = None) -> list[Method]:
     always on the declared one, with at most five zones and without a standard deviation.
     """
     roots: dict[str, ObserverFactory] = {
-        "root, five zones": root_solver,
-        "root, filtered (5.9)": partial(root_solver, smoothing=SMOOTHING),
+        "root, five zones": root_observer_on_declared_model,
+        "root, filtered (5.9)": partial(root_observer_on_declared_model, smoothing=SMOOTHING),
     }
     methods: list[Method] = [
         ObserverMethod(name=name, factory=factory, works_beyond_five_zones=False, gives_deviation=False)

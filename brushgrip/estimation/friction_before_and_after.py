@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from brushgrip.estimation.budget import friction_budget
-from brushgrip.estimation.estimates import (
+from brushgrip.estimation.observers_over_recordings import (
     FrictionTrack,
     friction_track,
     has_aligning_torque,
@@ -132,7 +132,7 @@ def found_model(diagnosis: Diagnosis) -> FoundModel:
     )
 
 
-def model_with_own_values(diagnosis: Diagnosis) -> FoundModel:
+def model_with_recording_values(diagnosis: Diagnosis) -> FoundModel:
     """The same with what was fitted to each recording that the diagnosis has seen."""
     values = diagnosis.values
     return replace(found_model(diagnosis), own=values.own, rig=values.rig)
@@ -154,7 +154,7 @@ def friction_by_both_models(
     if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
         return None
     compared = [*holdout, *training][:MAX_COMPARED]
-    found, fitted = found_model(diagnosis), model_with_own_values(diagnosis)
+    found, fitted = found_model(diagnosis), model_with_recording_values(diagnosis)
     on_rig = [r for r in recordings if r.standstills is None]
     stiffness = ((found.values_for_estimation(r.ground)["k"], r) for r in on_rig)
     if any(is_of_other_scale(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):

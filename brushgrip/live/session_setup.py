@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.anomalies import weaker_direction
-from brushgrip.estimation.estimates import ObserverFactory
+from brushgrip.estimation.observers_over_recordings import ObserverFactory
+from brushgrip.estimation.suspicious_recordings import weaker_direction
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.recordings import locate
 from brushgrip.live.adviser import Adviser

@@ -5,14 +5,14 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, mean_figures
+from brushgrip.estimation.observers_over_recordings import FrictionTrack
 from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
 from identification import Diagnosis
 from observers import Status
 from observers.planning.uncertainty_budget import REST, SLOPE
-from observers.quality.ground_friction import order_by_chance
+from observers.quality.friction_across_recordings import order_by_chance
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
 IN_PLAIN_WORDS = {

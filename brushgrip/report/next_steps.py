@@ -3,8 +3,8 @@
 from math import sqrt
 from statistics import fmean
 
-from brushgrip.estimation.anomalies import SUSPECTED
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.estimation.suspicious_recordings import SUSPECTED
 from brushgrip.report.findings_and_reservations import stiffness_cases
 from brushgrip.report.friction_summary import band_shares
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed, proposed_recordings, rest_is_larger

@@ -1,7 +1,7 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
-from brushgrip.estimation.anomalies import weaker_direction
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
+from brushgrip.estimation.suspicious_recordings import weaker_direction
 from brushgrip.report.findings_and_reservations import (
     LEFT_OUT,
     benefit,

@@ -6,15 +6,15 @@ from typing import Any
 
 from markupsafe import Markup
 
-from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.estimation.observers_over_recordings import FrictionTrack
 from brushgrip.report.friction_summary import (
     friction_quality,
     last_usable_friction,
     median_loads,
     usable_until,
 )
-from brushgrip.wording.diagnosis_in_words import GRADES, plain_parameter, rivals_of
+from brushgrip.wording.diagnosis_in_words import GRADES, parameter_words_and_owner, rivals_of
 from brushgrip.wording.formatting import (
     candidate_reason,
     error_columns,
@@ -231,7 +231,7 @@ def all_parameters(diagnosis: Diagnosis) -> ReportTable:
     for name, estimate in diagnosis.parameters.items():
         if name.startswith("mu ["):  # Of the model's own law, not to be quoted.
             continue
-        label, owner = plain_parameter(name)
+        label, owner = parameter_words_and_owner(name)
         known = quantity(estimate) + " *" * name.endswith(held_out)
         text = known if estimate.std is not None else f"{known}, not determined by these recordings"
         owners.setdefault((label, text), []).append(owner)

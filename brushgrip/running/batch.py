@@ -10,7 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.anomalies import (
+from brushgrip.estimation.budget import STANDS, friction_budget, rests_on
+from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
+from brushgrip.estimation.observers_over_recordings import (
+    Aligning,
+    friction_track,
+    observe,
+    observer_factory,
+    torque_channel,
+)
+from brushgrip.estimation.suspicious_recordings import (
     beyond_range,
     constant_load,
     differing_rates,
@@ -22,15 +31,6 @@ from brushgrip.estimation.anomalies import (
     unstated_range,
     weaker_direction,
 )
-from brushgrip.estimation.budget import STANDS, friction_budget, rests_on
-from brushgrip.estimation.estimates import (
-    Aligning,
-    friction_track,
-    observe,
-    observer_factory,
-    torque_channel,
-)
-from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.settings import ChosenTuning
@@ -45,7 +45,7 @@ from brushgrip.wording.friction import (
     dry_friction_note,
     estimates_summary,
     last_usable,
-    not_usable,
+    unusable_samples_and_remedy,
 )
 from brushgrip.wording.remarks import BETWEEN, remark
 from identification import Recording, read_rig
@@ -192,7 +192,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     doubts = [beyond_range(recording), unstated_range(recording), constant_load(recording)]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
-    number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
+    number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
     by_direction = isinstance(task.aligning, DirectionalFriction)
     directed, line = (
         friction_of_directions(estimates, recording.psi, recording.M_z) if by_direction else ({}, "")

@@ -182,7 +182,7 @@ def _why_weak(effect: FoundEffect) -> str:
     return f"It may be chance{figures * bool(gain or size)}."
 
 
-def plain_parameter(name: str) -> tuple[str, str]:
+def parameter_words_and_owner(name: str) -> tuple[str, str]:
     """A parameter in words, and its owner: `effect_a.k_t [b]` as `effect a: k_t` and `b`."""
     path, _, owner = name.partition(" [")
     effect, dot, own = path.rpartition(".")

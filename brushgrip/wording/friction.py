@@ -11,7 +11,7 @@ from observers import Estimates, GroundFriction, Status
 from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.protocol import UNCHECKED, uninformed_remedy
-from observers.quality.ground_friction import MIN_RECORDINGS
+from observers.quality.friction_across_recordings import MIN_RECORDINGS
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 from symbolic import Rig
 from symbolic.array_alias import Array
@@ -184,11 +184,11 @@ def estimates_summary(
     if np.isnan(estimates.mu_std).all():
         return f"{line}; {UNCHECKED}"
     line += f"; {rates}" * bool(rates)
-    number, why = not_usable(estimates, noise, rates, cause, of_car=of_car)
+    number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
     return f"{line}; {number} {_plural(number, 'sample')} not usable: {why}" if number else line
 
 
-def not_usable(
+def unusable_samples_and_remedy(
     estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
 ) -> tuple[int, str]:
     """How many samples the gravest or most frequent fault kept from use, and its remedy; as above."""

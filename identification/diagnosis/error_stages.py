@@ -11,7 +11,7 @@ import numpy as np
 from identification.diagnosis.result_parts import Errors
 from identification.diagnosis.unrefitted_prediction import (
     friction_from_training,
-    residual_of,
+    simulated_minus_measured,
     unrefitted_residuals,
 )
 from identification.fits.autocorrelation import autocorrelation_time
@@ -135,7 +135,10 @@ def _declared_residuals(
     recordings: Sequence[Recording], friction: Mapping[str, float]
 ) -> dict[str, Array]:
     model = model_of(())
-    return {r.name: residual_of(model, r, {"mu": friction[r.name], "k": r.tyre.k}) for r in recordings}
+    return {
+        r.name: simulated_minus_measured(model, r, {"mu": friction[r.name], "k": r.tyre.k})
+        for r in recordings
+    }
 
 
 def errors_of(

@@ -58,10 +58,10 @@ def unrefitted_residuals(
 ) -> dict[str, Array]:
     """Residuals of recordings of which nothing was fitted, by a fit on the training recordings [N m]."""
     values = {r.name: predicted_values(fitted, training, r).of(r) for r in recordings}
-    return {r.name: residual_of(fitted.model, r, values[r.name]) for r in recordings}
+    return {r.name: simulated_minus_measured(fitted.model, r, values[r.name]) for r in recordings}
 
 
-def residual_of(model: Model, recording: Recording, values: Mapping[str, float]) -> Array:
+def simulated_minus_measured(model: Model, recording: Recording, values: Mapping[str, float]) -> Array:
     """Simulated minus measured torque with the rig as declared [N m]."""
     theta = np.asarray(model.theta(values)).ravel()
     geometry = np.array([recording.rig.a, recording.rig.e])

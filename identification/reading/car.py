@@ -23,7 +23,7 @@ from identification.reading.car_plausibility import (
 )
 from identification.reading.channel_matching import absent_rack_columns, map_hint, missing_channels
 from identification.reading.file_content import read_bytes
-from identification.reading.rack_derivatives import RackInstant, rack_instants
+from identification.reading.rack_derivatives import RackInstant, differentiated_rack_signals
 from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MIN_SAMPLES, Table
@@ -125,7 +125,9 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
         )
     s, force = rack_signals(columns, vehicle)
     held = np.append(standstills.brakes, False)[standstills.stretch]
-    moved = rack_instants(columns["t"], s, np.broadcast_to(force, s.shape), standstills.stretch)
+    moved = differentiated_rack_signals(
+        columns["t"], s, np.broadcast_to(force, s.shape), standstills.stretch
+    )
     psi, M_z = to_mean_wheel(vehicle, moved, held)
     of_wheel = {
         "t": columns["t"],

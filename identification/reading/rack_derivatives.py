@@ -68,7 +68,9 @@ def _parabola(points: list[tuple[float, float]]) -> tuple[float, float]:
     return (c * p - b * q) / determinant, (a * q - b * p) / determinant
 
 
-def rack_instants(t: Array, s: Array, force: Array, stretch: NDArray[np.int64]) -> RackInstant:
+def differentiated_rack_signals(
+    t: Array, s: Array, force: Array, stretch: NDArray[np.int64]
+) -> RackInstant:
     """The instants of a recording; `stretch` numbers its standstills, each of which begins anew."""
     rows, motion, before = [], RackDifferentiator(), None
     for number, *sample in zip(stretch.tolist(), t.tolist(), s.tolist(), force.tolist(), strict=True):

@@ -156,7 +156,7 @@ def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> b
     return mean > criteria.clear * error and lower
 
 
-def overfits_judged(trial: Trial, other: Trial, training: Sequence[Recording]) -> bool:
+def overfits_judging_recordings(trial: Trial, other: Trial, training: Sequence[Recording]) -> bool:
     """Whether a trial's lower error comes from more parameters fitted to the judging recordings."""
     fits_more = sum(trial.fitted.own) > sum(other.fitted.own)
     return fits_more and delta_bic(trial.fitted, other.fitted, training) > 0

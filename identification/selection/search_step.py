@@ -10,7 +10,7 @@ from identification.selection.criteria import (
     SelectionCriteria,
     distinguishable,
     family_already_present,
-    overfits_judged,
+    overfits_judging_recordings,
 )
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
@@ -97,7 +97,9 @@ def rank_for_confirmation(
     """
     ranked, rest = [], list(justified)
     while rest:
-        best = next(t for t in rest if not any(overfits_judged(t, other, training) for other in rest))
+        best = next(
+            t for t in rest if not any(overfits_judging_recordings(t, other, training) for other in rest)
+        )
         equals = [trial for trial in rest if not distinguishable(best, trial, criteria)]
         leader = min(equals, key=_simplicity)
         own = leader.effects[-1].family

@@ -35,8 +35,8 @@ from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
 from observers.quality.branches import TRACK
 from observers.quality.change_by_direction import monitor_fields
+from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.innovation_gate import COUNTS
-from observers.quality.mixture_verdict import VERDICT
 from observers.quality.ratio_hypotheses import SETTINGS, hypothesis_fields
 from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY

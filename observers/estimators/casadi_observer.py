@@ -20,7 +20,12 @@ from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.protocol import ESTIMATE, OUTPUT, UNINFORMED, Estimate, Sample, Status, prior_estimate
 from observers.quality.input_plausibility import EVIDENCE, START
-from observers.quality.sensor_limits import SCREEN, build_screened_step, can_be_first, initial_screen
+from observers.quality.sensor_limits import (
+    SCREEN,
+    build_screened_step,
+    can_be_first,
+    initial_plausibility_state,
+)
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
 from symbolic.array_alias import Array
@@ -183,7 +188,9 @@ class CasadiObserver:
             )
         state = self.initial_function(np.array(first.numbers), self.constants).full().ravel()
         return ObserverState(
-            np.concatenate([state, initial_screen(first.psi), START[: len(START) * self.is_checked]]),
+            np.concatenate(
+                [state, initial_plausibility_state(first.psi), START[: len(START) * self.is_checked]]
+            ),
             self._parts,
         )
 

@@ -18,7 +18,7 @@ from observers.quality.sensor_limits import (
     beyond_limits,
     build_screen,
     can_be_first,
-    initial_screen,
+    initial_plausibility_state,
     sample_limits_of,
 )
 from observers.tuning import NO_LIMIT, require_whole
@@ -138,7 +138,7 @@ class Loop:
         psi, rate, age, state = before.psi, before.psi_dot, before.age + sample.dt, before.state
         psi_limit, rate_limit, *_ = self._limits
         starts = state is None and can_be_first(self.observer, sample.psi, sample.F_N)
-        screen = initial_screen(sample.psi) if starts else before.screen
+        screen = initial_plausibility_state(sample.psi) if starts else before.screen
         passed = sample.psi if abs(sample.psi) < psi_limit else nan
         if screen is not None:
             screen = _screen_within(self._limits)(screen, sample)

@@ -15,7 +15,7 @@ from observers.protocol import (
     Sample,
     Status,
 )
-from observers.quality.sensor_limits import beyond_limits, masked_angles, sample_limits_of
+from observers.quality.sensor_limits import beyond_limits, plausible_angles, sample_limits_of
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 
@@ -92,7 +92,7 @@ def samples_and_start(
     samples = np.vstack([psi, nothing if psi_dot is None else psi_dot, F_N, steps, *torques])
     if psi_dot is None:
         usable = np.where(np.abs(psi) < psi_limit, psi, np.nan)
-        usable[begins:] = masked_angles(samples[:, begins:], limits)
+        usable[begins:] = plausible_angles(samples[:, begins:], limits)
         samples[1] = _rate(t, usable)
     return samples, begins
 

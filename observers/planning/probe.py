@@ -25,7 +25,7 @@ from observers.planning.path import KINDS, PathNow, SteeringLimits, SteeringPath
 from observers.planning.plan import MUS, NEVER, REST, Plan, plan
 from observers.protocol import Estimate, Sample
 from observers.quality.acquisition import OVER, OWN
-from observers.quality.mixture_verdict import VERDICT
+from observers.quality.hypotheses_verdict import VERDICT
 from symbolic import InvalidInputError
 
 EVERY = 0.1

@@ -14,10 +14,14 @@ from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.measurement_model import MeasurementModel, has_gear_friction
 from observers.measurement.torque_error import forgetting_factor, is_known
 from observers.protocol import OUTPUT, Status
+from observers.quality.acquisition_handover import (
+    handover_vector,
+    is_decided,
+    states_handed_over,
+)
 from observers.quality.branches import START, TRACK, build_mu_sensitivity, build_track
-from observers.quality.handover import handed_states, handover_vector, is_decided
+from observers.quality.hypotheses_verdict import VERDICT, build_deviation_by_scale, build_verdict
 from observers.quality.input_plausibility import MAX_TYRE_FRICTION
-from observers.quality.mixture_verdict import VERDICT, build_deviation_by_scale, build_verdict
 from observers.quality.ratio_hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
@@ -147,7 +151,10 @@ def build_handover(patch: EquivalentPatch, measurement_model: MeasurementModel) 
     output), the second in the order of `handover_names`; counted is 1 where a torque was weighed, share
     what it is worth; friction is the patch's; M_z and added are as for `build_search`.
     """
-    is_scaled, states = bool(measurement_model.scaled), handed_states(measurement_model.states)
+    is_scaled, states = (
+        bool(measurement_model.scaled),
+        states_handed_over(measurement_model.states),
+    )
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
         M_z=1, added=1, tyre=3, limits=len(SETTINGS), friction=1,

@@ -34,17 +34,17 @@ from observers.quality.acquisition import (
     build_search,
     supervision_symbols,
 )
-from observers.quality.branch_consistency import build_branch_consistency
-from observers.quality.branches import TRACK, build_present_branch, sliding_onset_turn
-from observers.quality.equivalent_patch import added_torques
-from observers.quality.handover import (
-    handed_states,
+from observers.quality.acquisition_handover import (
     handover_names,
     newest_of_sample,
     newest_state,
+    states_handed_over,
     take_acquired,
 )
-from observers.quality.mixture_verdict import VERDICT, build_deviation_by_scale
+from observers.quality.branch_consistency import build_branch_consistency
+from observers.quality.branches import TRACK, build_present_branch, sliding_onset_turn
+from observers.quality.equivalent_patch import added_torques
+from observers.quality.hypotheses_verdict import VERDICT, build_deviation_by_scale
 from observers.quality.ratio_hypotheses import (
     RESTART_STD,
     SETTINGS,
@@ -105,7 +105,10 @@ def build_following(patch: EquivalentPatch, measurement_model: MeasurementModel)
 
     The search for s goes on until friction is confirmed or the model is doubted.
     """
-    gear, states = has_gear_friction(measurement_model), handed_states(measurement_model.states)
+    gear, states = (
+        has_gear_friction(measurement_model),
+        states_handed_over(measurement_model.states),
+    )
     inputs = supervision_symbols(gear)
     search, verdict, own, output, psi, M_z, dt, added, tyre, limits, friction, *dry = inputs.values()
     parts, numbers = search_layout(gear).split(search), named(OWN, own)

@@ -23,6 +23,7 @@ from observers.quality.acquisition import (
     EquivalentPatch,
     update_unexplained,
 )
+from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.innovation_attribution import (
     IN_A_ROW,
     innovation_of,
@@ -33,7 +34,6 @@ from observers.quality.innovation_attribution import (
 )
 from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
 from observers.quality.input_plausibility import MAX_TYRE_FRICTION
-from observers.quality.mixture_verdict import VERDICT
 from observers.quality.ratio_hypotheses import SETTINGS
 from observers.quality.sensor_limits import has_flag, with_flag
 from symbolic.casadi_functions import named_function

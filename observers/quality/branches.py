@@ -248,7 +248,9 @@ def build_mu_sensitivity() -> ca.Function:
     return named_function("sensitivity", inputs, outputs, cse=True)
 
 
-def stiffness_slope(turn: Expression, mu: Expression, F_N: Expression, tyre: Expression) -> Expression:
+def torque_by_log_stiffness(
+    turn: Expression, mu: Expression, F_N: Expression, tyre: Expression
+) -> Expression:
     """Derivative by ln k of a branch's torque [N m], whose turn is twice that of a virgin one [rad].
 
     As the torque is homogeneous in (mu, k), it is what mu leaves.

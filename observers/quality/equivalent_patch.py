@@ -16,8 +16,8 @@ from observers.layout import Expression, Layout
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.update import signals_with_states
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
-from observers.quality.handover import newest_of_sample, newest_state
-from observers.quality.mixture_verdict import VERDICT
+from observers.quality.acquisition_handover import newest_of_sample, newest_state
+from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, VAGUE, build_search_start
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate

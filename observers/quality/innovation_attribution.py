@@ -6,8 +6,8 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import is_known
 from observers.measurement.wheel_yaw_dynamics import BLOCK_TIME
 from observers.quality.acquisition import EquivalentPatch
-from observers.quality.branches import stiffness_slope
-from observers.quality.mixture_verdict import VERDICT, variance_of_scale
+from observers.quality.branches import torque_by_log_stiffness
+from observers.quality.hypotheses_verdict import VERDICT, variance_of_scale
 from observers.quality.ratio_hypotheses import NOISIER, SETTINGS, build_torque_error
 
 BEYOND, IN_A_ROW = 2.5, 5
@@ -48,7 +48,7 @@ def torque_variance_by_k(
     elif not patch.misfit:
         std = ca.sqrt(variance_of_scale(verdict, std))
     mu = output["mu"] * inputs["friction"]
-    by_k = stiffness_slope(inputs["turn"] / 2, mu, own["F_N"], inputs["tyre"])
+    by_k = torque_by_log_stiffness(inputs["turn"] / 2, mu, own["F_N"], inputs["tyre"])
     return (std * by_k) ** 2
 
 

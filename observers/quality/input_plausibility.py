@@ -25,7 +25,7 @@ from observers.compiled_step import compiled_stretch, run_stretches
 from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
-from observers.quality.mixture_verdict import VERDICT
+from observers.quality.hypotheses_verdict import VERDICT
 from symbolic import Rig, full_slide_torque
 from symbolic.array_alias import Array
 from symbolic.casadi_functions import named_function

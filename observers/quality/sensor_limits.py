@@ -103,7 +103,7 @@ def _screen_angle(before: Parts, now: Parts, limit: Parts) -> tuple[Parts, Expre
     return after, used
 
 
-def initial_screen(psi: float) -> Array:
+def initial_plausibility_state(psi: float) -> Array:
     """The state of the check at the first sample, whose angle is psi [rad]."""
     start = np.zeros(SCREEN.size)
     start[SCREEN.places["psi"][0]], start[SCREEN.places["waiting"][0]] = psi, -1.0
@@ -161,10 +161,10 @@ def with_flag(status: Expression, flag: Status, holds: Expression) -> Expression
     return status + int(flag) * ca.logic_and(holds, ca.logic_not(has_flag(status, flag)))
 
 
-def masked_angles(samples: Array, limits: tuple[float, ...]) -> Array:
+def plausible_angles(samples: Array, limits: tuple[float, ...]) -> Array:
     """The angles that pass, (n,) [rad], NaN for others, of samples (6, n) from a usable one on."""
     stretch = compiled_stretch(build_screen())
-    start = initial_screen(samples[0, 0])
+    start = initial_plausibility_state(samples[0, 0])
     states = run_stretches(stretch, start, samples, np.array(limits), result=0)
     psi, age = (states[SCREEN.places[name][0]].ravel() for name in ("psi", "age"))
     return np.where(age == 0, psi, np.nan)

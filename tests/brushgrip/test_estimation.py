@@ -7,8 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from brushgrip.estimation.anomalies import differing_rates, inconsistency_remedy, weaker_direction
-from brushgrip.estimation.estimates import (
+from brushgrip.estimation.observers_over_recordings import (
     Aligning,
     angle_without_imputed,
     friction_track,
@@ -16,6 +15,11 @@ from brushgrip.estimation.estimates import (
     model_observer,
     observe,
     run_observer,
+)
+from brushgrip.estimation.suspicious_recordings import (
+    differing_rates,
+    inconsistency_remedy,
+    weaker_direction,
 )
 from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording

@@ -29,7 +29,7 @@ from brushgrip.wording.friction import (
     dry_friction_note,
     estimates_summary,
     last_usable,
-    not_usable,
+    unusable_samples_and_remedy,
     with_95_band,
 )
 from brushgrip.wording.remarks import remark, remark_counts, remark_heads
@@ -412,12 +412,15 @@ def test_what_a_sound_wheel_meets_in_its_first_turns_is_not_told(flag: Status) -
 def test_a_suspicion_goes_before_an_acquisition_that_lasts_as_long() -> None:
     doubted = estimates(*[Status.ACQUIRING | Status.SUSPECT] * 3, Status.ACQUIRING, last=-1)
 
-    assert not_usable(doubted) == (3, Status.SUSPECT.remedy)
-    assert not_usable(doubted, cause="in degrees") == (3, "in degrees")
+    assert unusable_samples_and_remedy(doubted) == (3, Status.SUSPECT.remedy)
+    assert unusable_samples_and_remedy(doubted, cause="in degrees") == (3, "in degrees")
     both = estimates(*[Status.SUSPECT] * 3, Status.INCONSISTENT, last=-1)
-    assert not_usable(both, LACKING) == (3, Status.SUSPECT.remedy)
-    assert not_usable(both, "declare it") == (3, "an input looks wrong: declare it")
-    assert not_usable(estimates(*[Status.ACQUIRING] * 4, last=-1)) == (4, Status.ACQUIRING.remedy)
+    assert unusable_samples_and_remedy(both, LACKING) == (3, Status.SUSPECT.remedy)
+    assert unusable_samples_and_remedy(both, "declare it") == (3, "an input looks wrong: declare it")
+    assert unusable_samples_and_remedy(estimates(*[Status.ACQUIRING] * 4, last=-1)) == (
+        4,
+        Status.ACQUIRING.remedy,
+    )
 
 
 def test_floats_round_trip_truth_is_a_digit_and_what_is_missing_is_empty() -> None:

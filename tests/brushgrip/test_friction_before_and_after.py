@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.anomalies import MAY_END, SUSPECTED
 from brushgrip.estimation.friction_before_and_after import (
     EKF_DECLARED,
     FrictionOutcome,
     offline_friction,
 )
+from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.report.findings_and_reservations import (

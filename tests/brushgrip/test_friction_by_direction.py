@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from brushgrip.estimation.estimates import observe, observer_factory
 from brushgrip.estimation.friction_by_direction import friction_of_directions
+from brushgrip.estimation.observers_over_recordings import observe, observer_factory
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.wording.friction import last_usable
 from identification import Recording

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.estimation.estimates import observer_factory
+from brushgrip.estimation.observers_over_recordings import observer_factory
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import locate_inputs
 from brushgrip.inputs.recordings import grounds_by_name

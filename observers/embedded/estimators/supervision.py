@@ -23,11 +23,15 @@ from observers.quality import (
     acquisition_and_tracking,
     branch_consistency,
     branches,
-    mixture_verdict,
+    hypotheses_verdict,
     ratio_hypotheses,
 )
+from observers.quality.acquisition_handover import (
+    covariance_pairs,
+    handover_names,
+    states_handed_over,
+)
 from observers.quality.equivalent_patch import build_added_torque
-from observers.quality.handover import covariance_pairs, handed_states, handover_names
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 from symbolic.deformation import corner_moment_and_derivative
@@ -51,7 +55,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         ratio_hypotheses.build_hypothesis_update(has_gear_friction(model)),
         ratio_hypotheses.build_torque_error(),
         scalar_function("follow_output", follow, known),
-        mixture_verdict.build_deviation_by_scale(patch.misfit > 0, model.gain_share),
+        hypotheses_verdict.build_deviation_by_scale(patch.misfit > 0, model.gain_share),
         scalar_function("conclude", conclude, known),
     ]
     if (added := build_added_torque(observer.model)) is not None:
@@ -74,7 +78,7 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
 
     Of its limits those are numbers that are the tuning's, without `tunable`.
     """
-    function = mixture_verdict.build_verdict(has_gear_friction(observer.measurement_model))
+    function = hypotheses_verdict.build_verdict(has_gear_friction(observer.measurement_model))
     begin = len(observer.model.coordinates) + len(RIG)
     numbers = {
         ratio_hypotheses.SETTINGS.index(name): float(
@@ -96,7 +100,7 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
         **_handed(observer, is_window=bool(terms["window"])),
     }
     sizes = {
-        "own": len(acquisition.OWN), "verdict": len(mixture_verdict.VERDICT),
+        "own": len(acquisition.OWN), "verdict": len(hypotheses_verdict.VERDICT),
         "block": len(observer.measurement_model.torque_state),
         "track": len(branches.TRACK), "points": branches.POINTS * branches.PATHS, "result": len(OUTPUT),
     }  # fmt: skip
@@ -116,7 +120,7 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
 
 def _handed(observer: ModelObserver, *, is_window: bool) -> dict[str, Any]:
     """Where the states that are handed over go, and their covariances, stored column by column."""
-    states, handed = observer.states, handed_states(observer.states)
+    states, handed = observer.states, states_handed_over(observer.states)
     at = {name: i for i, name in enumerate(handover_names(handed))}
     pairs = [(states.index(a), states.index(b), f"{a}_{b}") for a, b in covariance_pairs(handed)]
     n, kind = len(states), "P" if is_window else "F"
@@ -178,8 +182,8 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "afterwards": repr(acquisition_and_tracking.AFTERWARDS),
         "most_zero": repr(acquisition_and_tracking.MAX_ZERO_DEVIATIONS),
         "moved": repr(acquisition_and_tracking.MAY_HAVE_MOVED),
-        "verdict": mixture_verdict.VERDICT,
-        "block": len(model.torque_state), "handover": len(handover_names(handed_states(states))),
+        "verdict": hypotheses_verdict.VERDICT,
+        "block": len(model.torque_state), "handover": len(handover_names(states_handed_over(states))),
         "vague": repr(ratio_hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
         "restart_std": repr(ratio_hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.estimates import observe, observer_factory
+from brushgrip.estimation.observers_over_recordings import observe, observer_factory
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs, locate_inputs
 from brushgrip.live.mapped_columns import Row

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Fit, Huber, Recording, fit
-from identification.diagnosis.unrefitted_prediction import residual_of
+from identification.diagnosis.unrefitted_prediction import simulated_minus_measured
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
@@ -210,7 +210,7 @@ def test_two_steps_balance_what_is_in_series(three: list[Recording], name: str) 
     values = initial_guess(model_of(effects), [thinned]).of(thinned)
 
     two, many = (
-        residual_of(model_of(effects, precision), thinned, values)
+        simulated_minus_measured(model_of(effects, precision), thinned, values)
         for precision in (RANKING, replace(RANKING, newton_steps=8))
     )
 

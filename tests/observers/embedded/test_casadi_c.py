@@ -12,7 +12,7 @@ import pytest
 from observers.embedded import casadi_c
 from observers.embedded.casadi_c import casadi_text, embedded_code
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real, count_names
-from observers.quality.mixture_verdict import build_verdict
+from observers.quality.hypotheses_verdict import build_verdict
 from symbolic import BrushgripError, compiler
 from tests.observers.embedded.generated_code import (
     STRICT,

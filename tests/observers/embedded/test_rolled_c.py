@@ -9,7 +9,7 @@ import pytest
 
 from observers.embedded.rolled_c import rolled_c
 from observers.embedded.rolled_values import Known
-from observers.quality.mixture_verdict import build_verdict
+from observers.quality.hypotheses_verdict import build_verdict
 from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, hypothesis_fields
 from symbolic import BrushgripError, compiler
 from symbolic.compilation.scalar_c import c_function

@@ -20,7 +20,7 @@ from observers.quality.branches import (
     build_branch,
     build_track,
 )
-from observers.quality.mixture_verdict import VERDICT
+from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.ratio_hypotheses import (
     SETTINGS,
     build_hypothesis_update,

@@ -7,7 +7,7 @@ import casadi as ca
 from observers.layout import Expression, Layout, Parts, named
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.measurement.torque_error import is_known
-from observers.quality.mixture_verdict import ALLOWED
+from observers.quality.hypotheses_verdict import ALLOWED
 from observers.udu import factor_of
 
 DECIDED = 0.15
@@ -20,14 +20,14 @@ AGREES = 2.0
 another ground's friction [1]."""
 
 
-def handed_states(states: tuple[str, ...]) -> tuple[str, ...]:
+def states_handed_over(states: tuple[str, ...]) -> tuple[str, ...]:
     """States that are handed over; with a gear the stiffness too, which is 1 beside s."""
     handed = ("log_mu", "M_0", *(("stiffness", "gear") if "gear" in states else ()))
     return tuple(name for name in states if name in handed)
 
 
 def handover_names(states: tuple[str, ...]) -> tuple[str, ...]:
-    """What is handed over of these states, all of `handed_states`: means, covariances and their factor.
+    """What is handed over of `states_handed_over`: means, covariances and their factor.
 
     Covariances are P_i_j, i <= j; those of the factor U D U', see `observers.udu`, are F_i_j.
     """
@@ -70,12 +70,12 @@ def newest_of_sample(parts: Layout, state: Expression, names: tuple[str, ...]) -
 def take_acquired(
     parts: Layout, states: tuple[str, ...], state: Expression, handed: Expression
 ) -> Expression:
-    """A state of an estimator with what was acquired, see `handed_states`, not correlated with the rest.
+    """An estimator's state with what was acquired (`states_handed_over`), not correlated with the rest.
 
     A window is emptied: its samples led to states that do not count. The memory of bristles stays as it
     is, whatever mu was.
     """
-    after, names = parts.split(state), handed_states(states)
+    after, names = parts.split(state), states_handed_over(states)
     given = named(handover_names(names), handed)
     is_window = "P_newest" in after
     for name in names:

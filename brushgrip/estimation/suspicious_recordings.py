@@ -6,15 +6,15 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.estimates import (
+from brushgrip.estimation.friction_by_direction import single_friction
+from brushgrip.estimation.map_correction import TIME, causes_with_map
+from brushgrip.estimation.observers_over_recordings import (
     ObserverFactory,
     angle_without_imputed,
     has_aligning_torque,
     samples_of,
     torque_channel,
 )
-from brushgrip.estimation.friction_by_direction import single_friction
-from brushgrip.estimation.map_correction import TIME, causes_with_map
 from brushgrip.wording.friction import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from identification.reading.sensor_end import sensor_end

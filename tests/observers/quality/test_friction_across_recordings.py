@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_ind
 
-from observers.quality.ground_friction import ground_friction, order_by_chance
+from observers.quality.friction_across_recordings import ground_friction, order_by_chance
 from symbolic import InvalidInputError
 
 

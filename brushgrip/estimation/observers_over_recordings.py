@@ -124,7 +124,7 @@ def model_observer(
     )  # fmt: skip
 
 
-def root_solver(
+def root_observer_on_declared_model(
     recording: Recording, found: FoundModel | None = None, *, smoothing: float = 0.0
 ) -> RootObserver:
     """The root solve of [Györök 2022] for every sample, on the declared model alone."""
@@ -154,7 +154,7 @@ def observer_factory(
     """The factory of an observer with a tuning, and how it measures M_z; None for the usual ones."""
     if name is ObserverName.ROOT:
         if chosen is None and aligning is None:
-            return root_solver
+            return root_observer_on_declared_model
         raise InvalidInputError(
             "--observer root has no tuning and one friction; leave these options out, or use ekf or mhe"
         )
