@@ -101,7 +101,8 @@ def sensor_end(recording: Recording) -> SensorEnd | None:
 def _stays(size: Array, load: Array, noise: float, most: float) -> SensorEnd | None:
     """The end that a torque reaches, from where it stays within its noise whatever the load.
 
-    Noise of the load is none of its changes: least squares alone would make its slope the smaller.
+    Noise of the load is none of its changes: least squares alone would make its slope the smaller. The
+    change is the width of an even distribution of the same variance.
     """
     near = size >= most - ABOVE * noise
     end = float(np.median(size[near])) if near.any() else most

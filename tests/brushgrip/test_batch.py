@@ -145,7 +145,9 @@ def test_the_table_says_what_a_single_recording_says(
     (row,) = (line for line in printed.splitlines() if line.startswith("│ doubted "))
     remark = row.split("│")[-2].strip()
     assert remark.startswith("not known: the torque grows with the angle 0.31 times as k, a and F_N say")
-    assert f"samples not usable: {remark.removeprefix('not known: ')}; " in alone
+    why, constant = remark.removeprefix("not known: ").split("; load the same")
+    assert f"samples not usable: {why}; " in alone
+    assert f"doubted: load the same{constant}: " in alone
     note = "below 0.15, dry friction of the sensor not declared"
     assert f" {note}" in next(line for line in printed.splitlines() if line.startswith("│ ice "))
     assert f"1 of 2: {note}" in printed

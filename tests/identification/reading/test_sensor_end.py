@@ -100,13 +100,14 @@ def test_a_load_that_hardly_counts_beside_the_noise_is_no_evidence() -> None:
         assert sensor_end(seen(one, one.M_z_true + rough)) is None
 
 
+@pytest.mark.parametrize("load_noise", [0.01, 0.04])
 @pytest.mark.parametrize("wander", [0.0, 0.03])
-def test_a_wheel_that_slides_for_seconds_is_none(wander: float) -> None:
+def test_a_wheel_that_slides_for_seconds_is_none(wander: float, load_noise: float) -> None:
     t = np.arange(0.0, 14.0, 0.01)
     psi = 0.5 * (2 / np.pi) * np.arcsin(np.sin(0.9 * t))
     swept = turned(psi, 400 * (1 + wander * np.sin(0.4 * t)), 0.8, 0.005)
 
-    assert sensor_end(replace(swept, F_N=uneven(swept.F_N, 0.01))) is None
+    assert sensor_end(replace(swept, F_N=uneven(swept.F_N, load_noise))) is None
 
 
 @pytest.mark.parametrize("load_noise", [0.0, 0.005, 0.04])
@@ -116,9 +117,10 @@ def test_a_wheel_that_turns_fast_and_slides_is_none(
     mu: float, noise_share: float, load_noise: float
 ) -> None:
     # Of a torque next to noiseless the differences are those of its curve.
-    swept = turned(0.3 * np.sin(2 * np.pi * np.arange(0.0, 14.0, 0.01)), 400.0, mu, noise_share)
+    swept = turned(0.3 * np.sin(2 * np.pi * np.arange(0.0, 40.0, 0.01)), 400.0, mu, noise_share)
+    psi = swept.psi + 1e-5 * np.random.default_rng(10).standard_normal(swept.psi.size)
 
-    assert sensor_end(replace(swept, F_N=uneven(swept.F_N, load_noise))) is None
+    assert sensor_end(replace(swept, psi=psi, F_N=uneven(swept.F_N, load_noise))) is None
 
 
 @pytest.mark.parametrize("cutoff", [5.0, 8.0, 20.0])
