@@ -21,11 +21,12 @@ MAX_STEPS = 4
 CHECKS = {
     False: "at the rig, before anything else, check where the declared stiffness comes from, the torque"
     " (its zero with nothing on it, then a known weight on a lever), the angle (a known turn), the gear"
-    " ratios from sensors to wheel and the half-length of the contact (a print). If one was wrong by a"
-    " factor or a length that is known now, correct it in the rig file and run this program again; if"
-    " something had to be repaired, record again: every figure here may change. If all are right,"
+    " ratios from sensors to wheel and the half-length of the contact (a print at the load of each"
+    " recording). If one was wrong by a factor or a length that is known now, correct it in the rig file"
+    " and run this program again; if something had to be repaired, record again: every figure here may"
+    " change. If all are right,"
     " declare the stiffness found (k under [tyre] in the rig file), and friction is no longer"
-    " provisional, but for the tolerances",
+    " provisional, though the tolerances and what the model leaves out may still move it",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -85,6 +86,8 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     more = _more_recordings(outcome)
     if not steps and (band_shares(outcome) or not [*more, *to_declare]):
         steps = [_to_narrow(diagnosis, outcome)]
+    if stiffness_cases(diagnosis):  # Both at the rig.
+        steps, to_declare = [steps[0], *to_declare, *steps[1:]], []
     return [*steps[: MAX_STEPS - len(more)], *more, *to_declare][:MAX_STEPS]
 
 
@@ -158,7 +161,10 @@ def told_apart(diagnosis: Diagnosis) -> str:
     ]
     more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
     zero = any(p.rival in OF_ZERO for _, p in proposed.values())
-    rest = "; other explanations stay possible" * more + "; not needed where that zero is right" * zero
+    rest = (
+        "; other explanations stay possible" * more
+        + "; where that zero is right, leave these out" * zero
+    )
     return listed(pairs) + rest
 
 

@@ -14,12 +14,14 @@ from brushgrip.report.findings_and_reservations import (
 )
 from brushgrip.report.friction_summary import grounds_alike, last_usable_friction, order_with_load
 from brushgrip.report.next_steps import next_steps
-from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
+from brushgrip.wording.diagnosis_in_words import UNPROVEN, headline, is_unconfirmed
 from brushgrip.wording.formatting import listed, percent, plain, sentence
 from brushgrip.wording.friction import further_recording, prediction_band
 from identification import Diagnosis
 from observers import GroundFriction
 
+UNLIKE = "asymmetric_friction"
+"""The effect by which friction differs by direction."""
 MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
@@ -141,8 +143,11 @@ def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
         told.setdefault(less, []).append(ground)
     told.pop("", None)
     parts = [f"{less}{f' on {listed(grounds)}' * (len(told) > 1)}" for less, grounds in told.items()]
-    begin = "Friction is the mean of both directions of turning: by the model found the ground holds"
-    return f"{begin} {listed(parts)}." * bool(parts)
+    line = f"Friction is the mean of both directions of turning: by the model found {listed(parts)}"
+    line = line.replace("turning to positive psi", "than it while the angle rises")
+    line = line.replace("turning to negative psi", "than it while the angle falls")
+    unproven = any(e.name == UNLIKE and e.grade == "stands_in" for e in diagnosis.effects)
+    return sentence(f"{line} ({UNPROVEN})" if unproven else line) * bool(parts)
 
 
 def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:

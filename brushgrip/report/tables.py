@@ -62,7 +62,8 @@ def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTa
         if name in tracks
     ]
     return ReportTable(
-        caption="Friction μ_eff of each recording ± 95 % band: the last usable value, and when it is"
+        caption="Friction μ_eff of each recording ± 95 % band, which holds the true value if model and"
+        " tolerances are right: the last usable value, and when it is"
         " usable (EKF on the model found); a dash where none is, or too much contradicts it later"
         + "; --ground NAME says it for a further recording too"
         * (not named),

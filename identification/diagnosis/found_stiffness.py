@@ -61,7 +61,7 @@ def stiffness_note(k: float, recording: Recording) -> str:
         f" friction is told too {high} by a factor of about {factor:.2f}; if the declared half-length of"
         f" the contact is too {long}, friction is told too {high} by a factor of"
         f" {factor ** (1 / 3):.2f} at most; if {like} really so {soft}, or the angle reads too {low},"
-        " friction is right"
+        " friction is right as far as k goes"
     )
     refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
     return f"{note} (estimate refuses this model)" if refused else note

@@ -438,6 +438,9 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     assert mail(diagnosis, never).count("he fitted stiffness k is") == 1
     wrong_input = replace(diagnosis, notes=(f"{SUSPECTED}: c", note))
     assert [step[:8] for step in next_steps(wrong_input, outcome)][:2] == ["mend the", "at the r"]
+    assumed = replace(diagnosis, notes=(note, f"{ASSUMED}: load ± 2 %"))
+    first, second, *_ = next_steps(assumed, outcome)
+    assert (first[:16], second[:30]) == ("at the rig, befo", "at the rig, on the same visit,")
     sound = replace(diagnosis, stiffness_ratio=1.0)
     assert "rovisional" not in mail(replace(sound, notes=()), outcome)
     # Where no friction was estimated, what was found comes first.
@@ -488,9 +491,12 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
     tyre = {"k": 2.4e6, "asymmetric_friction.ratio": 0.6}
     unlike = replace(diagnosis, model=model, values=replace(diagnosis.values, tyre=tyre))
     assert (
-        "Friction is the mean of both directions of turning: by the model found the ground holds 25 %"
-        " less turning to positive psi." in mail(unlike, outcome)
+        "Friction is the mean of both directions of turning: by the model found 25 % less than it while"
+        " the angle rises." in mail(unlike, outcome)
     )
+    odd = replace(diagnosis.effects[0], name="asymmetric_friction", grade="stands_in")
+    told = mail(replace(unlike, effects=(odd,)), outcome)
+    assert "while the angle rises (unproven, not to be built on)." in told
 
 
 def test_grounds_that_may_be_one_are_named() -> None:
