@@ -19,6 +19,7 @@ from reference_rig.car_driver import handwheel_path as handwheel_path
 from reference_rig.car_fleet import TOLERANCES as TOLERANCES
 from reference_rig.car_fleet import FleetCar as FleetCar
 from reference_rig.car_fleet import draw_car as draw_car
+from reference_rig.car_gear import Assistance as Assistance
 from reference_rig.car_gear import GearFriction as GearFriction
 from reference_rig.car_gear import Joint as Joint
 from reference_rig.car_geometry import Kingpin as Kingpin

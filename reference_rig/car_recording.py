@@ -73,7 +73,16 @@ def record_car(
     seed: int, car: Car, motion: CarMotion, *, bus: CarBus | None = None, brake: bool = True,
     name: str = "car",
 ) -> CarRecording:  # fmt: skip
-    """Send a motion over the bus, None for the usual one; the seed is that of noise and jitter."""
+    """Send a motion over the bus.
+
+    Args:
+        seed: of noise and jitter.
+        car: the car that moved.
+        motion: how it moved.
+        bus: sensors and bus; None for the usual ones.
+        brake: what the brake signal shows.
+        name: of the recording.
+    """
     bus = bus or CarBus()
     rng = np.random.default_rng([seed, 22])
     even = sample_instants(motion.t[-1] - bus.jitter, 1 / bus.period)

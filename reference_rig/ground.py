@@ -93,9 +93,18 @@ def make_ground_recording(
 ) -> GroundRecording:
     """Steer the rig on changing ground and record it.
 
-    Seed, noise and encoder are as in `make_recording`. The drive takes steps fine enough for the
-    friction; None is a hand's path so long [s]. `times` within the drive [s], increasing, take the
-    place of the rate [Hz]. Of the tyre a, e and k are used.
+    Args:
+        seed: of the path and of the noise; equal arguments give equal recordings.
+        friction: friction over time.
+        drive: what is done, in steps fine enough for the friction; None for a hand's path.
+        tyre: a, e and k; None for the rig's usual ones.
+        duration: of the hand's path [s].
+        rate: samples a second [Hz].
+        times: sampling instants within the drive [s], increasing, in place of the rate.
+        noise: standard deviation of the torque channel in shares of the torque's range [1];
+            0 also silences the load.
+        encoder_step: angle step of the encoder [rad]; 0 for none.
+        bristles: number of bristles.
     """
     drive = drive or hand_path(seed, duration, rate=STEP_RATE)
     if times is None:

@@ -119,8 +119,17 @@ def simulate_steering(
     """Move a wheel from rest on a virgin patch with the torque M = command - K_p psi - K_d psi'.
 
     Velocity Verlet; the damping is taken with the velocity at both ends of the step in turn, which
-    keeps the second order and is solved in closed form. Command [N m], load [N] and friction [1] have
-    the shape (n,), an entry a step [s]; the grip gives K_p and K_d.
+    keeps the second order and is solved in closed form.
+
+    Args:
+        command: torque at angle and rate zero [N m], shape (n,).
+        F_N: vertical load [N], shape (n,).
+        mu: friction coefficient [1], shape (n,).
+        step: between two entries of these [s].
+        tyre: a, e and k; None for the rig's usual ones.
+        wheel: inertia and damping; None for the usual ones.
+        grip: K_p and K_d; by default none, so that the command is the torque.
+        bristles: number of bristles.
     """
     wheel, patch, n = wheel or Wheel(), InPlacePatch(tyre or RigTyre(), bristles), len(command)
     damping, half = wheel.b_t + grip.damping, 0.5 * step / wheel.J_A

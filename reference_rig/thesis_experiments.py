@@ -121,11 +121,23 @@ def make_impact(
     bristles: int = BRISTLES,
     name: str = "impact",
 ) -> ImpactRecording:
-    """Record one impact of the thesis's wheel, by default under the load of its contact length.
+    """Record one impact.
 
-    The seed decides on its strength and side, the encoder's zero and the noise. Without friction and
-    damping it would throw the wheel to between 0.7 and 1.3 of `swing` [rad]; the noise is that of the
-    angle before the encoder counts it [rad].
+    Args:
+        seed: of the strength and the side of the impact, the encoder's zero and the noise; equal
+            arguments give equal recordings.
+        tyre: the tyre.
+        wheel: inertia and damping; None for those of the thesis.
+        swing: angle to which the impact would throw the wheel without friction and damping [rad]; it
+            is between 0.7 and 1.3 of that.
+        load: vertical load [N]; None for that of the contact length.
+        duration: length [s].
+        rate: samples a second [Hz].
+        noise: standard deviation of the angle before the encoder counts it [rad].
+        encoder_step: angle step of the encoder [rad]; 0 for none.
+        step: of the motion [s].
+        bristles: number of bristles.
+        name: of the recording.
     """
     rng = np.random.default_rng([seed, 21])
     wheel = wheel or Wheel(J_A=inertia(tyre.e), b_t=THESIS_DAMPING)

@@ -86,11 +86,15 @@ class TurningPoints:
         """The memory after a turn back at an angle [rad] with the torque there [N m]."""
         return TurningPoints(psi=(*self.psi, psi), M_z=(*self.M_z, M_z))
 
-    def without(self, turns: int) -> "TurningPoints":
-        """The memory without its last turns back; the angle of rest stays.
+    def without_last_turn(self) -> "TurningPoints":
+        """The memory without the last turn back: the wheel has not turned since."""
+        return self._without(1)
 
-        Without one the wheel has not turned since, without two the present loop has closed.
-        """
+    def without_closed_loop(self) -> "TurningPoints":
+        """The memory after the present loop has closed: its two turning points are forgotten."""
+        return self._without(2)
+
+    def _without(self, turns: int) -> "TurningPoints":
         kept = max(1, len(self.psi) - turns)
         return TurningPoints(psi=self.psi[:kept], M_z=self.M_z[:kept])
 

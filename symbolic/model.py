@@ -100,7 +100,11 @@ class Model:
         return not (self.discretised or any(effect.needs_bristles for effect in self.effects))
 
     def patch(self, theta: Expression | None = None) -> Patch:
-        """The exact patch, or bristles with the traits that the effects give them at theta."""
+        """The exact patch, or bristles with the traits that the effects give them.
+
+        Args:
+            theta: the parameter vector, casadi; None where only sizes matter.
+        """
         if self.exact:
             return ZonePatch(corners=self.corners)
         traits = BristleTraits()

@@ -159,7 +159,7 @@ def _until_event(
     turns = _reversal_time(stepper, state, end, h) if state.sure else None
     if turns == 0:
         # The last turn back came to nothing: the wheel goes on as before it.
-        return 0.0, state._replace(memory=memory.without(1), direction=-direction, sure=False)
+        return 0.0, state._replace(memory=memory.without_last_turn(), direction=-direction, sure=False)
     if turns:
         h, end = turns, stepper.take(turns)
     closes = direction * (end[0] - memory.closing_angle) > 0
@@ -168,11 +168,11 @@ def _until_event(
         end = stepper.take(h)
     psi, psi_dot, acceleration, M_z, _ = end
     if closes:
-        memory = memory.without(2)
+        memory = memory.without_closed_loop()
     elif turns:
         has_turned = abs(psi - memory.psi[-1]) > MIN_ZONE_TURN
         psi_dot, direction = 0.0, -direction
-        memory = memory.with_turn_back(psi, M_z) if has_turned else memory.without(1)
+        memory = memory.with_turn_back(psi, M_z) if has_turned else memory.without_last_turn()
     return h, WheelState(state.t, psi, psi_dot, acceleration, memory, direction)
 
 

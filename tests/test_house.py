@@ -28,7 +28,7 @@ def source_files(root: Path, folders: Iterable[str] = PACKAGES) -> Iterator[Path
 
 
 def nodes_of(
-    kind: type[Node], root: Path, folders: Iterable[str] = PACKAGES
+    kind: type[Node] | tuple[type[Node], ...], root: Path, folders: Iterable[str] = PACKAGES
 ) -> Iterator[tuple[Path, Node]]:
     for path in source_files(root, folders):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
@@ -79,8 +79,8 @@ def test_files_hold_one_idea(repository_root: Path) -> None:
 
 def test_functions_fit_on_a_page(repository_root: Path) -> None:
     lengths = {
-        f"{path}:{node.lineno} {node.name}": (node.end_lineno or node.lineno) - node.lineno + 1
-        for path, node in nodes_of(ast.FunctionDef, repository_root)
+        f"{path}:{node.lineno}": (node.end_lineno or node.lineno) - node.lineno + 1
+        for path, node in nodes_of((ast.FunctionDef, ast.AsyncFunctionDef), repository_root)
     }
 
     assert {where: n for where, n in lengths.items() if n > MAX_FUNCTION_LINES} == {}

@@ -33,5 +33,6 @@ def with_prefix(text: str, name: str) -> str:
     for kind, token in tokens(text):
         is_own = kind == "name" and token in own and not before.endswith((".", "->"))
         renamed.append(f"{taken[token.isupper()]}{token}" if is_own else token)
-        before = (before + token.strip())[-2:]
+        if kind != "comment":
+            before = (before + token.strip())[-2:]
     return "".join(renamed)

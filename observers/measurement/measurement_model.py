@@ -260,24 +260,24 @@ class AligningTorque:
     ) -> tuple[Parts, Parts]:
         """All states are random walks."""
         del M_z, last
-        return random_walk(x, self.full_slide(now, rig), now["dt"], tuning)
+        return random_walk(x, self._full_slide(now, rig), now["dt"], tuning)
 
     def measurement(
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
     ) -> Measurement:
         """The aligning torque with the zero of its channel [N m]."""
-        return self.measured_torque(M_z + x.get("M_0", 0), x, now, rig, tuning)
+        return self._measured_torque(M_z + x.get("M_0", 0), x, now, rig, tuning)
 
-    def full_slide(self, now: Parts, rig: Parts) -> Expression:
+    def _full_slide(self, now: Parts, rig: Parts) -> Expression:
         """Torque of full slide at mu = 1 [N m]."""
         return full_slide_torque(now["F_N"], rig["a"])
 
-    def measured_torque(
+    def _measured_torque(
         self, expected: Expression, x: Parts, now: Parts, rig: Parts, tuning: Parts,
         unsure: Expression = 0,
     ) -> Measurement:  # fmt: skip
         """The measurement of a torque; unsure is a deviation of what is expected that lasts [N m]."""
-        slide, dt = self.full_slide(now, rig), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
+        slide, dt = self._full_slide(now, rig), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
         independent = independent_share(now["travel"], tuning["error_travel"])
         noise, error = sensor_noise_variance(rig, tuning, slide), model_error_variance(x, tuning)
         lasting = error + (unsure / slide) ** 2

@@ -145,8 +145,8 @@ class RackForce(AligningTorque):
     ) -> Measurement:
         """The torque of the mean wheel with the gear's and the zero of its channel [N m]."""
         expected = M_z + x.get("M_0", 0) + x.get("gear", 0) * now["dry"]
-        return self.measured_torque(expected, x, now, rig, tuning, now["dry_std"])
+        return self._measured_torque(expected, x, now, rig, tuning, now["dry_std"])
 
-    def full_slide(self, now: Parts, rig: Parts) -> Expression:
+    def _full_slide(self, now: Parts, rig: Parts) -> Expression:
         """Torque of full slide at mu = 1 [N m]."""
         return now["F_N"] * full_slide_arm(rig["a"], rig["e"])

@@ -311,7 +311,6 @@ def test_thesis_simulation_published(tmp_path: Path, measured_dir: Path, simulat
     assert off["201"] < 3e-5
 
 
-@pytest.mark.long
 def test_patch_animation(tmp_path: Path) -> None:
     text = printed_by("patch_animation.py", tmp_path, "--out", "film", "--frames", "4", leaves="film")
 

@@ -2,6 +2,7 @@
 
 import runpy
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +159,12 @@ def test_channels_of_a_recording(kind: str) -> None:
     np.testing.assert_allclose(np.diff(made.t), 0.001 if torque == "M" else 0.01, rtol=1e-9)
     np.testing.assert_array_equal(shown, getattr(same, torque))
     assert not np.array_equal(shown, getattr(other, torque))
+
+
+@pytest.mark.parametrize("fault", [add_outliers, drop_samples, partial(jitter_instants, spread=0.03)])
+def test_seed_decides(fault: Callable[[int, Array], Array]) -> None:
+    np.testing.assert_array_equal(fault(1, T), fault(1, T))
+    assert not np.array_equal(fault(1, T), fault(2, T), equal_nan=True)
 
 
 def test_outliers_are_one_range_off() -> None:

@@ -60,6 +60,15 @@ def test_error_falls_with_the_bristles(columns: int, allowed: float) -> None:
     assert worst(run(Model(discretised=True, bristles=columns), path).M_z, reference) <= allowed
 
 
+def test_shape_moves_the_load() -> None:
+    x, pressure = line()
+    traits = BristleTraits(shape=(lambda u: 1 + 0.4 * u, lambda u: 1 - 0.1 * u))
+
+    load = pressure * (1 + 0.4 * x / TYRE.a) * (1 - 0.1 * x / TYRE.a)
+    expected = -TYRE.mu * np.sum(load * np.abs(x - TYRE.e)) * (x[1] - x[0])
+    assert last_torque(traits, 1e4) == pytest.approx(expected, rel=1e-4)
+
+
 def test_pressure_factor_acts_up_to_the_edge() -> None:
     """The factor 1 / (1 - u^2) makes the pressure even, 3 F_N / (4 a) from edge to edge."""
     traits = BristleTraits(shape=(lambda u: 1 / (1 - u**2),))

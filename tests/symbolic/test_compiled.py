@@ -27,7 +27,7 @@ OTHERS = [
 ]
 OTHER_VALUES = tuple(value for name in OTHERS for value in VALUES[name].values())
 needs_users = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="files have no owner here")
-pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
+needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
 
 
 @pytest.fixture(autouse=True)
@@ -56,6 +56,7 @@ def libraries(folder: Path) -> list[Path]:
     return sorted(folder.glob("cache/*"))
 
 
+@needs_compiler
 @pytest.mark.parametrize(
     ("model", "own"),
     [
@@ -105,6 +106,7 @@ def test_machine_code_gives_the_interpreters_numbers(
     assert max(relative) <= 1e-12
 
 
+@needs_compiler
 def test_library_is_kept_and_used_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert compiled(small()) is not None
     kept = libraries(tmp_path)
@@ -119,6 +121,7 @@ def test_library_is_kept_and_used_again(tmp_path: Path, monkeypatch: pytest.Monk
     assert libraries(tmp_path) == kept
 
 
+@needs_compiler
 def test_changed_function_does_not_meet_a_stale_library(tmp_path: Path) -> None:
     two, three = compiled(small(2.0)), compiled(small(3.0))
 
@@ -152,6 +155,7 @@ def test_function_is_interpreted_where_it_cannot_be_compiled(
     assert [part in line for part, line in zip(said, caplog.messages, strict=True)] == [True] * len(said)
 
 
+@needs_compiler
 def test_a_cache_that_cannot_be_written_has_another_in_its_place(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -167,6 +171,7 @@ def test_a_cache_that_cannot_be_written_has_another_in_its_place(
     assert "what is compiled now is not kept" in line
 
 
+@needs_compiler
 def test_a_full_disk_has_another_folder_in_its_place(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -184,6 +189,7 @@ def test_a_full_disk_has_another_folder_in_its_place(
     assert "cannot be written (No space left on device)" in caplog.text
 
 
+@needs_compiler
 def test_a_compiler_that_makes_rubbish_is_one_line_for_all_models(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -200,6 +206,7 @@ def test_a_compiler_that_makes_rubbish_is_one_line_for_all_models(
     assert list((tmp_path / "cache").iterdir()) == []
 
 
+@needs_compiler
 def test_an_interrupted_compiler_ends_with_all_that_it_started(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -225,6 +232,7 @@ def test_an_interrupted_compiler_ends_with_all_that_it_started(
     wait_for(lambda: not is_running(pid))
 
 
+@needs_compiler
 @pytest.mark.parametrize(
     ("damage", "is_named_so"),
     [
@@ -278,6 +286,7 @@ def planted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return cache
 
 
+@needs_compiler
 def test_a_library_under_another_name_is_not_run(tmp_path: Path) -> None:
     two, three = two_and_three(tmp_path)
     two.unlink()
@@ -290,6 +299,7 @@ def is_doubling(function: ca.Function) -> bool:
     return bool(np.allclose(np.asarray(function([1, 1, 1])[0]), 2 * np.sin(1)))
 
 
+@needs_compiler
 def test_a_planted_library_would_be_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Without this the tests below would show nothing.
     planted(tmp_path, monkeypatch)
@@ -297,6 +307,7 @@ def test_a_planted_library_would_be_run(tmp_path: Path, monkeypatch: pytest.Monk
     assert not is_doubling(compiled(small(2.0)))
 
 
+@needs_compiler
 @needs_users
 @pytest.mark.parametrize(
     ("mode", "is_linked"),
@@ -325,6 +336,7 @@ def test_a_folder_that_others_may_write_to_is_not_used(
     assert stat.S_IMODE(cache_directory().stat().st_mode) == 0o700
 
 
+@needs_compiler
 @needs_users
 @pytest.mark.parametrize("mode", [0o720, 0o775], ids=oct)
 def test_an_own_folder_is_closed_to_the_group(
@@ -344,6 +356,7 @@ def test_an_own_folder_is_closed_to_the_group(
     assert sorted(cache.iterdir()) == kept
 
 
+@needs_compiler
 @needs_users
 @pytest.mark.parametrize(("mode", "is_used"), [(0o777, False), (0o1777, True), (0o775, True)])
 def test_a_folder_that_others_may_replace_is_not_used(
@@ -365,6 +378,7 @@ def test_a_folder_that_others_may_replace_is_not_used(
     assert [expected in line for line in caplog.messages] == ([] if is_used else [True])
 
 
+@needs_compiler
 @needs_users
 def test_a_folder_of_another_user_is_not_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
@@ -376,6 +390,7 @@ def test_a_folder_of_another_user_is_not_used(
     assert f"{cache} belongs to another user" in caplog.text
 
 
+@needs_compiler
 @needs_users
 @pytest.mark.parametrize("fault", ["group", "others", "owner", "link"])
 def test_a_library_that_others_may_have_written_is_built_anew(
@@ -400,6 +415,7 @@ def test_a_library_that_others_may_have_written_is_built_anew(
     assert not library.stat().st_mode & 0o022
 
 
+@needs_compiler
 def test_without_users_nothing_is_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -412,6 +428,7 @@ def test_without_users_nothing_is_asked(
     assert caplog.messages == []
 
 
+@needs_compiler
 @needs_users
 def test_what_is_kept_is_the_users_alone(tmp_path: Path) -> None:
     before = os.umask(0)
@@ -424,6 +441,7 @@ def test_what_is_kept_is_the_users_alone(tmp_path: Path) -> None:
     assert [stat.S_IMODE(path.stat().st_mode) for path in kept] == [0o700, 0o700]
 
 
+@needs_compiler
 @needs_users
 def test_the_folder_in_its_place_goes_with_the_process(tmp_path: Path, repository_root: Path) -> None:
     for name in ("cache", "temporary"):
@@ -450,6 +468,7 @@ def test_the_folder_in_its_place_goes_with_the_process(tmp_path: Path, repositor
     assert [list((tmp_path / name).iterdir()) for name in ("cache", "temporary")] == [[], []]
 
 
+@needs_compiler
 def test_without_such_a_library_one_at_a_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(module, "VECTORISED", ("-lno-such-library",))
     function = small(7.0)
@@ -468,6 +487,7 @@ def test_cache_folder_is_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     assert cache_directory() == tmp_path / ".cache" / "brushgrip"
 
 
+@needs_compiler
 def test_source_of_ours_is_a_library_of_the_cache(tmp_path: Path) -> None:
     library = compiled_source("forty_two", "int answer(void) { return 42; }")
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -41,9 +42,18 @@ def found(late: tuple[Campaign, list[Recording]]) -> Diagnosis:
     return diagnose(late[1], candidates=FEW, jobs=1)
 
 
+def test_all_effects_are_candidates() -> None:
+    default = signature(diagnose).parameters["candidates"].default
+
+    assert set(default) == set(CANDIDATES) > set(EFFECTS)
+
+
 @pytest.mark.long
 def test_names_what_was_planted_among_all(late: tuple[Campaign, list[Recording]]) -> None:
-    assert [effect.name for effect in diagnose(late[1], jobs=1).effects] == ["sensor_delay"]
+    found = diagnose(late[1], jobs=1)
+
+    assert [effect.name for effect in found.effects] == ["sensor_delay"]
+    assert {candidate.name for candidate in found.candidates} == set(EFFECTS)
 
 
 def test_names_what_was_planted(late: tuple[Campaign, list[Recording]], found: Diagnosis) -> None:

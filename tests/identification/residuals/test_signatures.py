@@ -392,6 +392,9 @@ def test_three_signals_are_followed_where_three_are_planted(recordings: list[Rec
     )
 
     assert {s.signal for s in found.followed} == {ANGLE, DIRECTION, "the load"}
+    content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+    assert [s["signal"] for s in content["followed"]] == [s.signal for s in found.followed]
+    assert content["reading"] == found.reading
 
 
 def test_the_band_of_a_constant_allows_for_few_low_frequencies(recordings: list[Recording]) -> None:

@@ -315,3 +315,11 @@ def test_the_paths_reach_the_cap(generated: Generate) -> None:
 
     assert most[0] > 20
     assert most[1] == DEPTH - 2
+
+
+def test_single_precision_where_the_model_explains_the_torque(generated: Generate) -> None:
+    observer = observer_named("ekf declared aligning")
+    rows = SINGLE.round(samples_of_path(path(decreasing()), observer))
+    off = np.abs(generated(observer, SINGLE).run(rows) - python_estimates(observer, rows))
+
+    assert off[100:, 0].max() < 1e-5

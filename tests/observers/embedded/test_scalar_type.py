@@ -91,6 +91,8 @@ typedef struct {
 static const double table[COUNT] = {0.0}; /* table of LIMIT */
 static inline double twice(const pair_t *pair) { return 2.0 * pair->table + now.twice; }
 double grip_public(void) { return twice(0) + LIMIT + table[FIRST]; /* twice */ }
+// A pair.
+pair_t grip_pair(void) { return now./* own */twice; }
 """
 
 
@@ -101,6 +103,7 @@ def test_names_of_a_file_get_its_prefix() -> None:
     assert "#define GRIP_LIMIT (1.0)" in seen
     assert "static const double grip_table[GRIP_COUNT] = {0.0}; /* table of LIMIT */" in seen
     assert "grip_twice(const grip_pair_t *pair) { return 2.0 * pair->table + now.twice; }" in seen
+    assert "// A pair.\ngrip_pair_t grip_pair(void) { return now./* own */twice; }" in seen
     assert "return grip_twice(0) + GRIP_LIMIT + grip_table[GRIP_FIRST]; /* twice */" in seen
     assert with_prefix(seen, "grip") == seen
 

@@ -87,6 +87,16 @@ def test_a_time_that_is_refused_before_the_first_sample_is_forgotten(generated: 
     np.testing.assert_array_equal(code.run(rows)[:, -1], [REFUSED, MISSING, 0])
 
 
+def test_the_estimate_is_the_prior_before_the_first_usable_sample(generated: Generate) -> None:
+    code = generated(observer_named(PLAIN, acquire=False, mu=0.8, mu_std=0.3), SINGLE)
+    good = [0.1, 0.0, 1.0, 400.0, 0.01]
+    estimates = code.run(np.array([[np.nan, *good[1:]], [*good[:3], -5.0, 0.01], good]))
+
+    np.testing.assert_allclose(estimates[:2, :2], [[0.8, 0.3]] * 2, rtol=1e-6)
+    assert np.isnan(estimates[:2, 2]).all()
+    assert estimates[:, -1].tolist() == [MISSING, MISSING, 0]
+
+
 def test_what_is_not_there_is_refused(generated: Generate) -> None:
     code = generated(observer_named(PLAIN), SINGLE)
 

@@ -157,6 +157,17 @@ def test_a_sensor_that_is_always_late(recording: RigRecording) -> None:
     assert_same(loop.state, fed(observer, heard).state)
 
 
+def test_nan_takes_a_measurement_back(recording: RigRecording) -> None:
+    observer, samples = OBSERVERS["ekf"](), samples_of(recording)
+    wrong, lost = (
+        fed(observer, [*samples[:-3], replace(samples[-3], M_z=M_z), *samples[-2:]])
+        for M_z in (50.0, np.nan)
+    )
+    wrong.late(2, M_z=np.nan)
+
+    assert_same(wrong.state, lost.state)
+
+
 def test_a_late_angle_may_start_the_loop(observer: Observer, recording: RigRecording) -> None:
     samples = samples_of(recording)[:20]
     loop = fed(observer, [replace(samples[0], psi=np.nan), *samples[1:]])

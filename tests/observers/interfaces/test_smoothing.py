@@ -88,6 +88,15 @@ def test_it_ends_as_the_filter_and_knows_more_before(
     np.testing.assert_array_equal(smoothed.M_z_predicted, causal.M_z_predicted)
 
 
+def test_a_change_of_the_ground_is_not_smoothed_over() -> None:
+    t, psi, F_N, M_z = change_of_ground()
+    tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3)
+    smoothed = smooth(Ekf(**DECLARED, tuning=tuning), t, psi, F_N, M_z)
+
+    assert smoothed.mu[np.abs(t - 6.0) < 0.5] == pytest.approx(1.5, abs=0.05)
+    assert smoothed.mu[t > 10] == pytest.approx(1.1, abs=0.05)
+
+
 @pytest.mark.parametrize(("first", "then"), [(0.08, 0.05), (0.3, 0.3)])
 def test_what_is_usable_is_that_of_its_own_ground(first: float, then: float) -> None:
     t, psi, F_N, M_z = change_of_ground(first, then)

@@ -327,6 +327,17 @@ def test_a_fall_of_the_ground_is_known_from_the_steering_torque(
     assert abs(estimates.mu[-1] - after) < 2 * estimates.mu_std[-1]
 
 
+def test_a_parked_wheel_is_not_suspected() -> None:
+    """An encoder that toggles one step of 14 bits turns no wheel."""
+    rng, n = np.random.default_rng(3), 3000
+    psi = rng.integers(0, 2, n) * 2 * np.pi / 2**14
+    M_z = 0.03 * rng.standard_normal(n)
+    estimates = run(acquiring_ekf(), np.arange(n) * 0.01, psi, np.full(n, 400.0), M_z)
+
+    assert not (estimates.status & Status.SUSPECT).any()
+    assert not estimates.usable.any()
+
+
 def test_a_scale_of_the_torque_is_one_of_friction_and_stiffness() -> None:
     """As s M(mu, k) = M(s mu, s k), and mu F_N alone enters, no observer can tell these apart."""
     signals = np.vstack([path(), np.zeros_like(path()), np.full(path().size, 400.0)])

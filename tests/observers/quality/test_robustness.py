@@ -21,8 +21,7 @@ from tests.observers.surface_changes import HIGH, LOW, crossing, turn_until_know
 
 pytestmark = pytest.mark.usefixtures("optimised")
 KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe", marks=pytest.mark.long)]
-"""The window takes ten times as long as the filter; the quick tier gives it all faults at once."""
-RUNS = {Ekf: range(8), Mhe: range(8)}
+"""The window takes ten times as long as the filter."""
 STEERED_RUNS = range(3)
 PLACES = (
     pytest.param(0.15, marks=pytest.mark.long),
@@ -39,9 +38,12 @@ def clean(kind: Any, made: RecordingFactory, seeds: range, **settings: Any) -> f
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-@pytest.mark.parametrize("kind", KINDS)
-def test_faults_cost_no_more_than_a_factor_of_two(kind: Any, fault: str) -> None:
-    seeds = RUNS[kind]
+@pytest.mark.parametrize(
+    ("kind", "count"),
+    [(Ekf, 8), *(pytest.param(*case, marks=pytest.mark.long) for case in ((Ekf, 20), (Mhe, 10)))],
+)
+def test_faults_cost_no_more_than_a_factor_of_two(kind: Any, count: int, fault: str) -> None:
+    seeds = range(count)
     without = clean(kind, turned_by_hand, seeds)
 
     assert without < 0.002
@@ -56,9 +58,10 @@ def test_all_faults_at_once_cost_the_window_no_more_than_a_factor_of_two() -> No
 
 
 @pytest.mark.parametrize("fault", ["outliers", "all of these"])
-def test_no_fault_is_taken_for_another_ground(fault: str) -> None:
+@pytest.mark.parametrize(("count", "least"), [(8, 10), pytest.param(20, 50, marks=pytest.mark.long)])
+def test_no_fault_is_taken_for_another_ground(count: int, least: int, fault: str) -> None:
     rejected = 0
-    for seed in RUNS[Ekf]:
+    for seed in range(count):
         made = FAULTS[fault](seed)
         estimates = estimated(Ekf, made, **CLEAN_WITH_FAULTS)
         late = slice(errors(made, estimates).slid, None)
@@ -69,7 +72,7 @@ def test_no_fault_is_taken_for_another_ground(fault: str) -> None:
         assert not (status & Status.RESET).any()
         assert (status[struck & measured] & Status.REJECTED).all()
         rejected += np.count_nonzero(struck & measured)
-    assert rejected > 10
+    assert rejected > least
 
 
 @pytest.mark.parametrize("fault", STEERED_FAULTS)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identification import read_recording
-from observers import Ekf, Loop, Sample, Status, Tuning, run, smooth
+from observers import Ekf, Loop, Mhe, Sample, Status, Tuning, run, smooth
 from reference_rig import RigRecording, make_recording
 from tests.observers.conftest import EXACT_RIG, RIG, make
 from tests.observers.factories import acquiring_ekf, columns_of, samples_of, wrong_and_usable
@@ -39,15 +39,16 @@ def samples(recording: RigRecording) -> list[Sample]:
     return samples_of(columns_of(recording, slice(900)))
 
 
-def test_a_spike_of_the_angle_is_left_out(samples: list[Sample]) -> None:
-    expected, _ = along(make(Ekf), samples)
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
+def test_a_spike_of_the_angle_is_left_out(kind: Any, samples: list[Sample]) -> None:
+    expected, _ = along(make(kind), samples)
     spike = faulty(samples, slice(AT, AT + 1), psi=lambda psi: psi - 0.32)
-    mu, status = along(make(Ekf), spike)
+    mu, status = along(make(kind), spike)
 
     assert status[AT] == Status.IMPLAUSIBLE | Status.MISSING | Status.HELD
     assert status[AT + 1] == Status.USED
     assert np.abs(mu - expected).max() < 2e-3
-    unlimited, silent = along(make(Ekf, psi_rate_limit=inf), spike)
+    unlimited, silent = along(make(kind, psi_rate_limit=inf), spike)
     assert np.abs(unlimited - expected).max() > 0.05, "a spike that does no harm shows nothing"
     assert Status.IMPLAUSIBLE not in silent[AT]
 

@@ -156,3 +156,11 @@ def test_torque_is_the_integral_of_the_printed_deformation(
 
     expected = Printed(psi, None if back is None else psi_max, tyre).torque()
     assert made == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("turns", [(0.0, 0.0), (1e-9, 0.0), (0.3, 0.0), (0.3, -0.25), (-0.1, 0.15)])
+def test_slope_of_the_torque_is_its_difference(turns: tuple[float, float]) -> None:
+    torque = curve(turns, LOAD, TYRE.k, Rig(a=TYRE.a, e=TYRE.e))
+    difference = (torque(1.3 + 1e-5)[0] - torque(1.3 - 1e-5)[0]) / 2e-5
+
+    assert torque(1.3)[1] == pytest.approx(difference, rel=1e-6, abs=1e-9)
