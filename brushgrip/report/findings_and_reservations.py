@@ -143,7 +143,7 @@ def missing_effects(diagnosis: Diagnosis) -> list[str]:
             told.append(f"{names} in place of a cause that is not known ({fall}{UNPROVEN})")
     if diagnosis.unexplained.present:
         rest = percent(diagnosis.unexplained.structured)
-        unknown = f"what nothing explains: {rest} of range, training and validation recordings together"
+        unknown = f"what nothing explains: {rest} of range, all recordings together"
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
     return [f"({i}) " * (len(told) > 1) + sentence(one) for i, one in enumerate(told, 1)]
 

@@ -113,7 +113,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert text.endswith("\nNot known: Friction in c and d; friction in b after 7.0 s.")
-    rest = "(3) What nothing explains: 1.20 % of range, training and validation recordings together."
+    rest = "(3) What nothing explains: 1.20 % of range, all recordings together."
     assert f"{rest}\nBefore and after: T" in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
@@ -319,7 +319,7 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
     assert missing_effects(replace(diagnosis, effects=(found,))) == [
         f"(1) F{told[1:]} (torque error with k refitted 4.30 % → 3.00 % of range; the gain is not luck,"
         " this cause likely but not proven).",
-        "(2) What nothing explains: 1.20 % of range, training and validation recordings together.",
+        "(2) What nothing explains: 1.20 % of range, all recordings together.",
     ]
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")

@@ -142,7 +142,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
         " otherwise (torque error with k refitted 4.30 % → 3.00 % of range; the gain is not luck, this"
         " cause likely but not proven). (2) The torque channel has a zero error (torque error → 2.30 %;"
         " the gain is not luck, this cause likely but not proven). (3) What nothing explains: 1.20 % of"
-        " range, training and validation recordings together.",
+        " range, all recordings together.",
         "Contents",
         "What was found",
         "Friction over time",
