@@ -17,6 +17,7 @@ from brushgrip.running import unfinished_search
 from identification import Diagnosis, Huber, Journal, Recording
 from identification.selection.trial_runner import workers
 from symbolic import InvalidInputError
+from symbolic.array_alias import Array
 from tests.brushgrip.factories import make_diagnosis, make_outcome
 from tests.brushgrip.helpers import Outcome, Run, Write, contents, table_of
 
@@ -160,18 +161,34 @@ def test_friction_takes_the_samples_that_the_search_takes(
     assert (searched, estimated) == (["a", "b", "c", "d"], thinned)
 
 
-@pytest.mark.usefixtures("no_drawing")
-def test_what_looks_wrong_with_an_input_stands_in_every_result(
-    diagnose: Diagnose, asked: list[Any], write_csv: Write, repository_root: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+DiagnoseTorque = Callable[[Callable[[Array, float], Array]], tuple[Outcome, str]]
+
+
+@pytest.fixture
+def diagnose_torque(
+    diagnose: Diagnose, write_csv: Write, repository_root: Path, monkeypatch: pytest.MonkeyPatch
+) -> DiagnoseTorque:
+    """Diagnoses what a sensor with a limit makes of a torque; gives the outcome and its first note."""
     friction = make_outcome()
     monkeypatch.setattr(friction_before_and_after, "friction_by_both_models", lambda *_: friction)
     columns = table_of(repository_root / "examples" / "recordings" / "train_a.csv")
-    top = 0.6 * columns["M_z"].max()
-    clipped = write_csv("a.csv", columns | {"M_z": columns["M_z"].clip(-top, top)})
-    outcome = diagnose(clipped, "b", "--jobs", 1)
-    note, *_ = json.loads(Path("out/diagnosis.json").read_text())["notes"]
+    M_z = columns["M_z"]
+
+    def diagnosed(sensor: Callable[[Array, float], Array]) -> tuple[Outcome, str]:
+        outcome = diagnose(
+            write_csv("a.csv", columns | {"M_z": sensor(M_z, 0.6 * M_z.max())}), "b", "--jobs", 1
+        )
+        note, *_ = json.loads(Path("out/diagnosis.json").read_text())["notes"]
+        return outcome, note
+
+    return diagnosed
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_what_looks_wrong_with_an_input_stands_in_every_result(
+    diagnose_torque: DiagnoseTorque, asked: list[Any]
+) -> None:
+    outcome, note = diagnose_torque(lambda M_z, top: M_z.clip(-top, top))
     page = Path("out/report.html").read_text("utf-8")
 
     assert outcome.err.startswith("a: the torque is clip")
@@ -184,16 +201,9 @@ def test_what_looks_wrong_with_an_input_stands_in_every_result(
 
 @pytest.mark.usefixtures("no_drawing")
 def test_a_sensor_that_may_end_makes_no_result_void(
-    diagnose: Diagnose, asked: list[Any], write_csv: Write, repository_root: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
-    friction = make_outcome()
-    monkeypatch.setattr(friction_before_and_after, "friction_by_both_models", lambda *_: friction)
-    columns = table_of(repository_root / "examples" / "recordings" / "train_a.csv")
-    top = 0.6 * columns["M_z"].max()
-    soft = write_csv("a.csv", columns | {"M_z": top * np.tanh(columns["M_z"] / top)})
-    outcome = diagnose(soft, "b", "--jobs", 1)
-    note, *_ = json.loads(Path("out/diagnosis.json").read_text())["notes"]
+    diagnose_torque: DiagnoseTorque, asked: list[Any]
+) -> None:
+    outcome, note = diagnose_torque(lambda M_z, top: top * np.tanh(M_z / top))
 
     assert asked
     assert outcome.err.startswith("a: the torque seems to end at")
