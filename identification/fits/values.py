@@ -21,7 +21,7 @@ from symbolic.tables.found_model import mean_over_grounds
 
 UPPER_QUANTILE = 0.98
 """Quantile of the torque's size from which the first guess of mu is taken: spikes are above it."""
-AT_RANGE, BEYOND_RANGE, USUAL_FRICTION = 0.8, 1.2, 1.0
+AT_RANGE, START_ABOVE_RANGE, USUAL_FRICTION = 0.8, 1.2, 1.0
 """That quantile over the torque left out, beyond which it is at the range of its sensor [1]; first guess
 of mu over that of this torque then, and its least [1]."""
 UNNAMED_GROUND = "unnamed ground"
@@ -120,7 +120,7 @@ def initial_guess(model: Model, recordings: Sequence[Recording]) -> Values:
         largest = float(np.nanquantile(np.abs(recording.M_z), UPPER_QUANTILE))
         mu = largest / slide
         if largest > AT_RANGE * recording.rig.torque_limit:
-            mu = max(BEYOND_RANGE * mu, USUAL_FRICTION)
+            mu = max(START_ABOVE_RANGE * mu, USUAL_FRICTION)
         own[recording.name] = {"mu": float(np.clip(mu, 0.05, 5.0))}
     k = float(np.exp(np.mean([np.log(recording.tyre.k) for recording in recordings])))
     return complete_values(model, Values(tyre={"k": k}, own=own), recordings)
