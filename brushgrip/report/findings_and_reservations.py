@@ -97,8 +97,7 @@ def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
     if len(notes) != 1:
         return [sentence(note) for note in notes]
     head, _, cases = notes[0].partition(": ")
-    why = f"{head}, for one or several of these reasons: no recording tells which, the checks below do"
-    return [sentence(one) for one in (why, *cases.split("; "))]
+    return [sentence(one) for one in (f"{head}; no recording tells why", *cases.split("; "))]
 
 
 def reservation(diagnosis: Diagnosis) -> list[str]:
@@ -245,7 +244,7 @@ def adjusted_values(diagnosis: Diagnosis) -> str:
 
 
 def error_to_quote(diagnosis: Diagnosis) -> list[str]:
-    """The torque error to quote, stage by stage, and what judged it."""
+    """The torque error stage by stage, what is adjusted to reach it, and what judged it."""
     kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
     judged = {
         "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit, which helped to pick"
@@ -259,16 +258,15 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
     }
     if diagnosis.effects:
         stages["by the model found"] = diagnosis.after
-    key = judged_by(diagnosis)[1]
 
-    def chain(of: str) -> str:
-        return ", ".join(f"{percent(errors.summary()[of])} {by}" for by, errors in stages.items())
+    def chain(of: str) -> list[str]:
+        return [percent(errors.summary()[of]) for errors in stages.values()]
 
-    unrefitted = (
-        f" With nothing adjusted, as of a new recording: {chain('holdout_torque_nrmse_unrefitted')}."
-    )
+    first = ", ".join(f"{e} {by}" for e, by in zip(chain(judged_by(diagnosis)[1]), stages, strict=True))
+    nothing = ", ".join(chain("holdout_torque_nrmse_unrefitted"))
+    unrefitted = f"; with nothing adjusted, as of a new recording: {nothing}"
     return [
-        f"Torque error, in % of its range: {chain(key)}. Adjusted to each recording:"
-        f" {adjusted_values(diagnosis)}.{unrefitted * bool(diagnosis.after.unrefitted)}",
-        f"Judged by {judged}.",
+        f"{first}, of its range{unrefitted * bool(diagnosis.after.unrefitted)}.",
+        f"The torque error was judged by {judged}.",
+        f"Adjusted to each of these: {adjusted_values(diagnosis)}.",
     ]

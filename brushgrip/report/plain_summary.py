@@ -22,6 +22,8 @@ from observers import GroundFriction
 
 UNLIKE = "asymmetric_friction"
 """The effect by which friction differs by direction."""
+Parts = list[tuple[str, list[str]]]
+"""Labels, each with its items."""
 MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
@@ -42,35 +44,49 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
 
 def lines_to_send(
     diagnosis: Diagnosis, outcome: FrictionOutcome | None, warning: str = ""
-) -> list[tuple[str, list[str]]]:
-    """A mail, each part a label and its items; what is acted on comes first."""
+) -> tuple[Parts, Parts]:
+    """A mail of a few lines, what is acted on first, and what is to be known before acting on it.
+
+    Each is a list of parts, a label and its items; a label of the second goes on where that of the first
+    ends.
+    """
     told = outcome or FrictionOutcome(before={}, after={}, grounds={})
     known = any(map(told.known_tracks, told.grounds))
     steps = next_steps(diagnosis, told)
-    certainty = [
-        *_holds(told),
-        _weaker(diagnosis, told),
-        order_with_load(told, diagnosis),
-        *reservation(diagnosis),
-    ]
-    off = stiffness_cases(diagnosis)
+    steps = [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)]
+    first, after = [text.strip() for text in "".join(steps[:1]).partition(". ")[::2]]
+    reserved = reservation(diagnosis)
+    wide = [_differences(told, ground, one) for ground, one in told.further().items()]
+    also = [*wide, _weaker(diagnosis, told), order_with_load(told, diagnosis), *reserved]
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     provisional = ", provisional" * _is_provisional(diagnosis, known=known)
     friction = {f"Friction between tyre and ground{provisional}": [_friction(told)]}
-    parts = {
+    cases = _with_values(stiffness_cases(diagnosis), diagnosis, told, known=known)
+    error, *judged = error_to_quote(diagnosis)
+    valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
+    mail = {
         "Note": [warning],
         **(friction if outcome else finding),
-        "Provisional because" if provisional else "Stiffness": _with_values(
-            off, diagnosis, told, known=known
-        ),
-        "How sure": certainty if known else reservation(diagnosis)[:-1],
-        "To do": [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)],
+        "Provisional because" if provisional else "Stiffness": cases[:2],
+        "How sure": _holds(told) if known else reserved[:-1],
+        "To do first": [sentence(first)] if first else [],
         **finding,
-        "Before and after": [benefit(diagnosis, told), *error_to_quote(diagnosis)],
-        "Valid for": [validity(diagnosis, told.slide_rate if known else None, told.slide_speed)],
+        "Torque error": [error],
+        "Valid for": [valid],
+    }
+    details = {
+        "What else may make that stiffness, alone or together": cases[2:],
+        "How sure": also if known else [],
+        "To do then": [f"After (1): {after}" * bool(after), *steps[1:]],
+        "Before and after": [benefit(diagnosis, told), *judged],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
+    return _filled(mail), _filled(details)
+
+
+def _filled(parts: dict[str, list[str]]) -> Parts:
+    """The parts that say something."""
     filled = {label: [item for item in items if item] for label, items in parts.items()}
     return [(label, items) for label, items in filled.items() if items]
 
@@ -110,7 +126,7 @@ def _with_values(
 
 
 def _holds(outcome: FrictionOutcome) -> list[str]:
-    """How often the ± of the grounds and of the recordings that are named holds, and why it is wide."""
+    """How often the ± of the grounds and of the recordings that are named holds."""
     further = outcome.further()
     bands = [one.further is not None for one in further.values()]
     lines = [
@@ -130,8 +146,7 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
     lines.append(
         f"{bound} error that all recordings share is in the ± only as far as the tolerances go."
     )
-    wide = [_differences(outcome, ground, one) for ground, one in further.items()]
-    return [*lines, *filter(None, wide)]
+    return lines
 
 
 def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:

@@ -91,15 +91,17 @@ def print_diagnosis(
         title = "Friction by the assumed model → by the model found, mean over recordings"
         print_table(title, headings[:-1], [row[:-1] for row in rows], right=True)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
-    to_send = lines_to_send(diagnosis, outcome, warning) if outcome else []
-    for note in notes_beside(diagnosis, " ".join(item for _, items in to_send for item in items)):
+    to_send, details = lines_to_send(diagnosis, outcome, warning) if outcome else ([], [])
+    told = " ".join(item for _, items in (*to_send, *details) for item in items)
+    for note in notes_beside(diagnosis, told):
         print_text(f"note: {note}")
     for line in own_rejected(diagnosis):
         print_text(line)
     print_text(use_of(diagnosis, found_model(diagnosis)))
-    if to_send:
-        print_text("To send", style="bold")
-        for label, items in to_send:
+    for title, parts in (("Before you act on it", details), ("To send", to_send)):
+        if parts:
+            print_text(title, style="bold")
+        for label, items in parts:
             print_text("\n- ".join([f"{label}:", *items]) if len(items) > 1 else f"{label}: {items[0]}")
 
 

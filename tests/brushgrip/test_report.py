@@ -143,6 +143,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
         " cause likely but not proven). (2) The torque channel has a zero error (torque error → 2.30 %;"
         " the gain is not luck, this cause likely but not proven). (3) What nothing explains: 1.20 % of"
         " range, all recordings together.",
+        "Before you act on it",
         "Contents",
         "What was found",
         "Friction over time",
@@ -173,8 +174,11 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "1.20 ± 0.10" in first
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
-    assert "Judged by 1 recording kept out of the fit, which helped to pick the effects" in first
-    assert "4.30 % with its stiffness k refitted, 2.37 % by the model found. Adjusted to each" in first
+    assert (
+        "The torque error was judged by 1 recording kept out of the fit, which helped to pick the effects"
+        in first
+    )
+    assert "4.30 % with its stiffness k refitted, 2.37 % by the model found, of its range." in first
     assert "friction and torque offset, and lengths and load within their tolerances." in first
     assert "Simulated" not in first
     assert "never: it has not slid enough to tell" in first
