@@ -187,7 +187,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert page.text.count("Friction between tyre and ground") == 1, "said once"
     assert "It stands on 3 recordings, 1 validation recording judged it" in rest
     assert page.headings[0].startswith("Friction between tyre and ground: 1.10 ± 0.10 (b) and 1.20")
-    assert page.headings[1:3] == ["Contents", "What was found"]
+    assert page.headings[1:4] == ["Before you act on it", "Contents", "What was found"]
     assert "<title>1.10 ± 0.10 (b)".replace(" ± ", "\u00a0±\u00a0") in text
 
 
