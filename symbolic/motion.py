@@ -13,16 +13,22 @@ from symbolic.array_alias import Array
 from symbolic.errors import InvalidInputError
 from symbolic.masing import TurningPoints, declared_friction
 from symbolic.parameters import Rig, Tyre, require_positive
-from symbolic.wheel_integrator import CONSTANTS, WheelState, WheelStepper, integrate, torques
+from symbolic.wheel_integrator import (
+    CONSTANTS,
+    WheelState,
+    WheelStepper,
+    branch_torques,
+    integrate_wheel,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TorqueProfile:
-    """A steering torque that is linear between its corners and constant after the last.
+    """A steering torque that is linear between its breakpoints and constant after the last.
 
     Attributes:
-        t: times of the corners, increasing from 0, shape (n,) [s].
-        M: steering torque at the corners, shape (n,) [N m].
+        t: times of the breakpoints, increasing from 0, shape (n,) [s].
+        M: steering torque at the breakpoints, shape (n,) [N m].
 
     Raises:
         InvalidInputError: shapes differ, a number is not finite, or the times do not increase from 0.
@@ -46,8 +52,8 @@ class TorqueProfile:
         """Steering torque at times [s], same shape [N m]."""
         return np.interp(t, self.t, self.M)
 
-    def corners(self, duration: float) -> Array:
-        """Times of the corners before the end of a motion, and that end [s]."""
+    def breakpoints(self, duration: float) -> Array:
+        """Times of the breakpoints before the end of a motion, and that end [s]."""
         return np.array([*(t for t in self.t if t < duration), duration])
 
 
@@ -109,7 +115,7 @@ def simulate_motion(
     for name, value in (("duration", duration), ("rate", rate), ("tolerance", tolerance)):
         require_positive(name, value)
     stepper = WheelStepper(constants, tolerance)
-    states = list(integrate(stepper, profile.at, profile.corners(duration)))
+    states = list(integrate_wheel(stepper, profile.at, profile.breakpoints(duration)))
     t = np.arange(int(duration * rate * (1 + 1e-12)) + 1) / rate
     return _sampled(states, np.minimum(t, duration), profile, stepper)
 
@@ -139,7 +145,7 @@ def _sampled(
         t=t,
         psi=psi,
         psi_dot=psi_dot,
-        M_z=torques(psi, branches[i], stepper.patch),
+        M_z=branch_torques(psi, branches[i], stepper.patch),
         M=profile.at(t),
         memory=tuple([states[j].memory for j in i.tolist()]),
         steps=len(states) - 1,

@@ -66,7 +66,7 @@ class ZonePatch:
     def advance(self, memory: Expression, turn: Expression, coefficients: Expression) -> Expression:
         """One sample: shear by the turn, clip at the limit; see `Patch.advance`."""
         level, scale, _, a, _ = ca.vertsplit(coefficients)
-        xi, r = thin_out(memory[: self.corners], memory[self.corners :], scale, a)
+        xi, r = drop_least_corner(memory[: self.corners], memory[self.corners :], scale, a)
         xi, r = clip_polyline(xi, r - xi * turn, turn, level)
         return ca.vertcat(xi, r)
 
@@ -176,7 +176,7 @@ def polyline_moment(
     return k * ca.dot(slope, moment[:-1] - moment[1:])
 
 
-def thin_out(
+def drop_least_corner(
     xi: Expression, r: Expression, scale: Expression, a: Expression
 ) -> tuple[Expression, Expression]:
     """Drop the corner with the least weight in the torque where fewer than three places are free.

@@ -96,7 +96,7 @@ class CodegenRequest:
         from brushgrip.outputs.console import say, show
         from brushgrip.outputs.provenance import comment
         from observers.embedded import generate_vehicle, require_replaceable
-        from observers.embedded.cost import estimated_cost
+        from observers.embedded.cost import estimated_instructions
         from observers.interfaces.factory import read_vehicle_file
         from symbolic import InvalidInputError
 
@@ -110,7 +110,7 @@ class CodegenRequest:
         if self.ground is not None and not (found and found.grounds):
             raise InvalidInputError(f"--ground {self.ground}: this model knows no grounds; leave it out")
         real, tunable = observer_export.TYPES[self.real], observer_export.TUNABLE[self.tunable or ""]
-        cost = estimated_cost(observer, real, tunable)
+        cost = estimated_instructions(observer, real, tunable)
         with staged_directory(self.out) as stage:
             write = observer_export.WRITERS[self.target]
             files = write(observer, stage, real, name=self.name, tunable=tunable)

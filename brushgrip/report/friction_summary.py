@@ -12,7 +12,7 @@ from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
 from identification import Diagnosis
 from observers import Status
 from observers.planning.uncertainty_budget import REST, SLOPE
-from observers.quality.friction_across_recordings import order_by_chance
+from observers.quality.friction_across_recordings import kendall_load_test
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
 IN_PLAIN_WORDS = {
@@ -101,10 +101,10 @@ def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
         ground: [(loads[t.name], t.mu[at]) for t, at in outcome.known_tracks(ground) if t.name in loads]
         for ground in filter(None, outcome.grounds)
     }
-    chance, falls = order_by_chance(list(known.values()))
+    chance, falls = kendall_load_test(list(known.values()))
     if chance > CHANCE:
         return ""
-    ways = {ground: order_by_chance([own]) for ground, own in known.items()}
+    ways = {ground: kendall_load_test([own]) for ground, own in known.items()}
     on = listed([ground for ground, (alone, way) in ways.items() if alone < 1 and way == falls])
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction"

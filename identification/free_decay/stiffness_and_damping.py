@@ -27,7 +27,7 @@ from identification.free_decay.vibration import stiffness
 from identification.free_decay.vibration_detection import find_vibration
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
-from symbolic.parameters import spread_by_lengths
+from symbolic.parameters import relative_std_by_lengths
 
 UNITS = ("N/m^2", "N m s/rad")
 _CONFIDENCE = 0.95
@@ -71,7 +71,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         _parameter(float(solution.x[i] * scales[i]), float(covariance[i, i]), quantile, UNITS[i])
         for i in range(COMMON)
     )
-    lengths = float(np.mean([spread_by_lengths(partial(stiffness, 1.0), d.rig) for d in decays]))
+    lengths = float(np.mean([relative_std_by_lengths(partial(stiffness, 1.0), d.rig) for d in decays]))
     stiffnesses = stiffness_by_contact(likelihood)
     agreed = stiffnesses_agree(stiffnesses.values())
     contacts = _contacts(likelihood, solution, covariance, stiffnesses)

@@ -30,7 +30,7 @@ from identification.reading.table import MIN_SAMPLES, Table
 from identification.reading.yaw_rate import smoothed_rate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
-from symbolic.tables.parsing import MAX_TABLES_SIZE, naming, toml_of
+from symbolic.tables.parsing import MAX_TABLES_SIZE, prefix_errors, toml_of
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import mean_angle
@@ -104,7 +104,7 @@ def read_vehicle(path: str | Path) -> Vehicle:
     """
     path = Path(path)
     content = read_bytes(path, MAX_TABLES_SIZE)
-    with naming(path):
+    with prefix_errors(path):
         return vehicle_from_tables(toml_of(content))
 
 

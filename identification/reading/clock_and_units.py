@@ -19,7 +19,7 @@ from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import bare_name, is_unit, unit_of_name
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
-from symbolic.tables.parsing import naming
+from symbolic.tables.parsing import prefix_errors
 
 _FASTER = 1.5
 """Ratio of samples from which the angle is sampled faster than the torque."""
@@ -53,7 +53,7 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
     sources, in_si, by_name = dict[str, SignalSource](), dict[str, Samples](), list[str]()
     for column, samples in read.items():
         source = signals.of(column, bare_name(names[column]))
-        with naming(f"{path}: {names[column]}"):
+        with prefix_errors(f"{path}: {names[column]}"):
             is_date = np.asarray(samples.values).dtype.kind in "mM"
             sources[column], taken = (
                 (source, "") if is_date else unit_by_name(column, source, samples.unit)

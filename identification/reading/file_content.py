@@ -6,7 +6,7 @@ from pathlib import Path
 from stat import S_ISREG
 
 from symbolic import InvalidInputError
-from symbolic.tables.parsing import naming, text_of
+from symbolic.tables.parsing import prefix_errors, text_of
 
 MAX_FILE_SIZE = 500_000_000
 """Largest file that is read [bytes]."""
@@ -49,5 +49,5 @@ def _as_input_error(path: Path) -> Iterator[None]:
 def read_text(path: Path) -> str:
     """The content of a UTF-8 text file, without its byte order mark."""
     content = read_bytes(path)
-    with naming(path):
+    with prefix_errors(path):
         return text_of(content)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
-from symbolic.tables.parsing import excerpt, naming, shown
+from symbolic.tables.parsing import excerpt, prefix_errors, quoted_value
 from symbolic.tables.rig_from_tables import SIGNALS
 
 USUAL_RATIO = 15
@@ -57,7 +57,7 @@ class SignalSource:
         if not MIN_FACTOR <= abs(self.factor) <= MAX_FACTOR:
             raise InvalidInputError(
                 f"factor must be finite and not 0, from {MIN_FACTOR:g} to {MAX_FACTOR:g} or its"
-                f" negative, got {shown(self.factor)}"
+                f" negative, got {quoted_value(self.factor)}"
             )
 
     def scale(self, column: str, unit: str) -> float:
@@ -124,7 +124,7 @@ class SignalMap:
                 raise InvalidInputError(
                     f"{excerpt(column)} is no column of a recording; allowed: {', '.join(UNITS)}, {DBC}"
                 )
-            with naming(column):
+            with prefix_errors(column):
                 signal.scale(column, "")
 
     def __bool__(self) -> bool:
@@ -187,7 +187,7 @@ def parse_signals(text: str) -> SignalMap:
                 raise InvalidInputError(f"{DBC} must be the name of a file, got {excerpt(source)}")
             dbc = Path(source)
             continue
-        with naming(f"map {excerpt(part)}"):
+        with prefix_errors(f"map {excerpt(part)}"):
             factor = float(found["factor"] or 1) * (-1 if found["sign"] == "-" else 1)
             over = float(found["over"] or 1)
             factor = factor / over if over else inf

@@ -85,7 +85,7 @@ RIG_CORNER = 1.48
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cost:
+class InstructionsPerStep:
     """What a step of generated C takes.
 
     Attributes:
@@ -127,19 +127,21 @@ class Cost:
         return count
 
 
-def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tunable = "") -> Cost:
+def estimated_instructions(
+    observer: FunctionObserver, real: Real = SINGLE, tunable: Tunable = ""
+) -> InstructionsPerStep:
     """What a step of an observer will take; `tunable` as for `generate`."""
     factor = 1 if real is SINGLE else SOFT_DOUBLE
     patch = compact_patch(observer, SINGLE)
     if patch is None:
-        return Cost(instructions=VECTORS * factor, vectors=True, remedy=_remedy(observer))
+        return InstructionsPerStep(instructions=VECTORS * factor, vectors=True, remedy=_remedy(observer))
     if tunable == "all" and not patch.takes_rig:
         remedy = "take the tuning alone at run time (--tunable tuning), a tenth of that or less"
-        return Cost(instructions=VECTORS * factor, vectors=True, remedy=remedy)
+        return InstructionsPerStep(instructions=VECTORS * factor, vectors=True, remedy=remedy)
     counts, effects = FLOAT if real is SINGLE else DOUBLE, patch.observer.model.effects
     on_bristles = bool(patch.terms["bristles"])
     if isinstance(observer, Mhe) and effects and not on_bristles:
-        return Cost(instructions=None)
+        return InstructionsPerStep(instructions=None)
     step, corner = _step_and_corner(patch, counts, tunable)
     corner *= not on_bristles
     acquiring = counts.acquiring[bool(tunable)] + GEAR_ACQUIRING * ("gear" in patch.observer.states)
@@ -151,7 +153,7 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     if on_bristles:
         mean += _bristle_instructions(patch, counts, 0)
         most += _bristle_instructions(patch, counts, 1)
-    return Cost(
+    return InstructionsPerStep(
         instructions=int(round(mean, -2)),
         at_most=int(round(MARGIN * most, -2)),
         corner=round(corner),

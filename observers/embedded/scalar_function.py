@@ -64,7 +64,7 @@ ABOUT = {
 """Purpose of a Function, as a comment of the C."""
 
 
-def scalar_function(
+def expand_with_constants(
     name: str, function: ca.Function, numbers: Mapping[str, Any], *, last: ca.SX | None = None
 ) -> ca.Function:
     """A Function with some inputs as numbers, expanded to scalar operations, each done once.
@@ -92,12 +92,12 @@ def _with_infinity(values: Iterable[Any], epsilon: ca.SX) -> ca.SX:
     )
 
 
-def with_known_exponential(function: ca.Function, of: tuple[str, int], known: str) -> ca.Function:
+def with_known_exponential(function: ca.Function, exponent: tuple[str, int], known: str) -> ca.Function:
     """The same Function of scalars, where exp of an element of an input is another input."""
     inputs = [ca.SX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
     outputs = [ca.SX(function.sparsity_out(i)) for i in range(function.n_out())]
     exponential = inputs[function.index_in(known)]
-    at_exponent = [function.index_in(of[0]), of[1]]
+    at_exponent = [function.index_in(exponent[0]), exponent[1]]
     work: dict[int, ca.SX] = {}
     exponents: set[int] = set()
     for k in range(function.n_instructions()):
@@ -151,7 +151,7 @@ def without_outputs(function: ca.Function, names: Collection[str]) -> ca.Functio
 
 
 def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[str]]) -> str:
-    """C of a Function of scalars of an estimator; comment and functions as of `described`."""
+    """C of a Function of scalars of an estimator; comment and functions as of `with_description`."""
     outputs = [function.name_out(i) for i in range(function.n_out())]
     elements = {name: names[_vector(name)] for name in outputs if _vector(name) in names}
     comments = Comments(elements=elements)
@@ -159,10 +159,12 @@ def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[
         between = {**BETWEEN, **elements}
         comments = Comments(sections=SECTIONS, elements=between, between=tuple(BETWEEN))
     text = c_function(function.name(), function, real.c_type, VECTORS, comments)
-    return described(function, function.name(), text, names)
+    return with_description(function, function.name(), text, names)
 
 
-def described(function: ca.Function, name: str, text: str, names: Mapping[str, Sequence[str]]) -> str:
+def with_description(
+    function: ca.Function, name: str, text: str, names: Mapping[str, Sequence[str]]
+) -> str:
     """C of a Function with a comment; exp and log are those of `templates/elementary_functions.c`.
 
     The comment says what it does, and names the elements of vectors, as far as `names` has them.

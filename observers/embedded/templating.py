@@ -17,7 +17,7 @@ ENVIRONMENT = Environment(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Body:
+class ObserverBody:
     """The part of generated code that differs between observers.
 
     Attributes:
@@ -38,6 +38,6 @@ class Body:
     scaled: bool = False
 
 
-def render(template: str, terms: Mapping[str, Any]) -> str:
+def render(template_name: str, terms: Mapping[str, Any]) -> str:
     """The text of a template of this package; a term that is missing is an error."""
-    return ENVIRONMENT.get_template(template).render(terms)
+    return ENVIRONMENT.get_template(template_name).render(terms)

@@ -36,16 +36,16 @@ import casadi as ca
 
 from observers.estimators.mhe_terms import (
     arrival_variance_increment,
-    build_backward,
-    build_forward,
+    build_filter_step,
     build_prediction,
     build_sample_acceptance,
+    build_smoother_step,
     has_not_converged,
 )
 from observers.estimators.model_observer import ModelObserver
 from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.layout import Layout, Parts, symbols
-from observers.measurement.linearisation import angle_is_state, directions
+from observers.measurement.linearisation import angle_is_state, slope_states
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.history import PatchWindow
 from observers.patch.patch_protocol import PatchModel
@@ -83,16 +83,16 @@ class Mhe(ModelObserver):
     @property
     def estimator_layout(self) -> Layout:
         """The parts of a state, less those of the supervision."""
-        return layout(self.model, self.measurement_model, self.window)
+        return mhe_layout(self.model, self.measurement_model, self.window)
 
     @property
     def estimator_step(self) -> ca.Function:
         """One sample, without the supervision."""
-        return build_window_step(self.model, self.measurement_model, self.window, self.iterations)
+        return build_mhe_step(self.model, self.measurement_model, self.window, self.iterations)
 
 
 @cache
-def layout(model: PatchModel, measurement_model: MeasurementModel, window: int) -> Layout:
+def mhe_layout(model: PatchModel, measurement_model: MeasurementModel, window: int) -> Layout:
     """The parts of the estimator's state."""
     n = len(measurement_model.states)
     return Layout(
@@ -117,11 +117,11 @@ def build_smoother(measurement_model: MeasurementModel, window: int) -> ca.Funct
     (mean, factor, x, M_z, slopes, samples, rig, tuning) -> (x_next, P_newest); inputs of all samples in
     columns, x (n, N).
     """
-    forward, backward = build_forward(measurement_model), build_backward(measurement_model)
+    forward, backward = build_filter_step(measurement_model), build_smoother_step(measurement_model)
     n = len(measurement_model.states)
     inputs = symbols(
         ca.MX, mean=n, factor=(n, n), x=(n, window), M_z=(1, window),
-        slopes=(len(directions(measurement_model)), window), samples=(len(ROWS), window),
+        slopes=(len(slope_states(measurement_model)), window), samples=(len(ROWS), window),
         rig=len(RIG), tuning=len(TUNING_FIELDS),
     )  # fmt: skip
     mean, factor, x, M_z, slopes, samples, rig, tuning = inputs.values()
@@ -140,11 +140,11 @@ def build_smoother(measurement_model: MeasurementModel, window: int) -> ca.Funct
 
 
 @cache
-def build_window_step(
+def build_mhe_step(
     model: PatchModel, measurement_model: MeasurementModel, window: int, iterations: int
 ) -> ca.Function:
     """One sample of the estimator: (state, sample, constants) -> (state_next, output)."""
-    parts = layout(model, measurement_model, window)
+    parts = mhe_layout(model, measurement_model, window)
     inputs = step_symbols(model, parts)
     before = parts.split(inputs["state"])
     last = before["samples"][: len(CLEAN), -1]
@@ -212,7 +212,7 @@ def _arrival(
     sample: StepSample, before: Parts, samples: ca.MX, torque: tuple[ca.MX, ca.MX]
 ) -> tuple[ca.MX, ca.MX]:
     """Mean and factor of the arrival after the oldest sample, linearised at its smoothed states."""
-    mean, factor, *_ = build_forward(sample.measurement_model)(
+    mean, factor, *_ = build_filter_step(sample.measurement_model)(
         before["mean"], before["factor"], before["x"][:, 0], *torque, samples[:, 0], samples[:, 1],
         sample.rig, sample.tuning,
     )  # fmt: skip

@@ -21,11 +21,16 @@ import casadi as ca
 
 from observers.estimators.step_terms import clip_to_bounds
 from observers.layout import Expression, named, symbols, symbols_like
-from observers.measurement.linearisation import build_measurement, build_motion, directions, state_index
+from observers.measurement.linearisation import (
+    build_linearised_measurement,
+    build_linearised_motion,
+    slope_states,
+    state_index,
+)
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.quality.innovation_gate import huber_weight
 from observers.tuning import TUNING_FIELDS
-from observers.udu import covariance, predict_covariance, update_covariance
+from observers.udu import covariance_expression, predict_covariance, update_covariance
 from symbolic.casadi_functions import named_function
 
 
@@ -47,7 +52,7 @@ def build_window_update(states: int) -> ca.Function:
         "mean_next": A @ x + b,
         "factor_next": predict_covariance(updated, A, Q),
         "x": x,
-        "P": covariance(updated),
+        "P": covariance_expression(updated),
         "K": K,
         "score": share * innovation,
     }
@@ -73,7 +78,7 @@ def build_backward_pass(states: int) -> ca.Function:
 @cache
 def build_prediction(measurement_model: MeasurementModel) -> ca.Function:
     """(x, P, M_z, slopes, last, now, rig, tuning) -> (x_next, P_next, Q): prediction to now."""
-    motion = build_motion(measurement_model)
+    motion = build_linearised_motion(measurement_model)
     n, given = len(measurement_model.states), symbols_like(motion)
     x_next, A, Q, _ = motion(*given.values())
     P = ca.MX.sym("P", n, n)
@@ -82,7 +87,7 @@ def build_prediction(measurement_model: MeasurementModel) -> ca.Function:
 
 
 @cache
-def build_forward(measurement_model: MeasurementModel) -> ca.Function:
+def build_filter_step(measurement_model: MeasurementModel) -> ca.Function:
     """Forward elimination of one sample, linearised about x.
 
     (mean, factor, x, M_z, slopes, row, row_next, rig, tuning) -> (mean_next, factor_next, filtered, P,
@@ -91,16 +96,16 @@ def build_forward(measurement_model: MeasurementModel) -> ca.Function:
     """
     n = len(measurement_model.states)
     inputs = symbols(
-        ca.MX, mean=n, factor=(n, n), x=n, M_z=1, slopes=len(directions(measurement_model)),
+        ca.MX, mean=n, factor=(n, n), x=n, M_z=1, slopes=len(slope_states(measurement_model)),
         row=len(ROWS), row_next=len(ROWS), rig=len(RIG), tuning=len(TUNING_FIELDS),
     )  # fmt: skip
     mean, factor, x, M_z, slopes, row, row_next, rig, tuning = inputs.values()
     now, now_next = (vector[: len(CLEAN)] for vector in (row, row_next))
-    innovation, H, weight, _, huber_scale, _ = build_measurement(measurement_model)(
+    innovation, H, weight, _, huber_scale, _ = build_linearised_measurement(measurement_model)(
         x, M_z, slopes, now, rig, tuning
     )
     weight = weight * huber_weight(innovation, huber_scale) * row[ROWS.index("accepted")]
-    _, A, Q, b = build_motion(measurement_model)(x, M_z, slopes, now, now_next, rig, tuning)
+    _, A, Q, b = build_linearised_motion(measurement_model)(x, M_z, slopes, now, now_next, rig, tuning)
     Q[state_index(measurement_model)] += row_next[ROWS.index("jump")]
     results = build_window_update(n)(mean, factor, innovation + ca.dot(H, x), H, weight, A, b, Q)
     names = ("mean_next", "factor_next", "filtered", "P", "K", "score", "H", "A")
@@ -109,12 +114,12 @@ def build_forward(measurement_model: MeasurementModel) -> ca.Function:
 
 
 @cache
-def build_backward(measurement_model: MeasurementModel) -> ca.Function:
+def build_smoother_step(measurement_model: MeasurementModel) -> ca.Function:
     """Back substitution of one sample.
 
     (costate, filtered, P, K, score, H, A, tuning) -> (costate_before, x).
 
-    costate is that of the next sample, 0 at the newest; the others come from `build_forward`. x is
+    costate is that of the next sample, 0 at the newest; the others come from `build_filter_step`. x is
     within its bounds.
     """
     n = len(measurement_model.states)

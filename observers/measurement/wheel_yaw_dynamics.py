@@ -22,7 +22,7 @@ from observers.measurement.measurement_model import (
     Measurement,
     Moments,
     impute_load,
-    random_walk,
+    predict_random_walk,
     random_walk_prior,
     select_states,
 )
@@ -138,9 +138,9 @@ class SteeringTorque:
                 " measured here; leave the effect out"
             )
 
-    def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
+    def prior(self, tuning: Parts, first: Parts, slide_torque: Expression) -> dict[str, Moments]:
         """Mean and variance of every state: the wheel at rest at its first angle."""
-        return random_walk_prior(tuning, self.states, slide) | {
+        return random_walk_prior(tuning, self.states, slide_torque) | {
             "psi": (first["psi"], tuning["psi_noise"] ** 2),
             "psi_dot": (0, tuning["psi_dot_std"] ** 2),
         }
@@ -164,8 +164,8 @@ class SteeringTorque:
         The torque noise acts as a white torque, so that what it does to the rate grows with the time. So
         does the model's error, as strong as it is over the time in which it is one independent sample.
         """
-        dt, slide = now["dt"], full_slide_torque(now["F_N"], rig["a"])
-        after, variance = random_walk(x, slide, dt, tuning)
+        dt, slide_torque = now["dt"], full_slide_torque(now["F_N"], rig["a"])
+        after, variance = predict_random_walk(x, slide_torque, dt, tuning)
         # An empty place of a window has dt = 0: there is no motion to it or from it.
         kick = ca.if_else(dt > 0, (last["dt"] + dt) / 2, 0)
         damping = kick * rig["b_t"] / (2 * rig["J_A"])
@@ -174,14 +174,14 @@ class SteeringTorque:
         after |= {"psi": x["psi"] + dt * rate, "psi_dot": rate}
         lasting = tuning["error_travel"] / ca.fmax(MIN_YAW_RATE, ca.fabs(x["psi_dot"]))
         density = (
-            sensor_noise_variance(rig, tuning, slide) * REFERENCE_STEP
+            sensor_noise_variance(rig, tuning, slide_torque) * REFERENCE_STEP
             + model_error_variance(x, tuning) * lasting
         )
-        white = density * slide**2 * kick
+        white = density * slide_torque**2 * kick
         # The error of an imputed torque is correlated over about `STALE`; so is that of a torque between
         # samples that are far apart, where the leapfrog is inaccurate too.
         age = last["M_age"] + ca.fmax(0, dt - USUAL_STEP)
-        stale = (ca.fmin(1, age / STALE) * slide) ** 2 * STALE * kick
+        stale = (ca.fmin(1, age / STALE) * slide_torque) ** 2 * STALE * kick
         # Disturbances hit the rate after the drift, so that the next step carries them to the angle.
         return after, variance | {"psi": 0, "psi_dot": (white + stale) / rig["J_A"] ** 2}
 

@@ -97,7 +97,7 @@ class SteeringPath:
         return t
 
 
-def steer(
+def fastest_path(
     points: Sequence[float], rate: float, acceleration: float, dt: float, time: float,
     speed: float = 0.0, *, rest: float = 0.0,
 ) -> SteeringPath:  # fmt: skip
@@ -148,7 +148,7 @@ AT_REST = 1e-9
 KINDS = ("none", "turn back", "shorter", "longer", "narrower", "wider", "slower", "faster")
 
 
-class PathNow(NamedTuple):
+class PresentPath(NamedTuple):
     """Point on a path: angle and remaining turning points [rad], greatest rate and speed [rad/s].
 
     The speed is that toward the first of the points; bounds and middle are of the angle [rad].
@@ -162,7 +162,9 @@ class PathNow(NamedTuple):
     middle: float
 
 
-def changed(present: PathNow, kind: str, limits: SteeringLimits, dt: float, time: float) -> SteeringPath:
+def changed_path(
+    present: PresentPath, kind: str, limits: SteeringLimits, dt: float, time: float
+) -> SteeringPath:
     """The path with one of `KINDS` of changes, for at most a time [s]."""
     psi, (first, *rest), rate, speed, (low, high), middle = present
     heading = 1.0 if first >= psi else -1.0
@@ -187,7 +189,7 @@ def changed(present: PathNow, kind: str, limits: SteeringLimits, dt: float, time
     # Behind its last point a path swings between the bounds.
     outward = bool(points) and points[-1] > middle
     points += [low, high] * FINAL_SWINGS if outward else [high, low] * FINAL_SWINGS
-    return steer([psi, *points], rate, limits.acceleration, dt, time, speed)
+    return fastest_path([psi, *points], rate, limits.acceleration, dt, time, speed)
 
 
 RAMP = 0.2
@@ -204,7 +206,7 @@ class Swing(NamedTuple):
     farthest: float
 
 
-def swings(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
+def swing_family(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
     """The paths of the family that begin within limits; narrower ones begin with some of them.
 
     Raises:

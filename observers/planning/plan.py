@@ -20,7 +20,7 @@ import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import Forecast, Forecaster, least_deviation
-from observers.planning.path import RAMP, SteeringLimits, SteeringPath, Swing, steer, swings
+from observers.planning.path import RAMP, SteeringLimits, SteeringPath, Swing, fastest_path, swing_family
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
@@ -116,7 +116,7 @@ def plan(
     if limits.time < (least := MIN_SAMPLES * dt):
         raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
     search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
-    for i, swing in enumerate(paths := swings(limits, coarse=coarse)):
+    for i, swing in enumerate(paths := swing_family(limits, coarse=coarse)):
         progress("trying paths", i, len(paths))
         search.attempt(swing)
     return search.best()
@@ -148,7 +148,7 @@ class _Search:
         angles = np.pad(angles, (0, many - LEGS), mode="edge")
         points = [self.psi, *(self.psi + angles * (-1.0) ** np.arange(many))]
         rest = REST * (self.objective != "time")
-        path = steer(points, rate, rate / RAMP, self.dt, self.limits.time, rest=rest)
+        path = fastest_path(points, rate, rate / RAMP, self.dt, self.limits.time, rest=rest)
         beyond = np.abs(path.psi - self.psi) > self.limits.angle * (1 + 1e-9)
         return path.upto(max(1, int(np.argmax(beyond)))) if beyond.any() else path
 
@@ -243,7 +243,7 @@ class _Search:
             self.psi,
         )  # fmt: skip
         # The first path that reaches it will do.
-        return any(wide.attempt(swing) < NEVER for swing in swings(limits, coarse=True))
+        return any(wide.attempt(swing) < NEVER for swing in swing_family(limits, coarse=True))
 
 
 def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:

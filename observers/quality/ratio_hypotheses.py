@@ -28,13 +28,13 @@ from observers.layout import (
     symbols,
     vector_of,
 )
-from observers.measurement.torque_error import SENSOR, forgetting_factor, is_stated
+from observers.measurement.torque_error import SENSOR, forgetting_factor, states_model_error
 from observers.quality.branches import (
     FORGETTING_SAMPLES,
     PATHS,
     POINTS,
     TRACK,
-    build_branch,
+    build_branch_torque,
     build_new_ground_branches,
 )
 from observers.udu import update_covariance
@@ -109,14 +109,14 @@ def search_layout(gear: bool) -> Layout:
     return Layout((*sizes, ("hypotheses", len(hypothesis_fields(gear)), len(RATIOS))))
 
 
-def settings_of(tuning: Parts, misfit: float, again: Expression) -> Expression:
+def hypothesis_settings(tuning: Parts, misfit: float, again: Expression) -> Expression:
     """Values of the tuning in the order of `SETTINGS`; misfit is the model's least error [1].
 
     again is 1 where the ground has changed: what the patch was before is then known roughly. An error
     that is stated for no turn is that of the noise, `Tuning.error_travel`.
     """
     error = tuning["error"]
-    error = ca.if_else(is_stated(tuning), error, ca.fmin(error, tuning["noise"]))
+    error = ca.if_else(states_model_error(tuning), error, ca.fmin(error, tuning["noise"]))
     least = ca.if_else(again, ca.fmax(misfit, PATH_ERROR), misfit)
     return vector_of(SETTINGS, {**tuning, "error": ca.fmax(least, error)})
 
@@ -244,7 +244,7 @@ def build_hypotheses_update(gear: bool = False) -> ca.Function:
     )  # fmt: skip
     hypotheses, beside, turns, F_N, M_z, variance, share, tyre, *dry = inputs.values()
     lanes = count * POINTS * PATHS
-    branches = build_branch().map(lanes)(
+    branches = build_branch_torque().map(lanes)(
         ca.vec(ca.repmat(ca.vec(turns), 1, count)).T, ca.DM([*range(POINTS)] * count * PATHS).T,
         ca.DM(RATIOS.repeat(POINTS * PATHS)).T, ca.repmat(F_N, 1, lanes), ca.repmat(tyre, 1, lanes),
     )  # fmt: skip

@@ -12,7 +12,7 @@ from math import hypot
 from observers.tuning import Tuning
 from symbolic import Rig
 from symbolic.deformation import full_slide_arm, unit_corner_moment
-from symbolic.parameters import EVEN, USUAL, spread_by_lengths
+from symbolic.parameters import EVEN, USUAL, relative_std_by_lengths
 
 OF_LENGTHS = "tolerances of half-length and caster"
 OF_LOAD = "tolerance of the load"
@@ -23,14 +23,14 @@ LEAST_STIFFNESS = 1.5
 that is off by that error tells k no closer, and a k that is declared closer would never be confirmed."""
 
 
-def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
+def tuning_with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
     """The tuning with the floor of mu and the deviation of the stiffness that tolerances make.
 
     They add to its own in quadrature; where no tolerance is declared, `symbolic.parameters.USUAL`
     counts. Its limit of the torque is within the range of the sensor. k is the declared one [N/m^2].
     """
     stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
-    patch = spread_by_lengths(lambda a, e: unit_corner_moment(0.0, a, e), rig)
+    patch = relative_std_by_lengths(lambda a, e: unit_corner_moment(0.0, a, e), rig)
     least = min(LEAST_STIFFNESS * tuning.error, EVEN * USUAL["k"])
     return replace(
         tuning,
@@ -44,7 +44,7 @@ def friction_floor(tuning: Tuning, rig: Rig) -> dict[str, float]:
     """Deviations that no measurement lowers, by cause, as shares of mu [1]; they add in quadrature."""
     load = USUAL["load"] if rig.tolerances.load is None else rig.tolerances.load
     return {
-        OF_LENGTHS: spread_by_lengths(full_slide_arm, rig),
+        OF_LENGTHS: relative_std_by_lengths(full_slide_arm, rig),
         OF_LOAD: EVEN * load,
         OF_TUNING: tuning.mu_floor,
     }

@@ -28,7 +28,7 @@ FOUND = 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class OneBristle(BristlePatch):
+class BristleAtPlace(BristlePatch):
     """One bristle, whose place x / a and y / half_width, and weight over u, are expressions."""
 
     place: tuple[Expression, Expression, Expression]
@@ -107,7 +107,7 @@ def coefficient_functions(model: Model) -> Functions:
     z, z_by = _symbols(model)
     signals, factor, theta, geometry = _parts(model, z)
     u, v, w = (ca.SX.sym(name) for name in "uvw")
-    one = OneBristle(traits=patch_of(model, theta).traits, place=(u, v, w))
+    one = BristleAtPlace(traits=patch_of(model, theta).traits, place=(u, v, w))
     coefficients = one.coefficients(patch_inputs(signals, factor, theta, geometry))
     own, shared = coefficients[: len(PLACES)], coefficients[len(PLACES) :]
     inputs = {"u": u, "v": v, "w": w, "z": z}
@@ -134,7 +134,7 @@ def _step(model: Model) -> tuple[dict[str, ca.SX], ca.SX, ca.SX, tuple[Expressio
         return list(ca.vertsplit(found))
 
     # The traits say which laws there are; their numbers are among the coefficients.
-    one = OneBristle(traits=patch_of(model).traits, place=(0, 0, 0), search=search)
+    one = BristleAtPlace(traits=patch_of(model).traits, place=(0, 0, 0), search=search)
     stresses = {f"stress_{s}": ca.SX.sym(f"stress_{s}") for s in range(one.size)}
     rest = {name: ca.SX.sym(name) for name in ("turn", "lever", "limit")}
     shared = ca.SX.sym("shared", SHARED)

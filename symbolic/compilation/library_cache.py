@@ -35,7 +35,7 @@ def private_cache() -> Path:
     # Without links, whose targets might change later.
     folder = folder.resolve()
     _close_to_group(folder)
-    if (reason := distrust(folder) or _distrust_parents(folder)) is None:
+    if (reason := reason_for_distrust(folder) or _distrust_parents(folder)) is None:
         return folder
     return replacement_cache(folder, f"{reason}, and compiled code in it would be run unseen")
 
@@ -85,7 +85,7 @@ def _distrust_parents(folder: Path) -> str | None:
     return None
 
 
-def distrust(path: Path) -> str | None:
+def reason_for_distrust(path: Path) -> str | None:
     """Why others could have changed what is at a path; None where they could not, or nobody can tell."""
     if (owner := user_id()) is None:
         return None

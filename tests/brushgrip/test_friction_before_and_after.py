@@ -540,5 +540,5 @@ def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_
 
 
 def test_an_order_of_very_many_recordings_has_a_chance_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("brushgrip.report.friction_summary.order_by_chance", lambda _: (0.0, False))
+    monkeypatch.setattr("brushgrip.report.friction_summary.kendall_load_test", lambda _: (0.0, False))
     assert "by chance in 1 of 1000000 cases" in order_with_load(make_outcome(), make_diagnosis())

@@ -23,7 +23,7 @@ from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MAX_SAMPLES, Table
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.array_alias import Array
-from symbolic.tables.parsing import naming
+from symbolic.tables.parsing import prefix_errors
 
 VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
 """Variable of each column, before that of the column's own name."""
@@ -79,7 +79,7 @@ def _load(path: Path, wanted: Container[str]) -> Mapping[str, Array | None]:
             f"{path}: is not a MATLAB 5 file; save it with save(..., '-v7'), or as CSV"
         )
     try:
-        with naming(path):
+        with prefix_errors(path):
             return read_arrays(content, wanted)
     except DamagedFileError as error:
         raise InvalidInputError(

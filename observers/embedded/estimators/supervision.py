@@ -11,9 +11,9 @@ import casadi as ca
 
 from observers.embedded.constants import Constants, Tunable
 from observers.embedded.rolled_c import rolled_c
-from observers.embedded.scalar_function import scalar_function, without_outputs
+from observers.embedded.scalar_function import expand_with_constants, without_outputs
 from observers.embedded.scalar_type import Real
-from observers.embedded.templating import Body, render
+from observers.embedded.templating import ObserverBody, render
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, symbols, vector_of
 from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG, has_gear_friction
@@ -47,20 +47,20 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     follow = branch_consistency.build_branch_consistency(patch, model)
     conclude = acquisition.build_handover(patch, model)
     functions = [
-        without_outputs(branches.build_track(), {"turns"}).expand("follow_turns", {"cse": True}),
-        branches.build_present_branch(),
+        without_outputs(branches.build_track_update(), {"turns"}).expand("follow_turns", {"cse": True}),
+        branches.build_turning_point_update(),
         branches.build_new_ground_branches(),
         branches.build_sliding_onset(),
         _edge(observer, constants.tunable == "all"),
         ratio_hypotheses.build_hypothesis_update(has_gear_friction(model)),
         ratio_hypotheses.build_torque_error(),
-        scalar_function("follow_output", follow, known),
+        expand_with_constants("follow_output", follow, known),
         hypotheses_verdict.build_deviation_by_scale(patch.misfit > 0, model.gain_share),
-        scalar_function("conclude", conclude, known),
+        expand_with_constants("conclude", conclude, known),
     ]
     if (added := build_added_torque(observer.model)) is not None:
         theta = observer.constants[: len(observer.model.coordinates)].tolist()
-        functions.append(scalar_function("added_torque", added, {"theta": theta}))
+        functions.append(expand_with_constants("added_torque", added, {"theta": theta}))
     return [*functions, _observe_torque(observer, constants)]
 
 
@@ -78,7 +78,7 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
 
     Of its limits those are numbers that are the tuning's, without `tunable`.
     """
-    function = hypotheses_verdict.build_verdict(has_gear_friction(observer.measurement_model))
+    function = hypotheses_verdict.build_hypotheses_verdict(has_gear_friction(observer.measurement_model))
     begin = len(observer.model.coordinates) + len(RIG)
     numbers = {
         ratio_hypotheses.SETTINGS.index(name): float(
@@ -90,7 +90,9 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
     return function, rolled_c("verdict_of", function, len(ratio_hypotheses.RATIOS), real.c_type, known)
 
 
-def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], body: Body) -> Body:
+def with_supervision(
+    observer: ModelObserver, real: Real, terms: Mapping[str, Any], body: ObserverBody
+) -> ObserverBody:
     """The code of an estimator with its supervision; as it is where that is switched off."""
     if not observer.acquire:
         return body
@@ -142,7 +144,7 @@ def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Functio
     block, sample, again, rig, tuning = inputs.values()
     after, *rest = model.observed_torque(named(names, block), named(SAMPLE, sample), rig, tuning)
     misfit = observer.equivalent_patch.misfit
-    limits = ratio_hypotheses.settings_of(named(TUNING_FIELDS, tuning), misfit, again)
+    limits = ratio_hypotheses.hypothesis_settings(named(TUNING_FIELDS, tuning), misfit, again)
     outputs = {
         "block_next": vector_of(names, after),
         **dict(zip(("psi", "M_z", "added"), rest, strict=True)),

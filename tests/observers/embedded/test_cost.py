@@ -9,7 +9,7 @@ import pytest
 from benchmarks.embedded import counted
 from observers import AligningTorque, Ekf
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.cost import CORNERS, ERROR, MAX_CORNERS, VECTORS, estimated_cost
+from observers.embedded.cost import CORNERS, ERROR, MAX_CORNERS, VECTORS, estimated_instructions
 from tests.observers.embedded.cortex.target import M4F, TOOLS, tools_installed
 from tests.observers.embedded.generated_code import (
     FOUND,
@@ -29,7 +29,7 @@ RESOLUTION = 40
 def test_a_count_is_estimated(name: str) -> None:
     observer, words = observer_of_budget(name)
     real = DOUBLE if "double" in words else SINGLE
-    cost = estimated_cost(observer, real, tunable_of(words))
+    cost = estimated_instructions(observer, real, tunable_of(words))
     mean, _, most = BUDGET[name]
 
     assert cost.instructions == pytest.approx(mean, rel=ERROR)
@@ -39,9 +39,9 @@ def test_a_count_is_estimated(name: str) -> None:
 
 
 def test_what_a_corner_and_what_acquiring_friction_takes_is_told() -> None:
-    cost = estimated_cost(observer_named("ekf declared aligning"))
-    alone = estimated_cost(observer_named("ekf declared aligning", acquire=False))
-    bristles = estimated_cost(observer_named("ekf effects aligning"))
+    cost = estimated_instructions(observer_named("ekf declared aligning"))
+    alone = estimated_instructions(observer_named("ekf declared aligning", acquire=False))
+    bristles = estimated_instructions(observer_named("ekf effects aligning"))
 
     assert (cost.corners, cost.most_corners) == (CORNERS, MAX_CORNERS) == (7, 30)
     assert cost.instructions is not None
@@ -53,15 +53,15 @@ def test_what_a_corner_and_what_acquiring_friction_takes_is_told() -> None:
 
 
 def test_a_model_with_effects_is_dear_at_run_time() -> None:
-    cost = estimated_cost(observer_of(Ekf, FOUND, AligningTorque()), tunable="all")
+    cost = estimated_instructions(observer_of(Ekf, FOUND, AligningTorque()), tunable="all")
 
     assert (cost.vectors, cost.instructions, cost.at_most) == (True, VECTORS, None)
     assert "the tuning alone" in str(cost)
 
 
 def test_what_is_not_known_is_not_told() -> None:
-    vectors = estimated_cost(observer_named("mhe effects aligning,k"))
-    iterated = estimated_cost(replace(observer_named("ekf declared aligning"), iterations=2))
+    vectors = estimated_instructions(observer_named("mhe effects aligning,k"))
+    iterated = estimated_instructions(replace(observer_named("ekf declared aligning"), iterations=2))
 
     assert (vectors.vectors, vectors.instructions) == (True, VECTORS)
     assert "a stiffness that is known" in str(vectors)

@@ -6,7 +6,7 @@ import pytest
 
 from observers import DirectionalFriction, Ekf, Mhe, Sample, SteeringTorque
 from observers.planning.forecast import Forecaster, least_deviation
-from observers.planning.path import SteeringPath, steer
+from observers.planning.path import SteeringPath, fastest_path
 from symbolic import Rig, Tolerances
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.usefixtures("optimised")
 
 @pytest.fixture(scope="module")
 def path() -> SteeringPath:
-    return steer([0.0, 0.06, -0.06, 0.2], 0.3, 10.0, 0.01, 10.0)
+    return fastest_path([0.0, 0.06, -0.06, 0.2], 0.3, 10.0, 0.01, 10.0)
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.4, 1.2])
@@ -75,7 +75,7 @@ def test_other_observers_are_forecast(acquiring: Ekf, kind: str) -> None:
     )
     forecaster = Forecaster(observer)
     dt = 0.01 if kind == "mhe" else 0.002
-    finer = steer([0.0, 0.1, -0.1, 0.2, -0.2, 0.2], 0.3, 10.0, dt, 10.0)
+    finer = fastest_path([0.0, 0.1, -0.1, 0.2, -0.2, 0.2], 0.3, 10.0, dt, 10.0)
     forecast = forecaster.whole(finer, forecaster.at_rest([0.5], 0.0, LOAD, dt)[0], LOAD)
 
     assert forecast.reached(0.13) is not None

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from observers import SteeringLimits
-from observers.planning.path import steer
+from observers.planning.path import fastest_path
 from symbolic import InvalidInputError
 
 
 def test_a_path_turns_within_rate_and_acceleration_and_reaches_its_points() -> None:
-    path = steer([0.1, 0.3, 0.297, -0.1], 0.4, 5.0, 0.001, 10.0)
+    path = fastest_path([0.1, 0.3, 0.297, -0.1], 0.4, 5.0, 0.001, 10.0)
     rate = np.diff(path.psi, prepend=0.1) / 0.001
 
     assert np.abs(path.psi_dot).max() == pytest.approx(0.4)
@@ -23,24 +23,26 @@ def test_a_path_turns_within_rate_and_acceleration_and_reaches_its_points() -> N
 
 
 def test_a_path_is_continued_from_its_middle() -> None:
-    whole = steer([0.0, 0.2, -0.1], 0.4, 5.0, 0.01, 10.0)
+    whole = fastest_path([0.0, 0.2, -0.1], 0.4, 5.0, 0.01, 10.0)
     at = 30
-    rest = steer([whole.psi[at], 0.2, -0.1], 0.4, 5.0, 0.01, 10.0, speed=whole.psi_dot[at])
+    rest = fastest_path([whole.psi[at], 0.2, -0.1], 0.4, 5.0, 0.01, 10.0, speed=whole.psi_dot[at])
 
     assert rest.psi == pytest.approx(whole.psi[at + 1 :])
     assert rest.psi_dot == pytest.approx(whole.psi_dot[at + 1 :])
 
 
 def test_a_path_may_rest_before_it_turns() -> None:
-    at_once, rested = (steer([0.0, 0.2, -0.1], 0.4, 5.0, 0.01, 10.0, rest=rest) for rest in (0.0, 0.5))
+    at_once, rested = (
+        fastest_path([0.0, 0.2, -0.1], 0.4, 5.0, 0.01, 10.0, rest=rest) for rest in (0.0, 0.5)
+    )
 
     assert not rested.psi[:50].any()
     assert rested.psi[50:] == pytest.approx(at_once.psi)
-    assert not steer([0.0, 0.2], 0.4, 5.0, 0.01, 0.3, rest=0.5).travel.any()
+    assert not fastest_path([0.0, 0.2], 0.4, 5.0, 0.01, 0.3, rest=0.5).travel.any()
 
 
 def test_a_path_ends_with_the_time() -> None:
-    assert steer([0.0, 0.2, -0.1], 0.4, 5.0, 0.01, 0.5).t[-1] == pytest.approx(0.5)
+    assert fastest_path([0.0, 0.2, -0.1], 0.4, 5.0, 0.01, 0.5).t[-1] == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("name", ["angle", "rate", "torque", "time", "acceleration", "slowest"])
