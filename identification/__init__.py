@@ -6,10 +6,10 @@ from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
     Candidate,
     Curve,
-    Errors,
     FoundEffect,
     FoundFamily,
     Series,
+    TorqueErrors,
 )
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
@@ -57,7 +57,6 @@ __all__ = [
     "Curve",
     "Decay",
     "Diagnosis",
-    "Errors",
     "Fit",
     "FitOptions",
     "FoundEffect",
@@ -86,6 +85,7 @@ __all__ = [
     "Squares",
     "Standstills",
     "Table",
+    "TorqueErrors",
     "Tow",
     "TowedFriction",
     "Unexplained",

@@ -155,8 +155,8 @@ class EstimateRequest(GroundRequest):
         self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path], found: "FoundModel | None"
     ) -> None:
         """Print what was estimated; recordings that could not be are a fault."""
-        from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.report.printed import say_grounds
+        from brushgrip.outputs.console import print_table, say, show_json
+        from brushgrip.report.printed import say_ground_values
         from brushgrip.wording.diagnosis_in_words import taken_from_model
         from brushgrip.wording.remarks import (
             friction_of_grounds,
@@ -171,7 +171,7 @@ class EstimateRequest(GroundRequest):
         if found is not None:
             say(f"From {self.model}: {taken_from_model(found)}.")
         grounds = {str(row["recording"]): str(row["ground"]) or None for row in rows if not row["fault"]}
-        say_grounds(grounds, found)
+        say_ground_values(grounds, found)
         if len(rows) == 1 and not self.summary:
             for line in outcomes[0].lines:
                 say(line)
@@ -188,7 +188,7 @@ class EstimateRequest(GroundRequest):
                 say(counts)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
-        show(rows)
+        show_json(rows)
         if faults:
             raise InvalidInputError(
                 f"{len(faults)} of {len(rows)} recordings could not be estimated; the first is"

@@ -181,10 +181,10 @@ class RecordingRequest:
     effects: EffectModules = None
 
     def inputs(self, more: Sequence[str] = (), **options: Any) -> "Inputs":
-        """The recordings, then those of `more`, with what else is read; see `locate_inputs`."""
-        from brushgrip.inputs.command_inputs import locate_inputs
+        """The recordings, then those of `more`, with what else is read; see `gather_inputs`."""
+        from brushgrip.inputs.command_inputs import gather_inputs
 
-        return locate_inputs(
+        return gather_inputs(
             [*self.recordings, *more],
             rig=self.rig,
             channel_map=self.channel_map,

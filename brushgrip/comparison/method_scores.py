@@ -19,7 +19,7 @@ AUTHOR = "author's estimate"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Score:
+class MethodScore:
     """One method on one case: errors of its effective friction as of `Case` [1].
 
     theta is calculation time over measurement time on this machine [1], [Györök 2022], (5.10), None
@@ -38,7 +38,7 @@ class CaseScores:
     """All methods on one case; the author's estimate first, where there is one."""
 
     case: Case
-    scores: tuple[Score, ...]
+    scores: tuple[MethodScore, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +67,7 @@ PUBLISHED = tuple(
 """[Györök 2022], Table 6.1, as printed: six recordings on steel, an Intel i5-8250U."""
 
 
-def compare(
+def compare_methods(
     cases: Sequence[Case], methods: Sequence[Method], progress: Progress = lambda *_: None
 ) -> list[CaseScores]:
     """Every method on every case; a user's own observer is an `ObserverMethod`."""
@@ -124,7 +124,7 @@ def summarise(results: Sequence[CaseScores], methods: Sequence[Method]) -> list[
     return summaries
 
 
-def _score(case: Case, method: str, mu: Array, theta: float | None) -> Score:
-    return Score(
+def _score(case: Case, method: str, mu: Array, theta: float | None) -> MethodScore:
+    return MethodScore(
         method=method, rmse=case.rmse(mu), spread=case.spread(mu), theta=theta, mu=mu[case.settled]
     )

@@ -74,7 +74,7 @@ def friction_budget(
     return {name: half * share for name, share in shares.items() if share > 0}
 
 
-def rests_on(vehicle: Vehicle, *, brakes: bool) -> str:
+def declared_values_in_words(vehicle: Vehicle, *, brakes: bool) -> str:
     """The declared values in mu with their standard deviations, and what narrows them most."""
     shares = friction_uncertainties(vehicle, brakes=brakes)
     values = {

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.friction_by_direction import single_friction, with_checked_scale
+from brushgrip.estimation.friction_by_direction import gated_by_single_friction, single_friction
 from brushgrip.estimation.map_correction import in_channels
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.settings import ChosenTuning
@@ -184,7 +184,7 @@ def observe(
         # Of a model that was found the diagnosis has seen the scale; one friction may not fit it.
         if found or single is observer:
             return estimates
-        return with_checked_scale(estimates, run_observer(single, recording))
+        return gated_by_single_friction(estimates, run_observer(single, recording))
     if not isinstance(observer, Ekf) or isinstance(observer.measurement_model, DirectionalFriction):
         raise InvalidInputError(
             "--smooth works on the stored states of the filter; take --observer ekf, not --by-direction"

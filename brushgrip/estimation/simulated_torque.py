@@ -26,7 +26,7 @@ def model_and_values(
     return Model(), {"mu": mu, "k": recording.tyre.k}
 
 
-def simulated_torque(
+def predicted_torque(
     recording: Recording, model: Model, values: dict[str, float], found: FoundModel | None
 ) -> NDArray[np.float64]:
     """Aligning torque at every sample, shape (n,) [N m], on the rig as the found model corrects it."""

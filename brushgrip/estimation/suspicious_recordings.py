@@ -17,11 +17,11 @@ from brushgrip.estimation.observers_over_recordings import (
 )
 from brushgrip.wording.friction import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
-from identification.reading.sensor_end import sensor_end
+from identification.reading.sensor_end import sensor_saturation
 from identification.reading.sensor_range import (
     greatest_friction,
     share_beyond_range,
-    within_range,
+    within_declared_range,
 )
 from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
@@ -38,7 +38,7 @@ MAX_REPLAYED_SAMPLES = 20_000
 
 def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
-    used = map(within_range, recordings)
+    used = map(within_declared_range, recordings)
     return [f"{r.name}: {suspects}" for r in used if (suspects := _suspects(r))]
 
 
@@ -170,7 +170,7 @@ def beyond_range(recording: Recording) -> str:
 
 def unstated_range(recording: Recording) -> str:
     """That the sensor of the torque seems to end, where no range is declared; empty if it does not."""
-    end = None if recording.standstills is not None else sensor_end(recording)
+    end = None if recording.standstills is not None else sensor_saturation(recording)
     if end is None:
         return ""
     return (

@@ -29,7 +29,7 @@ def window_setting(observer: str, window: int | None) -> dict[str, int]:
     return {"window": window}
 
 
-def described_by(inputs: Inputs) -> Path:
+def rig_or_vehicle_file(inputs: Inputs) -> Path:
     """The file that describes the rig or the car."""
     if (described := inputs.rig or inputs.vehicle) is None:
         raise InvalidInputError("--rig and --vehicle are both missing; name one of them")
@@ -45,7 +45,7 @@ def chosen_observer(
     **settings: Any,
 ) -> ModelObserver:
     """The observer of this name for a torque, "M_z" or "M"; settings are further fields of it."""
-    kind, described, (tuning, by_hand) = KINDS[name], described_by(inputs), chosen or (None, None)
+    kind, described, (tuning, by_hand) = KINDS[name], rig_or_vehicle_file(inputs), chosen or (None, None)
     if inputs.vehicle is None:
         measured = AligningTorque() if torque == "M_z" else SteeringTorque()
         return from_files(

@@ -56,7 +56,7 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTunin
             raise InvalidInputError(f"--tune {pair}: {field} is given twice")
         if field in OF_STATES:
             raise InvalidInputError(f"--tune {pair}: {OF_STATES[field]}")
-        given[field] = number_of(f"--tune {pair}", text, whole=field == "reset_after")
+        given[field] = parse_number(f"--tune {pair}", text, whole=field == "reset_after")
     chosen = ChosenTuning(Tuning() if name is None else profile(name), given)
     try:
         _ = chosen.tuning
@@ -65,7 +65,7 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTunin
     return chosen
 
 
-def number_of(where: str, text: str, *, whole: bool = False) -> float:
+def parse_number(where: str, text: str, *, whole: bool = False) -> float:
     """The number that an option gives."""
     try:
         return int(text) if whole else float(text)
@@ -82,25 +82,25 @@ def chosen_limits(texts: Sequence[str] | None) -> SteeringLimits:
             raise InvalidInputError(
                 f"--limit {pair}: expected NAME=NUMBER, each name once out of {', '.join(names)}"
             )
-        given[name] = number_of(f"--limit {pair}", text)
+        given[name] = parse_number(f"--limit {pair}", text)
     try:
         return SteeringLimits(**given)
     except InvalidInputError as error:
         raise InvalidInputError(f"--limit: {error}") from None
 
 
-def share_of(text: str) -> float:
+def parse_share(text: str) -> float:
     """A share written as 5% or 0.05."""
-    number = number_of(f"--target {text}", text.strip().removesuffix("%"))
+    number = parse_number(f"--target {text}", text.strip().removesuffix("%"))
     return number / 100 if text.strip().endswith("%") else number
 
 
-def frictions_of(text: str) -> tuple[float, ...]:
+def parse_frictions(text: str) -> tuple[float, ...]:
     """Frictions separated by commas, in order [1]."""
-    return tuple(sorted({number_of(f"--mu {text}", part) for part in text.split(",")}))
+    return tuple(sorted({parse_number(f"--mu {text}", part) for part in text.split(",")}))
 
 
-def load_of(vehicle: Path | None, load: float | None) -> float:
+def wheel_load(vehicle: Path | None, load: float | None) -> float:
     """The load of a wheel [N]: that of a car is in its file, that of a rig has to be given."""
     if (vehicle is None) == (load is None):
         raise InvalidInputError(

@@ -17,7 +17,7 @@ MAX_RECORDED_COLUMNS = 8
 PLACES = {name: place for place, name in enumerate(FIELDS)}
 
 
-class Points(NamedTuple):
+class RingPoints(NamedTuple):
     """Points in a row."""
 
     end: int  # Number of the next one.
@@ -34,7 +34,7 @@ class Points(NamedTuple):
         return self.recorded[:, 0]
 
 
-class Ring:
+class EstimateRing:
     """One thread appends, others read."""
 
     def __init__(self, capacity: int) -> None:
@@ -52,7 +52,7 @@ class Ring:
             self._recorded[at, len(point.recorded) :] = np.nan
             self.end += 1
 
-    def since(self, begin: int, stretch: int | None = None) -> Points:
+    def since(self, begin: int, stretch: int | None = None) -> RingPoints:
         """Points from this number on that are still there, of one stretch where it is given."""
         end = self.end
         # Some room, so that none is written over while it is copied.
@@ -62,4 +62,4 @@ class Ring:
         if stretch is not None:
             own = fields[:, PLACES["stretch"]] == stretch
             fields, recorded = fields[own], recorded[own]
-        return Points(end, fields, recorded)
+        return RingPoints(end, fields, recorded)

@@ -41,7 +41,7 @@ def usability_of(state: State) -> str:
     return "usable" if state.usable else "not usable"
 
 
-def line_of(state: State) -> str:
+def state_line(state: State) -> str:
     """A state on one line."""
     friction = ""
     if state.estimate is not None:

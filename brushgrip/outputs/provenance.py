@@ -95,7 +95,7 @@ def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[
     return tuple(n for n in plain_names if Path(n).name == n and n not in ("", "..") and n.isprintable())
 
 
-def files_behind(model: Path) -> frozenset[tuple[str, str]]:
+def files_of_model(model: Path) -> frozenset[tuple[str, str]]:
     """Names and digests of what a model was found from; empty where its file does not tell them."""
     try:
         told = json.loads(model.read_bytes())[KEY]["inputs"]
@@ -104,7 +104,7 @@ def files_behind(model: Path) -> frozenset[tuple[str, str]]:
         return frozenset()
 
 
-def is_behind(path: Path, files: frozenset[tuple[str, str]]) -> bool:
+def is_one_of(path: Path, files: frozenset[tuple[str, str]]) -> bool:
     """Whether a file is one of these, by its name and its content."""
     return (printable(path.name), digest_of(path)) in files
 
@@ -133,7 +133,7 @@ def remove_earlier(folder: Path, names: Sequence[str], kept: Sequence[str]) -> N
             (folder / name).unlink()
 
 
-def comment(rig: Path, model: Path | None) -> str:
+def origin_comment(rig: Path, model: Path | None) -> str:
     """A comment in C that says what code was made from; it has no date, so that code stays the same."""
     files = [_file(path) for path in (rig, model) if path is not None]
     lines = [f"   {file['name']}: SHA-256 {file['sha256']}" for file in files]

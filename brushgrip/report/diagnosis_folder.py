@@ -11,7 +11,7 @@ import identification
 from brushgrip.estimation import friction_before_and_after
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.outputs.atomic import write_utf8
-from brushgrip.outputs.console import progress, say, show
+from brushgrip.outputs.console import progress, say, show_json
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, remove_earlier
 from brushgrip.report.findings_and_reservations import simulated_warning
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
@@ -89,5 +89,5 @@ def clean_up_and_print(
     remove_earlier(out, earlier, written)
     remove_stale_pictures(out, written)
     print_diagnosis(diagnosis, outcome, simulated_warning(content[KEY]))
-    show(content)
+    show_json(content)
     say(f"report: {out / PAGE}")

@@ -12,13 +12,13 @@ from brushgrip.estimation.observers_over_recordings import FrictionTrack
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
-from brushgrip.wording.diagnosis_in_words import CLEAR, UNPROVEN, is_unconfirmed, rest_is_larger
+from brushgrip.wording.diagnosis_in_words import CLEAR, UNPROVEN, is_unconfirmed, unexplained_is_larger
 from brushgrip.wording.formatting import (
-    judged_by,
+    effect_words,
+    judged_error_name,
     judged_error_percentages,
     listed,
     percent,
-    plain,
     sentence,
 )
 from identification import Diagnosis, FoundEffect
@@ -100,7 +100,7 @@ def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
     return [sentence(one) for one in (f"{head}; no recording tells why", *cases.split("; "))]
 
 
-def reservation(diagnosis: Diagnosis) -> list[str]:
+def untested_assumptions(diagnosis: Diagnosis) -> list[str]:
     """What the bands of friction rest on that no recording tells, in sentences."""
     doubtful = [n for n in diagnosis.notes if n.startswith((SUSPECTED, MAY_END, BEYOND_RANGE))]
     assumed = [sentence(note) for note in diagnosis.notes if note.startswith(ASSUMED)]
@@ -138,12 +138,12 @@ def missing_effects(diagnosis: Diagnosis) -> list[str]:
             clearest = min(effects, key=lambda effect: effect.grade not in CLEAR)
             told.append(f"{cause} ({fall}{_sureness(clearest, cause)})")
         else:
-            names = listed([plain(effect.name) for effect in effects])
+            names = listed([effect_words(effect.name) for effect in effects])
             told.append(f"{names} in place of a cause that is not known ({fall}{UNPROVEN})")
     if diagnosis.unexplained.present:
         rest = percent(diagnosis.unexplained.structured)
         unknown = f"what nothing explains: {rest} of range, all recordings together"
-        told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
+        told.insert(0 if unexplained_is_larger(diagnosis) else len(told), unknown)
     return [f"({i}) " * (len(told) > 1) + sentence(one) for i, one in enumerate(told, 1)]
 
 
@@ -165,9 +165,9 @@ def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     known = MECHANISMS | {OVER_SPEED: friction_over_speed(diagnosis)}
     if len(names) == 1 and effect.family in MECHANISMS:
         return summary_of(diagnosis, effect)
-    known |= {effect.name: f"your effect “{plain(effect.name)}”"}  # Of no other family.
+    known |= {effect.name: f"your effect “{effect_words(effect.name)}”"}  # Of no other family.
     pairs = zip(families, names, strict=True)
-    return listed(list(dict.fromkeys(known.get(f, plain(name)) for f, name in pairs)), "or")
+    return listed(list(dict.fromkeys(known.get(f, effect_words(name)) for f, name in pairs)), "or")
 
 
 def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
@@ -211,7 +211,7 @@ def _family_of(name: str) -> str:
     return EFFECTS[name].family if name in EFFECTS else "other"
 
 
-def benefit(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+def benefit_for_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """What the model found changes for friction, in a sentence; empty where it changes nothing."""
     declared, found = (list(outcome.tracks_of(label).values()) for label in (EKF_DECLARED, EKF_FOUND))
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
@@ -238,7 +238,7 @@ def adjusted_values(diagnosis: Diagnosis) -> str:
     """What is fitted to each recording that judges, in words."""
     scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
     return (
-        f"{listed(['friction', *map(plain, sorted(scopes))])}, and lengths and load within their"
+        f"{listed(['friction', *map(effect_words, sorted(scopes))])}, and lengths and load within their"
         " tolerances"
     )
 
@@ -262,7 +262,9 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
     def chain(of: str) -> list[str]:
         return [percent(errors.summary()[of]) for errors in stages.values()]
 
-    first = ", ".join(f"{e} {by}" for e, by in zip(chain(judged_by(diagnosis)[1]), stages, strict=True))
+    first = ", ".join(
+        f"{e} {by}" for e, by in zip(chain(judged_error_name(diagnosis)[1]), stages, strict=True)
+    )
     nothing = ", ".join(chain("holdout_torque_nrmse_unrefitted"))
     unrefitted = f"; with nothing adjusted, as of a new recording: {nothing}"
     return [

@@ -8,7 +8,7 @@ import numpy as np
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, mean_figures
 from brushgrip.estimation.observers_over_recordings import FrictionTrack
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
+from brushgrip.wording.friction import OF_SCALE, status_in_words, with_95_band
 from identification import Diagnosis
 from observers import Status
 from observers.planning.uncertainty_budget import REST, SLOPE
@@ -83,9 +83,9 @@ def usable_until(track: FrictionTrack) -> str:
         since = f"from {track.t[first]:.1f} s"
     if at == end:
         return f"{since} to the end{gaps}"
-    why = meaning(track.last_status)
+    why = status_in_words(track.last_status)
     if at is None and track.usable.any() and not track.changes.size:
-        return f"{_lasted(track)}, but contradicted later: {meaning(Status.INCONSISTENT)}"
+        return f"{_lasted(track)}, but contradicted later: {status_in_words(Status.INCONSISTENT)}"
     if at is None and track.usable.any():
         since = f"{track.changes[-1]:.1f} s"
         return f"{_lasted(track)}, but not since a new ground was noticed at {since}: {why}"
@@ -94,7 +94,7 @@ def usable_until(track: FrictionTrack) -> str:
     return f"{since} to {track.t[at]:.1f} of {track.t[end]:.1f} s{gaps}; then {why}"
 
 
-def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
+def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     """That friction goes with the load from recording to recording, in sentences; else empty."""
     loads = median_loads(diagnosis)
     known = {
@@ -130,7 +130,7 @@ def median_loads(diagnosis: Diagnosis) -> dict[str, float]:
     return {name: float(np.median(load)) for name, load in loads.items() if load.size}
 
 
-def goes_pale(outcome: FrictionOutcome) -> bool:
+def has_unusable_gap(outcome: FrictionOutcome) -> bool:
     """Whether a track of the model found is not usable somewhere after its first usable sample."""
     tracks = outcome.tracks_of().values()
     return any((np.diff(track.usable.astype(int)) < 0).any() for track in tracks)

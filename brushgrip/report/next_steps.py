@@ -7,9 +7,19 @@ from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import SUSPECTED
 from brushgrip.report.findings_and_reservations import stiffness_cases
 from brushgrip.report.friction_summary import band_shares
-from brushgrip.wording.diagnosis_in_words import is_unconfirmed, proposed_recordings, rest_is_larger
-from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
-from brushgrip.wording.friction import narrowed_by
+from brushgrip.wording.diagnosis_in_words import (
+    is_unconfirmed,
+    proposed_recordings,
+    unexplained_is_larger,
+)
+from brushgrip.wording.formatting import (
+    band_decimals,
+    effect_words,
+    listed,
+    percent,
+    unrefitted_error,
+)
+from brushgrip.wording.friction import how_to_narrow
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
 from observers.planning.uncertainty_budget import SLOPE
@@ -56,24 +66,26 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         steps.append(CHECKS[diagnosis.of_car])
     never = [name for name, track in tracks.items() if track.last_usable is None]
     # A model that misses more than it has found is why friction is not known.
-    if never and not rest_is_larger(diagnosis):
+    if never and not unexplained_is_larger(diagnosis):
         steps.append(
             f"record {listed(never)} again, turning to and fro until the wheel slides both ways"
         )
     if len(diagnosis.recordings) + len(diagnosis.holdout) == 1:
         steps.append("make a second recording, without which nothing judges the result")
-    like_load = [plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from]
+    like_load = [
+        effect_words(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from
+    ]
     if like_load:
         steps.append(
             f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )
     steps += _for_the_model(diagnosis)
-    if unconfirmed := [plain(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
+    if unconfirmed := [effect_words(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
         steps.append(
             "fit a recording of each ground (with --holdout, leave that out), which settles whether"
             f" {listed(unconfirmed)} is there"
         )
-    weak = [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
+    weak = [effect_words(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
     if weak and not steps:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
     where = f"at the rig{', on the same visit' * bool(stiffness_cases(diagnosis))}"
@@ -93,7 +105,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
 
 def _for_the_model(diagnosis: Diagnosis) -> list[str]:
     """What recordings would tell more of the model, or that those that judge may be others."""
-    apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
+    apart, unrefitted = what_experiments_separate(diagnosis), unrefitted_error(diagnosis)
     proposed = f"stands under “Next recording”, which tells {apart}"
     if diagnosis.unexplained.present:
         still = "if something unknown remains after (1)"
@@ -137,7 +149,9 @@ def _assumed_values(diagnosis: Diagnosis, note: str) -> list[str]:
 def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """What narrows the ± of friction, and what no recording would settle."""
     cause = next(iter(band_shares(outcome)), "")
-    narrower = f"to narrow the ±, {narrowed_by(cause)}{_at_best(outcome, cause)}" if cause else "nothing"
+    narrower = (
+        f"to narrow the ±, {how_to_narrow(cause)}{_at_best(outcome, cause)}" if cause else "nothing"
+    )
     rest = [not_separable(e) for e in diagnosis.effects if e.experiment]
     if all(e.grade != "ambiguous" for e in diagnosis.effects):
         rest.append("no further recording is needed to find the model")
@@ -147,15 +161,15 @@ def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
 def not_separable(effect: FoundEffect) -> str:
     """That recordings do not settle which of several effects it is."""
     rivals = effect.indistinguishable_from or tuple(e.rival for e in (effect.experiment,) if e)
-    others = listed([plain(name) for name in rivals], "or")
-    return f"more recordings on this rig would not tell {plain(effect.name)} from {others}"
+    others = listed([effect_words(name) for name in rivals], "or")
+    return f"more recordings on this rig would not tell {effect_words(effect.name)} from {others}"
 
 
-def told_apart(diagnosis: Diagnosis) -> str:
+def what_experiments_separate(diagnosis: Diagnosis) -> str:
     """Which effects the proposed recordings would tell from which, and from which not."""
     proposed = proposed_recordings(diagnosis)
     pairs = [
-        f"{plain(e.name)} from {OF_ZERO.get(p.rival, plain(p.rival))}"
+        f"{effect_words(e.name)} from {OF_ZERO.get(p.rival, effect_words(p.rival))}"
         f" ({at}, {p.manoeuvre.seconds * (p.times or 1):.0f} s)"
         for at, (e, p) in proposed.items()
     ]

@@ -4,18 +4,18 @@ from brushgrip.estimation.friction_before_and_after import FrictionOutcome, foun
 from brushgrip.estimation.suspicious_recordings import weaker_direction
 from brushgrip.report.findings_and_reservations import (
     LEFT_OUT,
-    benefit,
+    benefit_for_friction,
     error_to_quote,
     missing_effects,
-    reservation,
     several_mechanisms,
     stiffness_cases,
+    untested_assumptions,
     validity,
 )
-from brushgrip.report.friction_summary import grounds_alike, last_usable_friction, order_with_load
+from brushgrip.report.friction_summary import grounds_alike, last_usable_friction, load_trend_in_words
 from brushgrip.report.next_steps import next_steps
 from brushgrip.wording.diagnosis_in_words import UNPROVEN, headline, is_unconfirmed
-from brushgrip.wording.formatting import listed, percent, plain, sentence
+from brushgrip.wording.formatting import effect_words, listed, percent, sentence
 from brushgrip.wording.friction import further_recording, prediction_band
 from identification import Diagnosis
 from observers import GroundFriction
@@ -55,9 +55,9 @@ def lines_to_send(
     steps = next_steps(diagnosis, told)
     steps = [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)]
     first, after = [text.strip() for text in "".join(steps[:1]).partition(". ")[::2]]
-    reserved = reservation(diagnosis)
+    reserved = untested_assumptions(diagnosis)
     wide = [_differences(told, ground, one) for ground, one in told.further().items()]
-    also = [*wide, _weaker(diagnosis, told), order_with_load(told, diagnosis), *reserved]
+    also = [*wide, _weaker(diagnosis, told), load_trend_in_words(told, diagnosis), *reserved]
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     provisional = ", provisional" * _is_provisional(diagnosis, known=known)
@@ -79,7 +79,7 @@ def lines_to_send(
         "What else may make that stiffness, alone or together": cases[2:],
         "How sure": also if known else [],
         "To do then": [f"After (1): {after}" * bool(after), *steps[1:]],
-        "Before and after": [benefit(diagnosis, told), *judged],
+        "Before and after": [benefit_for_friction(diagnosis, told), *judged],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
@@ -200,15 +200,15 @@ def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]
     if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in ending]:
         parts.append(f"friction in {listed(early)}")
     for e in diagnosis.effects:
-        rivals = listed([plain(name) for name in (e.name, *e.indistinguishable_from)], "or")
+        rivals = listed([effect_words(name) for name in (e.name, *e.indistinguishable_from)], "or")
         if e.grade == "ambiguous" and several_mechanisms(e):
             parts.append(f"which of {rivals} it is")
-    if unconfirmed := [plain(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
+    if unconfirmed := [effect_words(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
         parts.append(f"whether {listed(unconfirmed)} is there, as only the fitted recordings demand it")
     hints = [e for e in diagnosis.effects if e.grade == "weak" and not is_unconfirmed(e)]
-    if weak := [plain(e.name) for e in hints]:
+    if weak := [effect_words(e.name) for e in hints]:
         parts.append(f"whether the weak signs of {listed(weak)} are chance")
-    if odd := [plain(e.name) for e in diagnosis.effects if e.grade == "stands_in"]:
+    if odd := [effect_words(e.name) for e in diagnosis.effects if e.grade == "stands_in"]:
         parts.append(f"what {listed(odd)} stand{'s' * (len(odd) == 1)} in for")
     if diagnosis.unexplained.present and not missing_effects(diagnosis):
         parts.append(f"what makes {percent(diagnosis.unexplained.structured)} of range")

@@ -16,22 +16,22 @@ from brushgrip.wording.diagnosis_in_words import (
     mechanism,
     proposed_recordings,
     rivals_of,
-    use_of,
+    use_of_model,
 )
 from brushgrip.wording.formatting import (
     candidate_reason,
+    effect_words,
     judged_error_percentages,
     listed,
-    parameters,
+    parameter_list,
     percent,
-    plain,
-    quantity,
     residual_structure,
     sentence,
     signed,
+    value_with_std,
 )
 from identification import Diagnosis, FoundModel, FreeDecay, ParameterEstimate
-from identification.thesis import DecrementEstimate
+from identification.thesis import DecrementFit
 from symbolic import CANDIDATES
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 
@@ -39,7 +39,7 @@ FEW = 3
 """Recordings that a line names."""
 
 
-def say_grounds(grounds: Mapping[str, str | None], found: FoundModel | None) -> None:
+def say_ground_values(grounds: Mapping[str, str | None], found: FoundModel | None) -> None:
     """A line for each ground of recordings on the values that a model has for it."""
     for ground in dict.fromkeys(grounds.values() if found else ()):
         names = [name for name, one in grounds.items() if one == ground]
@@ -74,13 +74,13 @@ def print_diagnosis(
             "Effects found",
             ("mechanism: effect", "grade", "parameters ± standard deviation", "indistinguishable from"),
             [
-                (mechanism(e), GRADES[e.grade], parameters(e.parameters), rivals_of(e) or "–")
+                (mechanism(e), GRADES[e.grade], parameter_list(e.parameters), rivals_of(e) or "–")
                 for e in diagnosis.effects
             ],
         )
     for effect in diagnosis.effects:
         if effect.grade != "strong":
-            print_text(f"{plain(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
+            print_text(f"{effect_words(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
     for letter, (_, proposal) in proposed_recordings(diagnosis).items():
         print_text(f"next recording {letter}: {experiment_in_words(proposal)}")
     for proposal in (e.experiment for e in diagnosis.effects if e.experiment):
@@ -95,9 +95,9 @@ def print_diagnosis(
     told = " ".join(item for _, items in (*to_send, *details) for item in items)
     for note in notes_beside(diagnosis, told):
         print_text(f"note: {note}")
-    for line in own_rejected(diagnosis):
+    for line in rejected_user_effects(diagnosis):
         print_text(line)
-    print_text(use_of(diagnosis, found_model(diagnosis)))
+    print_text(use_of_model(diagnosis, found_model(diagnosis)))
     for title, parts in (("Before you act on it", details), ("To send", to_send)):
         if parts:
             print_text(title, style="bold")
@@ -105,23 +105,24 @@ def print_diagnosis(
             print_text("\n- ".join([f"{label}:", *items]) if len(items) > 1 else f"{label}: {items[0]}")
 
 
-def own_rejected(diagnosis: Diagnosis) -> list[str]:
+def rejected_user_effects(diagnosis: Diagnosis) -> list[str]:
     """A line for each effect of the user's own that was not added: what it is worth, and why not."""
     added = {effect.name for effect in diagnosis.effects}
     before = judged_error_percentages(diagnosis)[1]
     return [
-        f"{plain(c.name)}, of your own, was not added: {parameters(c.parameters) or 'by recording'};"
-        f" error {before} → {percent(c.holdout_nrmse)} of range with it alone, ΔBIC"
-        f" {signed(c.delta_bic)}; {candidate_reason(diagnosis, c)}"
+        f"{effect_words(c.name)}, of your own, was not added:"
+        f" {parameter_list(c.parameters) or 'by recording'}; error {before} →"
+        f" {percent(c.holdout_nrmse)} of range with it alone, ΔBIC {signed(c.delta_bic)};"
+        f" {candidate_reason(diagnosis, c)}"
         for c in diagnosis.candidates
         if c.name not in {*added, *CANDIDATES, *CAR_EFFECTS}
     ]
 
 
-def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:
+def print_free_decay(result: FreeDecay, decrement: DecrementFit) -> None:
     """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
     k, b_t, rough_k, with_J_A, as_printed = (
-        quantity(ParameterEstimate(value=value, std=std, unit=unit))
+        value_with_std(ParameterEstimate(value=value, std=std, unit=unit))
         for value, std, unit in (
             (result.k.value, result.k.std, result.k.unit),
             (result.b_t.value, result.b_t.std, result.b_t.unit),
@@ -140,7 +141,7 @@ def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:
         ],
     )
     forces = [
-        f"{quantity(contact.force)} at a = {1000 * contact.a:g} mm"
+        f"{value_with_std(contact.force)} at a = {1000 * contact.a:g} mm"
         for contact in result.contacts
         if contact.force is not None
     ]

@@ -14,19 +14,19 @@ from brushgrip.report.friction_summary import (
     median_loads,
     usable_until,
 )
-from brushgrip.wording.diagnosis_in_words import GRADES, parameter_words_and_owner, rivals_of
+from brushgrip.wording.diagnosis_in_words import GRADES, rivals_of, split_parameter_label
 from brushgrip.wording.formatting import (
     candidate_reason,
-    error_columns,
-    error_figures,
+    effect_words,
     error_stages,
     listed,
-    parameters,
+    parameter_list,
     percent,
-    plain,
-    quantity,
     signed,
+    torque_error_cells,
+    torque_error_columns,
     torque_value,
+    value_with_std,
     worse_recordings,
 )
 from identification import Diagnosis, Signature
@@ -114,8 +114,8 @@ def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
     stages = error_stages(diagnosis)
     return ReportTable(
         caption="Torque error, root mean square, in N m and in % of range; mean of recordings",
-        headings=("model", *error_columns(diagnosis).values()),
-        rows=[(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
+        headings=("model", *torque_error_columns(diagnosis).values()),
+        rows=[(label, *torque_error_cells(diagnosis, errors)) for label, errors in stages.items()],
     )
 
 
@@ -178,7 +178,7 @@ def _correlation(signature: Signature) -> str:
     return f"{value if value.strip('+−0.') else '0.00'}{mark} ({signature.band:.2f})"
 
 
-def candidates(diagnosis: Diagnosis) -> ReportTable:
+def candidates_table(diagnosis: Diagnosis) -> ReportTable:
     """Every candidate's first step."""
     return ReportTable(
         caption="Candidates, each alone in the refitted model, as ranked: fitted coarsely, to thinned"
@@ -193,8 +193,8 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
         ),
         rows=[
             (
-                *(plain(c.name), c.summary.partition(";")[0]),
-                parameters(c.parameters, fitted=True) or "by recording",
+                *(effect_words(c.name), c.summary.partition(";")[0]),
+                parameter_list(c.parameters, fitted=True) or "by recording",
                 *(percent(c.holdout_nrmse), signed(c.delta_bic), candidate_reason(diagnosis, c)),
             )
             for c in diagnosis.candidates
@@ -203,7 +203,7 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
     )
 
 
-def effects(diagnosis: Diagnosis) -> ReportTable:
+def effects_table(diagnosis: Diagnosis) -> ReportTable:
     """The effects found."""
     return ReportTable(
         caption="In order of selection; error and ΔBIC of each beside those above it, all fitted to the"
@@ -214,8 +214,12 @@ def effects(diagnosis: Diagnosis) -> ReportTable:
         ),
         rows=[
             (
-                *(plain(e.name), GRADES[e.grade], "not known" if e.grade == "stands_in" else e.scope),
-                parameters(e.parameters),
+                *(
+                    effect_words(e.name),
+                    GRADES[e.grade],
+                    "not known" if e.grade == "stands_in" else e.scope,
+                ),
+                parameter_list(e.parameters),
                 *(percent(e.holdout_nrmse_after), signed(e.delta_bic)),
                 rivals_of(e) or "–",
             )
@@ -225,15 +229,15 @@ def effects(diagnosis: Diagnosis) -> ReportTable:
     )
 
 
-def all_parameters(diagnosis: Diagnosis) -> ReportTable:
+def parameters_table(diagnosis: Diagnosis) -> ReportTable:
     """Every parameter of the model found, those of several recordings that agree in one row."""
     held_out = tuple(f" [{name}]" for name in diagnosis.holdout)
     owners: dict[tuple[str, str], list[str]] = {}
     for name, estimate in diagnosis.parameters.items():
         if name.startswith("mu ["):  # Of the model's own law, not to be quoted.
             continue
-        label, owner = parameter_words_and_owner(name)
-        known = quantity(estimate) + " *" * name.endswith(held_out)
+        label, owner = split_parameter_label(name)
+        known = value_with_std(estimate) + " *" * name.endswith(held_out)
         text = known if estimate.std is not None else f"{known}, not determined by these recordings"
         owners.setdefault((label, text), []).append(owner)
     labels = [label for label, _ in owners]

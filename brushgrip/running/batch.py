@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.budget import STANDS, friction_budget, rests_on
+from brushgrip.estimation.budget import STANDS, declared_values_in_words, friction_budget
 from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
 from brushgrip.estimation.observers_over_recordings import (
     Aligning,
@@ -47,7 +47,7 @@ from brushgrip.wording.friction import (
     last_usable,
     unusable_samples_and_remedy,
 )
-from brushgrip.wording.remarks import BETWEEN, remark
+from brushgrip.wording.remarks import BETWEEN, recording_remark
 from identification import Recording, read_rig
 from identification.diagnosis.found_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers
@@ -209,7 +209,12 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         told.append(note)
     else:
         note = "" if car.speed_recorded else STANDS
-        told += [note, "" if budget else rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])])]
+        told += [
+            note,
+            ""
+            if budget
+            else declared_values_in_words(car.vehicle, brakes=car.brakes[int(car.stretch[at])]),
+        ]
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
         doubts += [stiffness_note(values["k"], recording), far_load(recording, found)]
@@ -220,8 +225,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     told += doubts
     note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in told if line)
-    beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)
-    row = {**row_of(recording, estimates, beside), **directed}
+    beside = recording_remark(estimates, cause if cause and at is None else why * (number > 0), note)
+    row = {**summary_row(recording, estimates, beside), **directed}
     return EstimateOutcome(row=row, lines=tuple(lines))
 
 
@@ -234,7 +239,7 @@ def _read(inputs: Inputs) -> Recording:
     return recording
 
 
-def row_of(recording: Recording, estimates: Estimates, beside: str = "") -> Row:
+def summary_row(recording: Recording, estimates: Estimates, beside: str = "") -> Row:
     """The row of a recording that has been estimated."""
     at, measured = last_usable(estimates), estimates.measured
     count = max(1, int(measured.sum()))

@@ -129,7 +129,7 @@ def band_parts(budget: Mapping[str, float]) -> str:
     parts = (f"{name} {part:.{digits}f}" for name, part in largest if part >= LEAST_PART * half)
     return (
         f"the band ± {half:.{digits}f} is made of (the squares add up): {', '.join(parts)};"
-        f" to narrow it, {narrowed_by(largest[0][0])}"
+        f" to narrow it, {how_to_narrow(largest[0][0])}"
     )
 
 
@@ -143,7 +143,7 @@ def dry_friction_note(mu: float, rig: Rig) -> str:
     )
 
 
-def narrowed_by(cause: str) -> str:
+def how_to_narrow(cause: str) -> str:
     """What makes a part of a band smaller."""
     return NARROWED_BY.get(cause, f"measure the {cause}, and declare the tolerance")
 
@@ -154,7 +154,7 @@ LACKING = "find what the model lacks (brushgrip diagnose), then --model"
 LACKING_STILL = "find what --model lacks (brushgrip diagnose with this recording too)"
 
 
-def meaning(status: Status) -> str:
+def status_in_words(status: Status) -> str:
     """Why a sample is not usable, without the remedy; without a flag the deviation is why."""
     other = status.remedy.partition(":")[0] or "the deviation of mu is too large to act on"
     return next((text for flag, text in REASONS.items() if flag in status), other)
@@ -213,7 +213,7 @@ def unusable_samples_and_remedy(
     unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
     mends = noise and not (flag is Status.SUSPECT and noise.startswith((LACKING, LACKING_STILL)))
     if mends and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
-        return counts[flag], f"{meaning(flag)}: {noise}"
+        return counts[flag], f"{status_in_words(flag)}: {noise}"
     wide = estimates.wide if estimates.wide.any() else -1
     share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
     return counts[flag], _on_command_line(flag.remedy or uninformed_remedy(share), of_car=of_car)

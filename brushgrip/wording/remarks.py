@@ -20,7 +20,7 @@ BETWEEN = " | "
 """Between two remarks of a row."""
 
 
-def remark(estimates: Estimates, why: str, note: str) -> str:
+def recording_remark(estimates: Estimates, why: str, note: str) -> str:
     """What is told of a recording beside its friction: few or (why) no usable samples, then the note."""
     if last_usable(estimates) is None:
         return BETWEEN.join(filter(None, (f"not known: {why}", note)))

@@ -17,7 +17,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.problem import torque_range
 from identification.fits.values import grounds_of
 from identification.reading.recordings import Recording
-from identification.reading.sensor_range import left_out_note, within_range
+from identification.reading.sensor_range import left_out_note, within_declared_range
 from identification.reading.shortened_recordings import thin_recordings
 from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from identification.residuals.signals import check_signatures
@@ -99,7 +99,7 @@ def _prepared(
 ) -> tuple[list[Recording], list[Recording], list[str]]:
     """Both as the search takes them, and notes on what was changed."""
     beyond = left_out_note([*recordings, *holdout])
-    bound, shortened = thin_recordings([within_range(r) for r in (*recordings, *holdout)])
+    bound, shortened = thin_recordings([within_declared_range(r) for r in (*recordings, *holdout)])
     stood = [farthest_standstill_without_gear(recording) for recording in bound]
     everything = [recording for recording, _ in stood]
     _check(recordings, everything)

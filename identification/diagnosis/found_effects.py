@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.diagnosis.found_stiffness import return_torque_note, stiffness_notes
-from identification.diagnosis.result_parts import Errors, FoundEffect, Grade
+from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
 from identification.fits.values import ParameterEstimate
@@ -202,8 +202,8 @@ def grade_of(
 
 
 def notes_on(
-    before: Errors,
-    after: Errors,
+    before: TorqueErrors,
+    after: TorqueErrors,
     fitted: Fit,
     recordings: Sequence[Recording] = (),
     own: Sequence[Fit] = (),

@@ -10,7 +10,7 @@ from identification.diagnosis.family_curves import found_families
 from identification.diagnosis.found_effects import found_effects, notes_on
 from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
 from identification.diagnosis.result import Diagnosis
-from identification.diagnosis.result_parts import Candidate, Errors, Series
+from identification.diagnosis.result_parts import Candidate, Series, TorqueErrors
 from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
@@ -31,7 +31,7 @@ def build_diagnosis(
     steps: Sequence[SearchStep],
     training: Sequence[Recording],
     holdout: Sequence[Recording],
-    declared: Errors,
+    declared: TorqueErrors,
     followed: Sequence[Signatures],
     left_out: Sequence[Mapping[str, Array]],
     proposals: Mapping[Effects, Proposal],

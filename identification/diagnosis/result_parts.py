@@ -19,7 +19,7 @@ Grade = Literal["strong", "weak", "ambiguous", "stands_in"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Errors:
+class TorqueErrors:
     """Free-run torque errors of one stage of the model.
 
     Attributes:

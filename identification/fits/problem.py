@@ -10,7 +10,7 @@ from identification.fits.loss import influence
 from identification.fits.options import FitOptions, Label
 from identification.fits.values import Values, ground_of, grounds_of, rig_parameters
 from identification.reading.recordings import Recording
-from identification.reading.sensor_range import within_range
+from identification.reading.sensor_range import within_declared_range
 from identification.reading.vehicle_torques import vehicle_torques
 from symbolic import (
     GEOMETRY,
@@ -38,7 +38,7 @@ def signals_of(recording: Recording) -> Array:
 
 def torque_range(recording: Recording) -> float:
     """Greatest minus least measured torque within the range of its sensor [N m]."""
-    torque = within_range(recording).M_z
+    torque = within_declared_range(recording).M_z
     known = torque[np.isfinite(torque)]
     span = float(np.ptp(known)) if known.size else 0.0
     if not span > 0:
@@ -55,7 +55,7 @@ def over_range(residuals: Mapping[str, Array], recordings: Sequence[Recording]) 
     return {r.name: residuals[r.name] / torque_range(r) for r in recordings}
 
 
-class Problem:
+class LeastSquaresProblem:
     """The stacked residuals and their Jacobian as functions of scaled free coordinates.
 
     These are of `labels` in units of `scales`. What has a prior was declared with a tolerance;

@@ -29,7 +29,7 @@ class IdentifiedParameter:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactResult:
+class ContactPatchResult:
     """Results of one contact.
 
     Attributes:
@@ -127,7 +127,7 @@ class FreeDecay:
     k: IdentifiedParameter
     b_t: IdentifiedParameter
     covariance: Array
-    contacts: tuple[ContactResult, ...]
+    contacts: tuple[ContactPatchResult, ...]
     contacts_agree: bool | None
     noise: float
     condition: float

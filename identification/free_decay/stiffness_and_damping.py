@@ -15,15 +15,19 @@ from identification.free_decay.identifiability import (
     stiffnesses_agree,
 )
 from identification.free_decay.likelihood import COMMON, Contact, Likelihood, contact_geometry
-from identification.free_decay.noise_continuation import Solution, jackknife, solve
+from identification.free_decay.noise_continuation import (
+    LikelihoodMaximum,
+    jackknife,
+    maximise_likelihood,
+)
 from identification.free_decay.recording import Decay
 from identification.free_decay.results import (
-    ContactResult,
+    ContactPatchResult,
     FreeDecay,
     IdentifiedParameter,
     VibrationFit,
 )
-from identification.free_decay.vibration import stiffness
+from identification.free_decay.vibration import rotational_stiffness
 from identification.free_decay.vibration_detection import find_vibration
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
@@ -58,7 +62,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         raise InvalidInputError("no recording of a free vibration; at least one is needed")
     likelihood = Likelihood([find_vibration(decay) for decay in decays], sliding=sliding)
     try:
-        solution = solve(likelihood)
+        solution = maximise_likelihood(likelihood)
         uncertainty = jackknife(likelihood, solution)
     except np.linalg.LinAlgError:
         raise InvalidInputError(f"these recordings do not tell k and b_t at all: {_REMEDY}") from None
@@ -71,7 +75,9 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         _parameter(float(solution.x[i] * scales[i]), float(covariance[i, i]), quantile, UNITS[i])
         for i in range(COMMON)
     )
-    lengths = float(np.mean([relative_std_by_lengths(partial(stiffness, 1.0), d.rig) for d in decays]))
+    lengths = float(
+        np.mean([relative_std_by_lengths(partial(rotational_stiffness, 1.0), d.rig) for d in decays])
+    )
     stiffnesses = stiffness_by_contact(likelihood)
     agreed = stiffnesses_agree(stiffnesses.values())
     contacts = _contacts(likelihood, solution, covariance, stiffnesses)
@@ -108,12 +114,14 @@ def _with_lengths(k: IdentifiedParameter, lengths: float) -> IdentifiedParameter
     return replace(k, std=float(np.hypot(k.std, std)), interval=(k.value - half, k.value + half))
 
 
-def _check_plausible(likelihood: Likelihood, solution: Solution) -> None:
+def _check_plausible(likelihood: Likelihood, solution: LikelihoodMaximum) -> None:
     """Check that every recording follows the fitted vibration roughly."""
     k = float(solution.x[0] * likelihood.scales[0])
     for vibration, response in zip(likelihood.vibrations, solution.evaluation.responses, strict=True):
         name = vibration.decay.name
-        omega = float(np.sqrt(stiffness(k, *contact_geometry(vibration)) / vibration.decay.inertia))
+        omega = float(
+            np.sqrt(rotational_stiffness(k, *contact_geometry(vibration)) / vibration.decay.inertia)
+        )
         if not 1 / _DETUNED < vibration.omega / omega < _DETUNED:
             raise InvalidInputError(
                 f"{name}: psi swings at {vibration.omega:.3g} rad/s, where its a, e and J_A with the"
@@ -129,10 +137,10 @@ def _check_plausible(likelihood: Likelihood, solution: Solution) -> None:
 
 def _contacts(
     likelihood: Likelihood,
-    solution: Solution,
+    solution: LikelihoodMaximum,
     covariance: Array,
     stiffnesses: Mapping[Contact, StiffnessOfOneContact],
-) -> tuple[ContactResult, ...]:
+) -> tuple[ContactPatchResult, ...]:
     """Friction force of every contact, where its slip 1/(mu F_N) differs from zero, and its k."""
     results = []
     for i, (a, e) in enumerate(likelihood.contacts, start=COMMON):
@@ -143,18 +151,18 @@ def _contacts(
             force = ParameterEstimate(value=1 / slip, std=std / slip**2, unit="N")
         if alone := stiffnesses.get((a, e)):
             k = ParameterEstimate(value=alone.k, std=alone.std, unit=UNITS[0])
-        results.append(ContactResult(a=a, e=e, force=force, k=k))
+        results.append(ContactPatchResult(a=a, e=e, force=force, k=k))
     return tuple(results)
 
 
 def _vibrations(
-    likelihood: Likelihood, solution: Solution, k: float, b_t: float
+    likelihood: Likelihood, solution: LikelihoodMaximum, k: float, b_t: float
 ) -> tuple[VibrationFit, ...]:
     fitted = []
     pairs = zip(likelihood.vibrations, solution.evaluation.responses, strict=True)
     for i, (vibration, response) in enumerate(pairs):
         decay, centre = vibration.decay, likelihood.columns(i)[-1]
-        omega_n = float(np.sqrt(stiffness(k, *contact_geometry(vibration)) / decay.inertia))
+        omega_n = float(np.sqrt(rotational_stiffness(k, *contact_geometry(vibration)) / decay.inertia))
         fitted.append(
             VibrationFit(
                 name=decay.name,

@@ -41,14 +41,14 @@ _SAMPLES_PER_CALL = 100
 """Samples in one call."""
 
 
-class Response(NamedTuple):
+class VibrationResponse(NamedTuple):
     """Angles, shape (n,) [rad], and their derivatives by `UNKNOWNS`, shape (n, 6)."""
 
     psi: Array
     sensitivities: Array
 
 
-def stiffness(k: Expression, a: Expression, e: Expression) -> Expression:
+def rotational_stiffness(k: Expression, a: Expression, e: Expression) -> Expression:
     """K = 2 a k (e^2 + a^2/3), the stiffness of the sticking patch [N m/rad], [Györök 2022], (5.7)."""
     return k * unit_corner_moment(0, a, e)
 
@@ -62,7 +62,7 @@ def sliding_torque_deficit(
     return k * turn * ca.fabs(turn) * per_turn * unit_corner_moment(1 / reach, a, e) / reach
 
 
-def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> Response:
+def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> VibrationResponse:
     """The vibration at increasing times [s], the first one close to the first turning point.
 
     NaN where the wheel would not vibrate, 4 K J_A <= b_t^2. Unknowns and geometry are in the order of
@@ -87,7 +87,7 @@ def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> Response:
         buffered.call()
         psi[at : at + count], sensitivities[at : at + count] = states[:count, 0], along[:count, :, 0]
         buffered.inputs[0][:], buffered.inputs[1][:] = states[-1], along[-1].ravel()
-    return Response(psi, sensitivities)
+    return VibrationResponse(psi, sensitivities)
 
 
 def _parts(vector: Expression) -> list[Expression]:
@@ -98,7 +98,7 @@ def _parts(vector: Expression) -> list[Expression]:
 def _functions() -> tuple[ca.Function, ca.Function]:
     """The state at the first sample, and a stretch of samples; with derivatives by `UNKNOWNS`."""
     unknowns, geometry = ca.SX.sym("unknowns", len(UNKNOWNS)), ca.SX.sym("geometry", len(GEOMETRY))
-    state = initial_state(unknowns, geometry)
+    state = initial_vibration_state(unknowns, geometry)
     first = ca.Function(
         "swing_first",
         [unknowns, geometry],
@@ -109,11 +109,11 @@ def _functions() -> tuple[ca.Function, ca.Function]:
     return first, compiled(_step_with_sensitivities().mapaccum("swing_along", _SAMPLES_PER_CALL, 2, {}))
 
 
-def initial_state(unknowns: Expression, geometry: Expression) -> Expression:
+def initial_vibration_state(unknowns: Expression, geometry: Expression) -> Expression:
     """The state close to the first turning point, which a parabola locates."""
     k, b_t, slip, psi, psi_dot, centre = _parts(unknowns)
     a, e, J_A = _parts(geometry)
-    pull = (-b_t * psi_dot - stiffness(k, a, e) * (psi - centre)) / J_A
+    pull = (-b_t * psi_dot - rotational_stiffness(k, a, e) * (psi - centre)) / J_A
     psi_r = psi - psi_dot**2 / 2 / pull
     S = 2 * sliding_torque_deficit((psi - psi_r) / 2, k, slip, a, e)
     return ca.vertcat(psi, psi_dot, psi_r, 0, S, 0)
@@ -146,7 +146,7 @@ def vibration_step(
     psi, psi_dot, psi_r, S_r, S, heading = _parts(state)
     k, b_t, slip, centre = _parts(theta)
     a, e, J_A = _parts(geometry)
-    K, decay = stiffness(k, a, e), b_t / (2 * J_A)
+    K, decay = rotational_stiffness(k, a, e), b_t / (2 * J_A)
     omega = ca.sqrt(K / J_A - decay**2)
     fade, cosine, sine = ca.exp(-decay * dt), ca.cos(omega * dt), ca.sin(omega * dt) / omega
     offset, kicked = psi - centre, psi_dot + dt / 2 * S / J_A

@@ -139,9 +139,9 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
     return replace(table, columns=of_wheel), replace(standstills, at_limit=at_limit)
 
 
-def to_mean_wheel(vehicle: Vehicle, moved: RackInstant, held: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Angle [rad] and torque [N m] of the mean wheel; `held` says where the brakes hold the wheels."""
-    s, force, speed, acceleration = moved
+def to_mean_wheel(vehicle: Vehicle, rack: RackInstant, braked: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Angle [rad] and torque [N m] of the mean wheel; `braked` says where the brakes hold the wheels."""
+    s, force, speed, acceleration = rack
     if vehicle.moved_mass == 0:
         acceleration = np.zeros_like(s)
     angles, torques = (
@@ -151,7 +151,7 @@ def to_mean_wheel(vehicle: Vehicle, moved: RackInstant, held: NDArray[np.bool_])
             (aligning_torque_with_friction, (s, force, speed, acceleration)),
         )
     )
-    return np.where(held, *angles), np.where(held, *torques)
+    return np.where(braked, *angles), np.where(braked, *torques)
 
 
 def require_steering(table: Table, vehicle: Vehicle) -> None:

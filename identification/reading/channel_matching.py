@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, mending_map
+from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, corrected_map
 from identification.reading.table import (
     CAR_COLUMNS,
     OPTIONAL_COLUMNS,
@@ -41,7 +41,7 @@ _USUAL_NAMES = {
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Samples:
+class ChannelSamples:
     """One channel.
 
     Values, shape (n,); the unit that the file says; times [s], shape (n,), where it has a clock; what
@@ -68,7 +68,7 @@ class ChannelFile:
     """
 
     names: Sequence[str]
-    read: Callable[[str], Samples]
+    read: Callable[[str], ChannelSamples]
     declared: Mapping[str, float] = field(default_factory=dict)
     aliases: Mapping[str, Sequence[str]] = field(default_factory=dict)
     own_clocks: bool = False
@@ -126,7 +126,7 @@ def missing_channels(
     absent: Sequence[str],
     names: Sequence[str],
     signals: SignalMap,
-    read: Callable[[str], Samples] | None = None,
+    read: Callable[[str], ChannelSamples] | None = None,
 ) -> InvalidInputError:
     """Missing columns, channels that are there, and a map that may mend it; see `map_hint`."""
     wanted = ", ".join(
@@ -144,7 +144,7 @@ def map_hint(
     absent: Sequence[str],
     names: Sequence[str],
     signals: SignalMap = NO_MAP,
-    read: Callable[[str], Samples] | None = None,
+    read: Callable[[str], ChannelSamples] | None = None,
 ) -> str:
     """A sentence that proposes a whole map, a torque in it; names that look alike are filled in.
 
@@ -158,7 +158,7 @@ def map_hint(
             c: _proposed_source(c, guess) for c, guess in guess_car_channels(absent, names, signals)
         }
         given = {c: source for c, source in signals.signals.items() if c not in absent}
-        return f"; say which is which (in Python by signals=), such as {mending_map(given, guesses)}"
+        return f"; say which is which (in Python by signals=), such as {corrected_map(given, guesses)}"
     channels = dict(_guesses(absent, names, signals))
     guessed = {
         column: replace(_proposed_source(column, guess), ratio=signals.steering_ratio)
@@ -194,7 +194,7 @@ def map_hint(
     }
     load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
     ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).for_ratio if of_hand else ""
-    return f"{load}; say which is which{IN_PYTHON}, such as {mending_map({}, changed)}{ratio}"
+    return f"{load}; say which is which{IN_PYTHON}, such as {corrected_map({}, changed)}{ratio}"
 
 
 def _proposed_source(column: str, channel: str | None) -> SignalSource:

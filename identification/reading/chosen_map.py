@@ -5,12 +5,12 @@ from dataclasses import replace
 from math import inf
 
 from identification.reading.channel_matching import match_channel
-from identification.reading.signal_map import ANGLES, SignalMap, SignalSource, as_option
+from identification.reading.signal_map import ANGLES, SignalMap, SignalSource, as_map_option
 from identification.reading.units import UNITS, UNSURE_AT_END, factor_of, unit_at_end
 from symbolic import InvalidInputError
 
 
-def fitting_map(where: str, signals: SignalMap, names: Sequence[str]) -> SignalMap:
+def map_for_file(where: str, signals: SignalMap, names: Sequence[str]) -> SignalMap:
     """Of several maps the one whose channels a file has, or of which it has most.
 
     A file that has columns of a recording under their own names, and no channel of any map, needs none.
@@ -62,8 +62,8 @@ def unit_by_name(column: str, source: SignalSource, stated: str) -> tuple[Signal
             replace(source, unit=one).as_map(column) for one in (unit, next(iter(UNITS[column])))
         )
         raise InvalidInputError(
-            f"is {unit} the unit of {name}, or in the factor already? Write {as_option([with_unit])}, or"
-            f" {as_option([without])}"
+            f"is {unit} the unit of {name}, or in the factor already? Write"
+            f" {as_map_option([with_unit])}, or {as_map_option([without])}"
         )
     return replace(source, unit=unit), f"{name} in {unit}"
 

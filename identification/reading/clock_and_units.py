@@ -9,11 +9,11 @@ import numpy as np
 
 from identification.reading.channel_matching import (
     ChannelFile,
-    Samples,
+    ChannelSamples,
     missing_channels,
     resolve_columns,
 )
-from identification.reading.chosen_map import fitting_map, unit_by_name
+from identification.reading.chosen_map import map_for_file, unit_by_name
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import bare_name, is_unit, unit_of_name
@@ -32,13 +32,15 @@ _GAP = 5.0
 """Periods of a channel beyond which it is not interpolated."""
 
 
-def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: SignalMap) -> Table:
+def table_from_channels(
+    path: Path, file: ChannelFile, needed: Sequence[str], signals: SignalMap
+) -> Table:
     """The columns of a recording out of the channels of a file, in SI units.
 
     A channel with a time of its own goes onto the clock of the torque, by linear interpolation between
     its neighbours. Where the angle is sampled faster its instants join, the torque missing there.
     """
-    signals = fitting_map(str(path), signals, file.names)
+    signals = map_for_file(str(path), signals, file.names)
     names = resolve_columns(path, file, needed, signals)
     read = {c: _with_unit(c, name, file.read(name)) for c, name in names.items() if c != "t"}
     if not read:
@@ -50,7 +52,7 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
         if "t" not in names:
             raise missing_channels(path, ["t"], file.names, signals, file.read)
         read = {"t": _with_unit("t", names["t"], file.read(names["t"])), **read}
-    sources, in_si, by_name = dict[str, SignalSource](), dict[str, Samples](), list[str]()
+    sources, in_si, by_name = dict[str, SignalSource](), dict[str, ChannelSamples](), list[str]()
     for column, samples in read.items():
         source = signals.of(column, bare_name(names[column]))
         with prefix_errors(f"{path}: {names[column]}"):
@@ -84,18 +86,20 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
 
 def remapped(table: Table, needed: Sequence[str], signals: SignalMap) -> Table:
     """A table with a map applied to its columns; for readers that know none."""
-    file = ChannelFile(names=tuple(table.columns), read=lambda name: Samples(values=table.columns[name]))
-    mapped = tabulate(table.path, file, needed, signals)
+    file = ChannelFile(
+        names=tuple(table.columns), read=lambda name: ChannelSamples(values=table.columns[name])
+    )
+    mapped = table_from_channels(table.path, file, needed, signals)
     return replace(table, columns=mapped.columns, sources=mapped.sources, names=mapped.names)
 
 
-def _with_unit(column: str, name: str, samples: Samples) -> Samples:
+def _with_unit(column: str, name: str, samples: ChannelSamples) -> ChannelSamples:
     """The samples with the unit in brackets behind the name, where the file says none."""
     unit = unit_of_name(name)
     return replace(samples, unit=unit) if not samples.unit and is_unit(column, unit) else samples
 
 
-def _in_si(column: str, samples: Samples, source: SignalSource) -> Array:
+def _in_si(column: str, samples: ChannelSamples, source: SignalSource) -> Array:
     """The values as numbers; instants and durations of a time as seconds, instants since the first."""
     values = np.asarray(samples.values)
     if column == "t" and values.dtype.kind in "mM":
@@ -110,7 +114,7 @@ def _in_si(column: str, samples: Samples, source: SignalSource) -> Array:
         return values.astype(np.float64) * source.scale(column, samples.unit)
 
 
-def _on_one_clock(path: Path, columns: Mapping[str, Samples]) -> dict[str, Array]:
+def _on_one_clock(path: Path, columns: Mapping[str, ChannelSamples]) -> dict[str, Array]:
     clocks = {column: np.asarray(s.times, dtype=np.float64) for column, s in columns.items()}
     first = next(iter(clocks.values()))
     if all(np.array_equal(clock, first) for clock in clocks.values()):

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from identification.loop_plot import ALIGNING, draw_loops
 from identification.reading.car import Standstills, wheel_table
-from identification.reading.channel_matching import ChannelFile, Samples
-from identification.reading.clock_and_units import tabulate
+from identification.reading.channel_matching import ChannelFile, ChannelSamples
+from identification.reading.clock_and_units import table_from_channels
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_and_signals, rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
@@ -147,10 +147,12 @@ class Recording:
         signals = parse_signals(signals) if isinstance(signals, str) else signals
         file = ChannelFile(
             names=[str(column) for column in frame.columns],
-            read=lambda column: Samples(values=np.asarray(frame[column]), unit=unit_of_name(column)),
+            read=lambda column: ChannelSamples(
+                values=np.asarray(frame[column]), unit=unit_of_name(column)
+            ),
         )
         needed = required_columns(torque_required=torque_required)
-        table = tabulate(Path(name), file, needed, signals)
+        table = table_from_channels(Path(name), file, needed, signals)
         require_valid_samples(table, needed)
         return recording_of(table, rig, name, causal=causal)
 

@@ -62,14 +62,14 @@ QUANTILE = 0.98
 
 
 @dataclass(frozen=True, kw_only=True)
-class SensorEnd:
+class SensorSaturation:
     """Where a sensor seems to end [N m], and by what sign, in words."""
 
     torque: float
     sign: str
 
 
-def sensor_end(recording: Recording) -> SensorEnd | None:
+def sensor_saturation(recording: Recording) -> SensorSaturation | None:
     """Where the sensor of the torque seems to end; None where nothing says that it does."""
     torque = recording.M_z if np.isfinite(recording.M_z).any() else recording.M
     if torque is None or recording.rig.range is not None:
@@ -94,11 +94,11 @@ def sensor_end(recording: Recording) -> SensorEnd | None:
     doubt = MAD_SPREAD * sqrt(sum(1 / count for count in counts))
     if at_top * exp(CLEAR * doubt) < LESS_NOISE * noise:
         sign = f"its noise is {at_top / noise:.2f} of that of small torques"
-        return SensorEnd(torque=most, sign=sign)
+        return SensorSaturation(torque=most, sign=sign)
     return _stays(size, load, at_top, most)
 
 
-def _stays(size: Array, load: Array, noise: float, most: float) -> SensorEnd | None:
+def _stays(size: Array, load: Array, noise: float, most: float) -> SensorSaturation | None:
     """The end that a torque reaches, from where it stays within its noise whatever the load.
 
     Noise of the load is none of its changes: least squares alone would make its slope the smaller. The
@@ -123,7 +123,9 @@ def _stays(size: Array, load: Array, noise: float, most: float) -> SensorEnd | N
     flat = float(level.var(ddof=1)) <= FLAT * noise**2 / BLOCK
     if not (flat and slope + CLEAR * error < FOLLOWS * follows):
         return None
-    return SensorEnd(torque=end, sign=f"it stays there while the load changes by {100 * change:.0f} %")
+    return SensorSaturation(
+        torque=end, sign=f"it stays there while the load changes by {100 * change:.0f} %"
+    )
 
 
 def _blocks(place: NDArray[np.bool_]) -> list[slice]:

@@ -11,7 +11,7 @@ from symbolic.array_alias import Array
 from symbolic.deformation import full_slide_arm
 
 
-def within_range(recording: Recording) -> Recording:
+def within_declared_range(recording: Recording) -> Recording:
     """The recording without the torques beyond the range of their sensor; its angle and load stay."""
     M_z, M = _left_out(recording, recording.M_z), recording.M
     M = M if M is None else _left_out(recording, M)

@@ -218,12 +218,12 @@ def alternatives(
     return replace(first, others=tuple(others))
 
 
-def as_option(entries: Iterable[str]) -> str:
+def as_map_option(entries: Iterable[str]) -> str:
     """Entries of a map as the option `--map`, to be pasted into a shell."""
     return f"--map {shlex.quote(','.join(entries))}"
 
 
-def mending_map(sources: Mapping[str, SignalSource], changed: Mapping[str, SignalSource]) -> str:
+def corrected_map(sources: Mapping[str, SignalSource], changed: Mapping[str, SignalSource]) -> str:
     """What to write so that some columns come from elsewhere, with all that is mapped already.
 
     Names that `--map` cannot hold make it the first line of the file that has [signals].
@@ -235,7 +235,7 @@ def mending_map(sources: Mapping[str, SignalSource], changed: Mapping[str, Signa
         if "," in source.channel or one is None or one["channel"] != source.channel:
             text = ", ".join(toml_entry(column, source) for column, source in given.items())
             return f"first line of the file with [signals], in its place: {SIGNALS} = {{ {text} }}"
-    return as_option(entries.values())
+    return as_map_option(entries.values())
 
 
 def toml_entry(column: str, source: SignalSource) -> str:

@@ -122,7 +122,7 @@ def family_already_present(effects: Sequence[Effect]) -> bool:
     return last in {*others} - {None, "other"}
 
 
-def removal_justified(
+def backward_step_justified(
     poorer: Trial,
     present: Trial,
     training: Sequence[Recording],

@@ -80,7 +80,7 @@ def with_effect(effects: Effects, effect: Effect) -> Effects:
     return (*kept, effect)
 
 
-def without(effects: Effects, removed: Effect) -> Effects:
+def without_effect(effects: Effects, removed: Effect) -> Effects:
     """The effects but for one."""
     return tuple(effect for effect in effects if effect != removed)
 

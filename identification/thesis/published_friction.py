@@ -29,7 +29,7 @@ _TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PublishedFriction:
+class AuthorEstimate:
     """A published estimate; arrays of shape (n,).
 
     Its samples and its time begin where the wheel begins to turn.
@@ -53,12 +53,12 @@ class PublishedFriction:
     declared: float
 
 
-def published_file(folder: Path, recording: str) -> Path:
+def author_estimate_file(folder: Path, recording: str) -> Path:
     """The path of a recording's file: its name without the suffix `_ident`."""
     return folder / f"author_estimate_{recording.removesuffix('_ident')}.csv"
 
 
-def read_published_friction(path: Path) -> PublishedFriction:
+def read_author_estimate(path: Path) -> AuthorEstimate:
     """Read a published estimate."""
     lines = read_text(path).splitlines()[1:]
     try:
@@ -74,7 +74,7 @@ def read_published_friction(path: Path) -> PublishedFriction:
         row = int(np.argmin(np.isfinite(table).all(axis=1)))
         raise InvalidInputError(f"{path}: row {row + 2}: every number must be finite")
     column = dict(zip(COLUMNS, table.T, strict=True))
-    return PublishedFriction(
+    return AuthorEstimate(
         t=column["t"],
         psi=column["psi"],
         psi_max=column["psi_max"],

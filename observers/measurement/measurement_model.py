@@ -117,7 +117,7 @@ class MeasurementModel(Hashable, Protocol):
         """Raise InvalidInputError where the rig lacks a value or the model an effect too many."""
 
     def prior(self, tuning: Parts, first: Parts, slide_torque: Expression) -> dict[str, Moments]:
-        """Mean and variance of every state before the sample `first`; `slide_torque` is 3/8 F_N a [N m]."""
+        """Mean and variance of every state before the sample `first`; slide_torque: 3/8 F_N a [N m]."""
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
         """The sample with missing values imputed from the `last` one, and whether one was."""

@@ -146,8 +146,8 @@ def build_supervised_step(
 ) -> ca.Function:  # fmt: skip
     """The step of an estimator, (state, sample, constants) -> (state_next, output), supervised.
 
-    Its state has the parts of the estimator, on which `step` works, and those of `supervision_layout`. The
-    numbers of the declared patch that stands for the model are among the constants.
+    Its state has the parts of the estimator, on which `step` works, and those of `supervision_layout`.
+    The numbers of the declared patch that stands for the model are among the constants.
     """
     added_parts = supervision_layout(measurement_model)
     inputs = symbols_like(step)

@@ -68,8 +68,9 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     """The innovation of a sample at predicted states x (n,) of covariance P (n, n), and its test.
 
     (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> the outputs of
-    `build_linearised_measurement`; H_P_H, the part of the innovation's variance that the states cause; nis, innovation^2 over
-    `innovation_variance`, NaN where it is missing; missing; accepted: within the gate, or a reset;
+    `build_linearised_measurement`; H_P_H, the part of the innovation's variance that the states cause;
+    nis, innovation^2 over `innovation_variance`, NaN where it is missing; missing; accepted: within the
+    gate, or a reset;
     reset: the ground has changed; run, samples in a row beyond the gate, this one included, 1 at an
     alarm of the monitor, which is a reset too; counts_next as `COUNTS`; inconsistent: the model does
     not explain the torque; untested: too few independent samples to say so; monitor_next as

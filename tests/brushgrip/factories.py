@@ -11,12 +11,12 @@ from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
     Candidate,
     Curve,
-    Errors,
     FoundEffect,
     FoundFamily,
     Series,
+    TorqueErrors,
 )
-from identification.experiments.manoeuvre_within_range import Manoeuvre
+from identification.experiments.manoeuvre_within_range import SampledManoeuvre
 from identification.experiments.proposals import Proposal
 from identification.fits.values import ParameterEstimate, Values
 from identification.residuals.residual_tests import Unexplained
@@ -55,8 +55,8 @@ def _series(name: str, number: int, held_out: bool) -> Series:
     )
 
 
-def _errors(shares: dict[str, float], training: tuple[str, ...]) -> Errors:
-    return Errors(
+def _errors(shares: dict[str, float], training: tuple[str, ...]) -> TorqueErrors:
+    return TorqueErrors(
         rmse={name: 16 * share for name, share in shares.items()},
         nrmse=shares,
         training=training,
@@ -95,7 +95,7 @@ def experiment(load: float = 0.0, instruction: str = "sweep to and fro, 10 s") -
     return Proposal(
         found="carcass_torsion",
         rival="patch_width",
-        manoeuvre=Manoeuvre(
+        manoeuvre=SampledManoeuvre(
             instruction=instruction,
             t=t,
             psi=np.sin(t),

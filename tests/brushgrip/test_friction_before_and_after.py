@@ -17,18 +17,18 @@ from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.report.findings_and_reservations import (
-    benefit,
+    benefit_for_friction,
     error_to_quote,
     friction_over_speed,
     missing_effects,
     notes_beside,
-    reservation,
     simulated_warning,
+    untested_assumptions,
 )
 from brushgrip.report.friction_summary import (
     friction_quality,
     last_usable_friction,
-    order_with_load,
+    load_trend_in_words,
     usable_until,
     widest_causes,
 )
@@ -247,41 +247,43 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
 def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
-    assert benefit(make_diagnosis(), outcome) == (
+    assert benefit_for_friction(make_diagnosis(), outcome) == (
         "Friction is usable in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the model"
         " found, which has its own stiffness and the effects; in 2 of 2 recordings (first after"
         " 5.0 s, in 1 not to the end) by the assumed model."
     )
     never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
-    assert "in 1 of 2 recordings (first after 5.0 s) by the assumed" in benefit(make_diagnosis(), once)
+    assert "in 1 of 2 recordings (first after 5.0 s) by the assumed" in benefit_for_friction(
+        make_diagnosis(), once
+    )
     none = replace(outcome, tracks=(*never, *TRACKS[:2]))
-    assert "in none of 2 recordings by the assumed" in benefit(make_diagnosis(), none)
-    assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
-    assert benefit(make_diagnosis(found=False), outcome) == ""
+    assert "in none of 2 recordings by the assumed" in benefit_for_friction(make_diagnosis(), none)
+    assert benefit_for_friction(replace(make_diagnosis(), of_car=True), outcome) == ""
+    assert benefit_for_friction(make_diagnosis(found=False), outcome) == ""
 
 
 def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     note = assumed_tolerances([SimpleNamespace(rig=Rig(a=0.04, e=0.0))])  # type: ignore[list-item]
     diagnosis = replace(make_diagnosis(), notes=(note, "c got worse"))
 
-    assert reservation(diagnosis) == [
+    assert untested_assumptions(diagnosis) == [
         "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e (kingpin to"
         " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 % around the value found. The ± counts the"
         " tolerances, and allows for what the model leaves out. A value that is off by more than its"
         " tolerance shifts friction too."
     ]
     text = mail(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
-    assert reservation(diagnosis)[0] in text
+    assert untested_assumptions(diagnosis)[0] in text
     to_declare = next_steps(diagnosis, replace(make_outcome("c"), tracks=TRACKS))[-1]
     assert to_declare.startswith(
         "at the rig, measure half-length a, caster e, load and tread stiffness k, and declare"
     )
     assert notes_beside(diagnosis, text) == ["c got worse"]
     assert notes_beside(diagnosis, "") == [note, "c got worse"]
-    assert reservation(make_diagnosis())[0].startswith("The ± counts the tolerances")
+    assert untested_assumptions(make_diagnosis())[0].startswith("The ± counts the tolerances")
     beyond = replace(diagnosis, notes=(f"{BEYOND_RANGE}, so", f"{MAY_END}: c"))
-    assert reservation(beyond)[:2] == [
+    assert untested_assumptions(beyond)[:2] == [
         f"{BEYOND_RANGE[:1].upper()}{BEYOND_RANGE[1:]}, so.",
         "The sensor may end: c.",
     ]
@@ -521,7 +523,7 @@ def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_
 
     def order(mu: dict[str, float], ground: str = "ice") -> str:
         tracks = tuple(replace(TRACKS[0], name=n, mu=np.full(11, value)) for n, value in mu.items())
-        return order_with_load(
+        return load_trend_in_words(
             replace(make_outcome(), tracks=tracks, grounds={ground: names}), diagnosis
         )
 
@@ -531,14 +533,14 @@ def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_
     more = [replace(t, name=n) for t, n in zip(tracks, both["snow"], strict=True)]
     series = (*loads, *(replace(s, name=n) for s, n in zip(loads, both["snow"], strict=True)))
     outcome = replace(make_outcome(), tracks=(*tracks, *more), grounds=both)
-    told = order_with_load(outcome, replace(diagnosis, series=series))
+    told = load_trend_in_words(outcome, replace(diagnosis, series=series))
     assert told.startswith(
         "On ice and snow, recordings at higher load gave lower friction (by chance in 1 of 7200 cases);"
     )
     unnamed = replace(outcome, grounds={"": (*names, *both["snow"])})
-    assert order_with_load(unnamed, replace(diagnosis, series=series)) == ""
+    assert load_trend_in_words(unnamed, replace(diagnosis, series=series)) == ""
 
 
 def test_an_order_of_very_many_recordings_has_a_chance_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("brushgrip.report.friction_summary.kendall_load_test", lambda _: (0.0, False))
-    assert "by chance in 1 of 1000000 cases" in order_with_load(make_outcome(), make_diagnosis())
+    assert "by chance in 1 of 1000000 cases" in load_trend_in_words(make_outcome(), make_diagnosis())

@@ -11,9 +11,9 @@ from brushgrip.estimation.observers_over_recordings import FrictionTrack
 from brushgrip.pictures.diagnosis import draw_signatures
 from brushgrip.report import page as report
 from brushgrip.report import tables
-from brushgrip.report.friction_summary import goes_pale
+from brushgrip.report.friction_summary import has_unusable_gap
 from brushgrip.report.page import write_report
-from brushgrip.report.printed import own_rejected
+from brushgrip.report.printed import rejected_user_effects
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
 from identification.selection.trial_runner import workers
@@ -80,8 +80,8 @@ def test_a_correlation_of_nothing_has_no_sign() -> None:
 
 def test_a_pale_line_is_spoken_of_where_there_is_one() -> None:
     outcome = replace(make_outcome(), tracks=TRACKS[:1])
-    assert not goes_pale(outcome)
-    assert goes_pale(replace(outcome, tracks=TRACKS[:2]))
+    assert not has_unusable_gap(outcome)
+    assert has_unusable_gap(replace(outcome, tracks=TRACKS[:2]))
 
 
 def text_of(diagnosis: Diagnosis) -> str:
@@ -175,8 +175,8 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
     assert (
-        "The torque error was judged by 1 recording kept out of the fit, which helped to pick the effects"
-        in first
+        "The torque error was judged by 1 recording kept out of the fit, "
+        "which helped to pick the effects" in first
     )
     assert "4.30 % with its stiffness k refitted, 2.37 % by the model found, of its range." in first
     assert "friction and torque offset, and lengths and load within their tolerances." in first
@@ -315,8 +315,8 @@ def test_an_own_effect_that_was_not_added_is_told_with_its_value_and_gain() -> N
     boot = Candidate(
         name="boot_spring", summary="a boot", holdout_nrmse=0.029, delta_bic=3.2, parameters={"c": c}
     )
-    (line,) = own_rejected(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
+    (line,) = rejected_user_effects(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
 
-    assert own_rejected(diagnosis) == []
+    assert rejected_user_effects(diagnosis) == []
     assert line.startswith("boot spring, of your own, was not added: c = 12.3 ± 4.5 N m/rad³; error ")
     assert line.endswith("→ 2.90 % of range with it alone, ΔBIC +3.2; alone not worth its parameters")

@@ -15,7 +15,7 @@ _WESTERN = frozenset("°µ²³·äöüÄÖÜßéè±".encode("cp1252"))
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
-def read_letters(path: Path) -> str:
+def read_csv_text(path: Path) -> str:
     """The text of a file in UTF-8, UTF-16 with its mark, or Windows' letters for units and umlauts."""
     content = read_bytes(path)
     with prefix_errors(path):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from brushgrip.comparison.cases import SETTLED, Case, make_case
-from brushgrip.comparison.method_scores import PUBLISHED, compare, summarise
+from brushgrip.comparison.method_scores import PUBLISHED, compare_methods, summarise
 from brushgrip.comparison.methods import ObserverMethod
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
@@ -61,7 +61,7 @@ def case() -> Case:
 
 
 def test_a_method_from_elsewhere_gets_its_row(case: Case) -> None:
-    (row,) = summarise(compared := compare([case], [Slow()]), [Slow()])
+    (row,) = summarise(compared := compare_methods([case], [Slow()]), [Slow()])
 
     assert (row.method, row.works_beyond_five_zones, row.gives_deviation) == (
         "neural network", True, False,
@@ -87,7 +87,7 @@ class Remembering(Slow):
 
 def test_an_observer_from_elsewhere_is_compared(case: Case) -> None:
     own = ObserverMethod(name="counting", factory=lambda *_: SampleRecorder())
-    (summary,) = summarise(compare([case], methods=[own]), [own])
+    (summary,) = summarise(compare_methods([case], methods=[own]), [own])
 
     assert (summary.method, summary.works_beyond_five_zones, summary.gives_deviation) == (
         "counting", True, True,
@@ -111,7 +111,7 @@ def test_where_the_reference_comes_from(case: Case, name: str, mu: float, origin
 
 
 def test_the_first_estimate_counts_and_the_least_time(case: Case) -> None:
-    ((score,),) = (one.scores for one in compare([case], [Remembering()]))
+    ((score,),) = (one.scores for one in compare_methods([case], [Remembering()]))
 
     assert score.rmse == pytest.approx(OFF)
     assert score.theta == pytest.approx(BUSY / 10, rel=0.1)
@@ -131,7 +131,7 @@ def test_errors_count_from_when_the_wheel_has_turned_for_a_while(case: Case) -> 
 
 def test_a_name_is_neither_html_nor_a_link(case: Case) -> None:
     odd = Slow(name="<img src=x>|[a](http://b.invalid)")
-    text = markdown_text(compared := compare([case], [odd]), summarise(compared, [odd]))
+    text = markdown_text(compared := compare_methods([case], [odd]), summarise(compared, [odd]))
 
     assert "| &lt;img src=x&gt;/[a]\\(http://b.invalid) | " in text
     assert "<" not in text

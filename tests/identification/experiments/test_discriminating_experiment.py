@@ -7,7 +7,7 @@ import pytest
 
 from identification import Fit, Recording, Values, fit, smoothed_rate
 from identification.experiments.discriminating_experiment import propose
-from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, Manoeuvre
+from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, SampledManoeuvre
 from identification.experiments.proposals import (
     Proposal,
     _RecordedData,
@@ -32,7 +32,7 @@ def fitted(effect: str, recordings: list[Recording], start: Values | None = None
     return fit(model, recordings, start, COARSE_FIT)
 
 
-def steered(manoeuvre: Manoeuvre, made: Campaign, like: Recording) -> Recording:
+def steered(manoeuvre: SampledManoeuvre, made: Campaign, like: Recording) -> Recording:
     """The manoeuvre on the rig, with the tyre, the effect and the noise of the campaign."""
     truth = made.recordings[0]
     t = np.arange(round(manoeuvre.seconds * 100 * SUBSTEPS) + 1) / (100 * SUBSTEPS)

@@ -8,7 +8,7 @@ import pytest
 from identification import Fit, Recording, fit, initial_guess
 from identification.fits.covariance import standard_deviations
 from identification.fits.options import COARSE_FIT, FitOptions
-from identification.fits.problem import Problem
+from identification.fits.problem import LeastSquaresProblem
 from identification.fits.values import complete_values
 from identification.selection.criteria import delta_bic, effective_parameters
 from identification.selection.leave_one_out_linearised import leave_one_out
@@ -117,7 +117,7 @@ def test_the_jacobian_is_that_of_the_residuals(made: tuple[Campaign, list[Record
     effects = effects_named(["carcass_torsion", "stiffness_by_ground"])
     model = Model(effects=effects, corners=16, bristles=20)
     start = complete_values(model, initial_guess(model, recordings), recordings)
-    problem = Problem(model, recordings, start, FitOptions())
+    problem = LeastSquaresProblem(model, recordings, start, FitOptions())
     rng = np.random.default_rng(3)
     x = problem.origin() + rng.uniform(-0.3, 0.3, len(problem.labels))
     jacobian, h = problem.jacobian(x), 1e-6
@@ -137,7 +137,7 @@ def test_a_point_is_not_simulated_again_after_a_step_from_it(
 ) -> None:
     recordings = made[1][:1]
     model = Model(corners=16)
-    problem = Problem(model, recordings, initial_guess(model, recordings), FitOptions())
+    problem = LeastSquaresProblem(model, recordings, initial_guess(model, recordings), FitOptions())
     calls: list[object] = []
     torques = problem._torques
     monkeypatch.setattr(problem, "_torques", lambda values: (calls.append(values), torques(values))[1])

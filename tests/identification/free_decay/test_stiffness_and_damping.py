@@ -15,7 +15,7 @@ from identification.free_decay.identifiability import (
     stiffnesses_agree,
 )
 from identification.free_decay.likelihood import Likelihood
-from identification.free_decay.noise_continuation import solve
+from identification.free_decay.noise_continuation import maximise_likelihood
 from identification.free_decay.vibration_detection import find_vibration
 from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
 from reference_rig import FOURTEEN_BIT_STEP, ImpactRecording, load_at, make_impacts
@@ -239,7 +239,7 @@ def test_needs_a_recording() -> None:
         identify_free_decay([])
 
 
-@pytest.mark.parametrize("singular", ["solve", "jackknife"])
+@pytest.mark.parametrize("singular", ["maximise_likelihood", "jackknife"])
 def test_recordings_that_tell_nothing(
     singular: str, few: list[Decay], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -389,7 +389,11 @@ def test_contacts_that_do_not_tell(decays: list[Decay], monkeypatch: pytest.Monk
     def singular(_: Likelihood) -> None:
         raise np.linalg.LinAlgError
 
-    monkeypatch.setattr(identifiability, "solve", singular)
+    monkeypatch.setattr(identifiability, "maximise_likelihood", singular)
     assert stiffness_by_contact(likelihood) == {}
-    monkeypatch.setattr(identifiability, "solve", lambda part: replace(solve(part), converged=False))
+    monkeypatch.setattr(
+        identifiability,
+        "maximise_likelihood",
+        lambda part: replace(maximise_likelihood(part), converged=False),
+    )
     assert stiffness_by_contact(likelihood) == {}

@@ -6,9 +6,9 @@ import pytest
 
 from identification.free_decay.vibration import (
     UNKNOWNS,
+    rotational_stiffness,
     simulate_vibration,
     sliding_torque_deficit,
-    stiffness,
 )
 from reference_rig import THESIS_TYRE as TYRE
 from reference_rig import inertia, make_impact
@@ -56,7 +56,7 @@ def test_slip_is_what_the_patch_lacks_of_a_spring(psi: float) -> None:
     path = np.linspace(0, psi, 5)
     signals = np.vstack([path, np.zeros(5), np.full(5, 400.0), np.full(5, 0.01)])
     M_z = simulate(Model(), signals, np.array([TYRE.mu, K]), GEOMETRY[:2]).M_z[-1]
-    spring = float(stiffness(K, TYRE.a, TYRE.e)) * psi
+    spring = float(rotational_stiffness(K, TYRE.a, TYRE.e)) * psi
 
     slipped = float(sliding_torque_deficit(psi, K, SLIP, TYRE.a, TYRE.e))
 
@@ -86,7 +86,7 @@ def test_half_a_cycle_is_a_balance_of_work() -> None:
     slipped = [float(sliding_torque_deficit(turn, K, SLIP, TYRE.a, TYRE.e)) for turn in reach]
 
     # From turning point to turning point the work of -K psi + 2 (M_v + K .)((psi - psi_r) / 2) is nil.
-    spring = float(stiffness(K, TYRE.a, TYRE.e)) / 2 * (last**2 - first**2)
+    spring = float(rotational_stiffness(K, TYRE.a, TYRE.e)) / 2 * (last**2 - first**2)
     assert spring == pytest.approx(4 * np.trapezoid(slipped, reach), rel=1e-3)
 
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from identification import SignalSource, read_recording, read_signals
-from identification.reading.channel_matching import ChannelFile, Samples
-from identification.reading.chosen_map import fitting_map, unit_by_name, with_steering_ratio
-from identification.reading.clock_and_units import tabulate
+from identification.reading.channel_matching import ChannelFile, ChannelSamples
+from identification.reading.chosen_map import map_for_file, unit_by_name, with_steering_ratio
+from identification.reading.clock_and_units import table_from_channels
 from identification.reading.rigfile import signals_section
 from identification.reading.signal_map import SignalMap, parse_maps, parse_signals
 from identification.reading.units import unit_at_end
@@ -90,12 +90,12 @@ def test_a_recording_with_names_of_its_own_needs_no_map() -> None:
     names, own = ("t", "psi", "M_z", "F_N"), parse_signals("psi=psi")
     signals = parse_maps(["psi=1/15*Lenkrad:deg,M_z=Moment", "psi=Angle"])
 
-    assert fitting_map("a", signals, names) == parse_signals("psi=psi,F_N=F_N")
-    assert fitting_map("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
-    assert fitting_map("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
-    assert fitting_map("a", own, names) == own
+    assert map_for_file("a", signals, names) == parse_signals("psi=psi,F_N=F_N")
+    assert map_for_file("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
+    assert map_for_file("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
+    assert map_for_file("a", own, names) == own
     with_ratio = replace(parse_signals("psi=Angle"), steering_ratio=15.0)
-    assert fitting_map("a", with_ratio, names) == with_ratio
+    assert map_for_file("a", with_ratio, names) == with_ratio
 
 
 @pytest.mark.parametrize("given", [[], ["M_z=Moment"]])
@@ -175,8 +175,8 @@ def test_units_in_brackets_and_of_the_file_go_before_those_of_names(
 
 def test_a_unit_in_brackets_counts_in_every_format() -> None:
     columns = {"t (ms)": 1e3 * T, "psi [deg]": np.degrees(PSI), "M_z [raw]": TORQUE, "F_N": LOAD}
-    file = ChannelFile(names=[*columns], read=lambda name: Samples(values=columns[name]))
-    table = tabulate(Path("run.parquet"), file, ("t", "psi", "M_z", "F_N"), SignalMap())
+    file = ChannelFile(names=[*columns], read=lambda name: ChannelSamples(values=columns[name]))
+    table = table_from_channels(Path("run.parquet"), file, ("t", "psi", "M_z", "F_N"), SignalMap())
     np.testing.assert_allclose(table.columns["psi"], PSI, atol=1e-12)
     np.testing.assert_allclose(table.columns["t"], T, atol=1e-12)
 

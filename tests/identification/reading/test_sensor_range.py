@@ -8,7 +8,7 @@ import pytest
 from identification import Recording, diagnose, fit
 from identification.diagnosis.from_search import friction_beyond_range
 from identification.fits.values import Values, complete_values
-from identification.reading.sensor_range import left_out_note, within_range
+from identification.reading.sensor_range import left_out_note, within_declared_range
 from reference_rig import make_recording
 from symbolic import InvalidInputError, Model
 from tests.identification.factories import as_read, recording, with_torque
@@ -34,9 +34,9 @@ def clipped(range_over_end: float | None, share: float = 0.6) -> list[Recording]
 def test_torques_beyond_the_range_are_left_out_and_the_angle_stays() -> None:
     plain = with_torque(recording(), [9.4, 9.6, -9.4, -9.6, np.nan] * 10)
     ended = replace(plain, M=plain.M_z, rig=replace(plain.rig, range=10.0))
-    used = within_range(ended)
+    used = within_declared_range(ended)
 
-    assert within_range(plain) is plain
+    assert within_declared_range(plain) is plain
     for torque in (used.M_z, used.M):
         assert np.isfinite(torque).tolist() == [True, False, True, False, False] * 10
     assert np.array_equal(used.psi, plain.psi)

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.thesis.published_friction import aligned, published_file, read_published_friction
+from identification.thesis.published_friction import aligned, author_estimate_file, read_author_estimate
 from symbolic import InvalidInputError
 
 HEADER = ",".join(["NaN"] * 12)
@@ -18,7 +18,7 @@ def write(folder: Path, *lines: str) -> Path:
 
 
 def test_columns(tmp_path: Path) -> None:
-    made = read_published_friction(write(tmp_path, HEADER, ROW, BACK))
+    made = read_author_estimate(write(tmp_path, HEADER, ROW, BACK))
 
     assert made.declared == 1.674
     assert made.t.tolist() == [0.0, 0.01]
@@ -42,14 +42,14 @@ def test_columns(tmp_path: Path) -> None:
 def test_faults_name_the_file(tmp_path: Path, lines: tuple[str, ...], said: str) -> None:
     path = write(tmp_path, *lines)
     with pytest.raises(InvalidInputError, match=said) as caught:
-        read_published_friction(path)
+        read_author_estimate(path)
 
     assert str(caught.value).startswith(f"{path}: ")
 
 
 def test_his_mark_is_not_in_his_names() -> None:
-    assert published_file(Path("x"), "fem4_ident") == Path("x/author_estimate_fem4.csv")
-    assert published_file(Path("x"), "fem1") == Path("x/author_estimate_fem1.csv")
+    assert author_estimate_file(Path("x"), "fem4_ident") == Path("x/author_estimate_fem4.csv")
+    assert author_estimate_file(Path("x"), "fem1") == Path("x/author_estimate_fem1.csv")
 
 
 def test_aligned_by_angle() -> None:
