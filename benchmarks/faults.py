@@ -38,7 +38,7 @@ from benchmarks.faulty_inputs import (
 )
 from benchmarks.ice import EFFECTS, KINDS, OFF, RIG, STEERING_RATE, TORQUES, K
 from identification import Recording
-from identification.reading.sensor_end import sensor_saturation
+from identification.reading.sensor_saturation import sensor_saturation
 from observers import Status, run
 from reference_rig import (
     RigRecording,

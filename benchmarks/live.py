@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.estimation.observers_over_recordings import observer_factory
-from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import gather_inputs
+from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.live.page import PERIOD, LiveView
 from brushgrip.live.session import Session
 from brushgrip.live.session_setup import source_and_estimator

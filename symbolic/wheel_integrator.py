@@ -20,7 +20,7 @@ from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.compiled import compiled
 from symbolic.deformation import full_slide_torque, unit_corner_moment
 from symbolic.masing import TurningPoints, branch_torque
-from symbolic.zones import MIN_ZONE_TURN
+from symbolic.zone_patch import MIN_ZONE_TURN
 
 MAX_STEP_PERIODS = 0.5
 """Longest step in periods of the sticking wheel [1]; no full swing passes within one step."""

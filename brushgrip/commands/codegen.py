@@ -17,7 +17,7 @@ from brushgrip.commands.options import (
     VehicleAlone,
     option,
 )
-from brushgrip.inputs.choices import ModelObserverName, TorqueChannel
+from brushgrip.inputs.option_choices import ModelObserverName, TorqueChannel
 
 RealType = StrEnum("RealType", {"FLOAT": "float", "DOUBLE": "double"})
 Target = StrEnum("Target", {"C": "c", "FMU": "fmu", "FMU3": "fmu3", "ROS2": "ros2"})
@@ -90,13 +90,13 @@ class CodegenRequest:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
         from brushgrip.inputs.chosen_observer import chosen_observer, rig_or_vehicle_file, window_setting
         from brushgrip.inputs.command_inputs import gather_inputs
-        from brushgrip.inputs.settings import chosen_tuning
+        from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs import observer_export
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, show_json
         from brushgrip.outputs.provenance import origin_comment
         from observers.embedded import generate_vehicle, require_replaceable
-        from observers.embedded.cost import estimated_instructions
+        from observers.embedded.instruction_count import estimated_instructions
         from observers.interfaces.factory import read_vehicle_file
         from symbolic import InvalidInputError
 

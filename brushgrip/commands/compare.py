@@ -48,7 +48,7 @@ class CompareRequest(RecordingRequest):
     def run(self) -> None:
         """Write the comparison of methods, and say what it says."""
         from brushgrip.comparison.cases import author_files, check_references, make_cases
-        from brushgrip.comparison.method_scores import compare_methods, summarise
+        from brushgrip.comparison.error_and_calculation_time import compare_methods, summarise
         from brushgrip.comparison.methods import default_methods, trained_methods
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
         from brushgrip.estimation.suspicious_recordings import implausibility_lines

@@ -17,7 +17,7 @@ from brushgrip.commands.options import (
     VehicleFile,
     file_option,
 )
-from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.option_choices import ObserverName
 
 if TYPE_CHECKING:
     from brushgrip.running.batch import EstimateOutcome
@@ -98,7 +98,7 @@ class EstimateRequest(GroundRequest):
         """Write friction over time for each recording, a picture for a single one, and the summary."""
         from brushgrip.estimation.observers_over_recordings import chosen_aligning, observer_factory
         from brushgrip.inputs.command_inputs import staged_tables
-        from brushgrip.inputs.settings import chosen_tuning
+        from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
         from brushgrip.running.batch import (
             EstimateTask,
@@ -156,9 +156,9 @@ class EstimateRequest(GroundRequest):
     ) -> None:
         """Print what was estimated; recordings that could not be are a fault."""
         from brushgrip.outputs.console import print_table, say, show_json
-        from brushgrip.report.printed import say_ground_values
+        from brushgrip.report.printed_results import say_ground_values
         from brushgrip.wording.diagnosis_in_words import taken_from_model
-        from brushgrip.wording.remarks import (
+        from brushgrip.wording.recording_remarks import (
             friction_of_grounds,
             friction_range,
             printed_rows,

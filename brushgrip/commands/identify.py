@@ -9,7 +9,7 @@ from brushgrip.commands.options import ChannelMap, OutJson, RigFile, VehicleFile
 if TYPE_CHECKING:
     from brushgrip.inputs.command_inputs import Inputs
     from identification.steering.full_slide_calibration import TyresResult
-    from identification.steering.plates import PlatesResult
+    from identification.steering.gear_friction_on_plates import PlatesResult
     from symbolic import Vehicle
 
 USUAL_TOLERANCE = 0.05
@@ -150,7 +150,7 @@ class IdentifyRequest:
         """Print what a result rests on, and what it holds for."""
         from brushgrip.outputs.console import say, warn
         from identification.steering.full_slide_calibration import TyresResult
-        from identification.steering.plates import PLATE_FRICTION, slide_force
+        from identification.steering.gear_friction_on_plates import PLATE_FRICTION, slide_force
 
         if not isinstance(result, TyresResult):
             say(
@@ -179,9 +179,9 @@ class IdentifyRequest:
     def _identified(self, car: "Vehicle", inputs: "Inputs") -> "PlatesResult | TyresResult":
         """What recordings on plates, or on ground of known friction, tell of a car."""
         from brushgrip.inputs.command_inputs import require_brakes_known
-        from identification.reading.car import read_rack
+        from identification.reading.car_recordings import read_rack
         from identification.steering.full_slide_calibration import identify_tyres
-        from identification.steering.plates import identify_on_plates
+        from identification.steering.gear_friction_on_plates import identify_on_plates
 
         if self.plates:
             racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
@@ -199,7 +199,7 @@ class IdentifyRequest:
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import declared_rig, identified_rig_text
         from brushgrip.pictures.free_decay_fit import draw_free_decay
-        from brushgrip.report.printed import print_free_decay
+        from brushgrip.report.printed_results import print_free_decay
         from brushgrip.wording.formatting import free_decay_document, json_text, listed
         from identification.thesis import estimate_by_decrement
         from symbolic import BrushgripError, InvalidInputError

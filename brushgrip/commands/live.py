@@ -19,7 +19,7 @@ from brushgrip.commands.options import (
     file_option,
     option,
 )
-from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.option_choices import ObserverName
 
 if TYPE_CHECKING:
     from brushgrip.live.sender import FrictionSender
@@ -125,7 +125,7 @@ class LiveRequest:
 
         from brushgrip.estimation.observers_over_recordings import observer_factory
         from brushgrip.inputs.command_inputs import gather_inputs
-        from brushgrip.inputs.settings import chosen_limits, chosen_tuning, parse_share
+        from brushgrip.inputs.option_values import chosen_limits, chosen_tuning, parse_share
         from brushgrip.live.adviser import Adviser
         from brushgrip.live.session import Session
         from brushgrip.live.session_setup import source_and_estimator

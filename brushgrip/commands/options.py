@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from brushgrip.inputs.choices import ObserverName, TorqueChannel, TuningPreset
+from brushgrip.inputs.option_choices import ObserverName, TorqueChannel, TuningPreset
 
 if TYPE_CHECKING:
     from brushgrip.inputs.command_inputs import Inputs

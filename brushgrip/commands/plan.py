@@ -18,7 +18,7 @@ from brushgrip.commands.options import (
     file_option,
     option,
 )
-from brushgrip.inputs.choices import ModelObserverName, TorqueChannel
+from brushgrip.inputs.option_choices import ModelObserverName, TorqueChannel
 
 if TYPE_CHECKING:
     from identification import SignalSource
@@ -84,7 +84,7 @@ class PlanRequest:
         """Write the path and say how far to turn on each ground."""
         from brushgrip.inputs.chosen_observer import chosen_observer
         from brushgrip.inputs.command_inputs import gather_inputs, staged_tables
-        from brushgrip.inputs.settings import (
+        from brushgrip.inputs.option_values import (
             chosen_limits,
             chosen_tuning,
             parse_frictions,

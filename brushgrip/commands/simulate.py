@@ -33,7 +33,7 @@ class SimulateRequest(GroundRequest):
         from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.outputs.atomic import table_path, write_utf8
         from brushgrip.outputs.console import say, show_json
-        from brushgrip.report.printed import say_ground_values
+        from brushgrip.report.printed_results import say_ground_values
         from brushgrip.wording.formatting import csv_text
         from symbolic import InvalidInputError
 

@@ -17,7 +17,7 @@ from brushgrip.estimation.observers_over_recordings import (
     run_arguments,
     run_observer,
 )
-from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.option_choices import ObserverName
 from identification import FoundModel, Recording
 from identification.thesis import Activation, FrictionNetwork, NetworkDesign, label_mean, train_network
 from observers import Ekf, RootObserver, ZoneHistory, run, zone_history

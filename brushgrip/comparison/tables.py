@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from brushgrip.comparison.cases import SETTLED
-from brushgrip.comparison.method_scores import PUBLISHED, CaseScores, MethodSummary
+from brushgrip.comparison.error_and_calculation_time import PUBLISHED, CaseScores, MethodSummary
 from brushgrip.outputs.console import print_table, print_text
 from symbolic.compilation.operating_system import processor_description
 

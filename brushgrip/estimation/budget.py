@@ -6,11 +6,11 @@ import numpy as np
 
 from brushgrip.estimation.observers_over_recordings import ObserverFactory, run_arguments, with_brakes
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction import OF_SCALE, last_usable
+from brushgrip.wording.friction_in_words import OF_SCALE, last_usable
 from identification import FoundModel, Recording
 from observers import Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
-from observers.quality.tolerances import OF_LOAD, friction_floor
+from observers.quality.tuning_from_tolerances import OF_LOAD, friction_floor
 from symbolic import Vehicle
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 

@@ -14,7 +14,7 @@ from brushgrip.estimation.observers_over_recordings import (
     observe,
     observer_factory,
 )
-from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction

@@ -8,7 +8,7 @@ from math import copysign, nan
 
 import numpy as np
 
-from brushgrip.wording.friction import WAYS, last_usable, with_95_band
+from brushgrip.wording.friction_in_words import WAYS, last_usable, with_95_band
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Observer, Status
 from symbolic.array_alias import Array
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgrip.wording.friction import LACKING
+from brushgrip.wording.friction_in_words import LACKING
 from identification import Recording
 from identification.reading.signal_map import USUAL_RATIO, SignalSource, corrected_map
 from identification.reading.units import factor_of

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from brushgrip.estimation.friction_by_direction import gated_by_single_friction, single_friction
 from brushgrip.estimation.map_correction import in_channels
-from brushgrip.inputs.choices import ObserverName
-from brushgrip.inputs.settings import ChosenTuning
-from brushgrip.wording.friction import last_uncontradicted
+from brushgrip.inputs.option_choices import ObserverName
+from brushgrip.inputs.option_values import ChosenTuning
+from brushgrip.wording.friction_in_words import last_uncontradicted
 from identification import FoundModel, Recording, Standstills
 from observers import (
     AligningTorque,
@@ -80,7 +80,7 @@ class FrictionTrack:
 
     @property
     def last_usable(self) -> int | None:
-        """As `brushgrip.wording.friction.last_usable`."""
+        """As `brushgrip.wording.friction_in_words.last_usable`."""
         begin = int(np.searchsorted(self.t, self.changes[-1])) if self.changes.size else 0
         return last_uncontradicted(self.usable, self.inconsistent, begin, self.turn)
 

@@ -15,14 +15,14 @@ from brushgrip.estimation.observers_over_recordings import (
     samples_of,
     torque_channel,
 )
-from brushgrip.wording.friction import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
+from brushgrip.wording.friction_in_words import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
-from identification.reading.sensor_end import sensor_saturation
-from identification.reading.sensor_range import (
+from identification.reading.declared_sensor_range import (
     greatest_friction,
     share_beyond_range,
     within_declared_range,
 )
+from identification.reading.sensor_saturation import sensor_saturation
 from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.protocol import MAX_SAMPLE_PERIOD

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from brushgrip.inputs.command_inputs import Inputs
-from brushgrip.inputs.settings import ChosenTuning
+from brushgrip.inputs.option_values import ChosenTuning
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, car_observer, from_files, tuning_for
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.factory import read_vehicle_file

@@ -4,8 +4,8 @@ import logging
 from collections.abc import Mapping
 from math import inf
 
-from identification.reading.channel_matching import map_hint, match_channel
-from identification.reading.chosen_map import map_for_file, unit_by_name
+from identification.reading.channels_by_name import map_hint, match_channel
+from identification.reading.map_for_file import map_for_file, unit_by_name
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_VALUES, possible_columns
 from identification.reading.units import unit_of_name

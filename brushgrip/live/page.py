@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.live.ring import RingPoints
+from brushgrip.live.estimate_ring import RingPoints
 from brushgrip.live.session import Session
 from brushgrip.live.session_state import State, friction_of, usability_of
-from brushgrip.wording.friction import with_95_band
+from brushgrip.wording.friction_in_words import with_95_band
 from observers.estimates import BAND_STDS
 from symbolic import InvalidInputError
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.live.adviser import Adviser
+from brushgrip.live.estimate_ring import EstimateRing, RingPoints
 from brushgrip.live.mapped_columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
-from brushgrip.live.ring import EstimateRing, RingPoints
 from brushgrip.live.row_estimation import Point, RowEstimator
 from brushgrip.live.session_state import LastUsable, State
 from brushgrip.live.sources import WAIT, Source

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import isfinite, nan
 
-from brushgrip.wording.friction import CONTRADICTED, with_95_band
+from brushgrip.wording.friction_in_words import CONTRADICTED, with_95_band
 from observers import Estimate, Status
 from symbolic import InvalidInputError
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from brushgrip.outputs.console import warn
 from brushgrip.outputs.verbosity import COMMAND_LINE
-from identification.reading.file_content import require_readable
+from identification.reading.bytes_and_text import require_readable
 from identification.reading.rigfile import read_rig
 from symbolic import InvalidInputError, rig_from_tables
 from symbolic.errors import printable

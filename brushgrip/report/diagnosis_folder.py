@@ -13,9 +13,9 @@ from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.outputs.atomic import write_utf8
 from brushgrip.outputs.console import progress, say, show_json
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, remove_earlier
-from brushgrip.report.findings_and_reservations import simulated_warning
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
-from brushgrip.report.printed import print_diagnosis
+from brushgrip.report.printed_results import print_diagnosis
+from brushgrip.report.validity_and_missing_effects import simulated_warning
 from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
 from identification.selection.trial_runner import submit_of

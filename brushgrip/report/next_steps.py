@@ -5,8 +5,8 @@ from statistics import fmean
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import SUSPECTED
-from brushgrip.report.findings_and_reservations import stiffness_cases
 from brushgrip.report.friction_summary import band_shares
+from brushgrip.report.validity_and_missing_effects import stiffness_cases
 from brushgrip.wording.diagnosis_in_words import (
     is_unconfirmed,
     proposed_recordings,
@@ -19,12 +19,12 @@ from brushgrip.wording.formatting import (
     percent,
     unrefitted_error,
 )
-from brushgrip.wording.friction import how_to_narrow
+from brushgrip.wording.friction_in_words import how_to_narrow
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
-from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
+from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 
 MAX_STEPS = 4
 """What to do next that is told."""

@@ -24,14 +24,14 @@ from brushgrip.pictures.friction import draw_friction, draw_overview
 from brushgrip.pictures.mechanism_curves import draw_mechanisms, has_curves
 from brushgrip.pictures.style import drawn, is_drawn_by_us
 from brushgrip.report import (
-    findings_and_reservations,
     friction_summary,
     next_steps,
     plain_summary,
     tables,
+    validity_and_missing_effects,
 )
 from brushgrip.wording import diagnosis_in_words, formatting
-from brushgrip.wording import friction as friction_wording
+from brushgrip.wording import friction_in_words as friction_wording
 from identification import Diagnosis
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 
@@ -51,7 +51,7 @@ _WORDING_MODULES = (
     diagnosis_in_words,
     friction_wording,
     friction_summary,
-    findings_and_reservations,
+    validity_and_missing_effects,
     next_steps,
     plain_summary,
 )

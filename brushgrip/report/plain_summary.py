@@ -2,7 +2,9 @@
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.estimation.suspicious_recordings import weaker_direction
-from brushgrip.report.findings_and_reservations import (
+from brushgrip.report.friction_summary import grounds_alike, last_usable_friction, load_trend_in_words
+from brushgrip.report.next_steps import next_steps
+from brushgrip.report.validity_and_missing_effects import (
     LEFT_OUT,
     benefit_for_friction,
     error_to_quote,
@@ -12,11 +14,9 @@ from brushgrip.report.findings_and_reservations import (
     untested_assumptions,
     validity,
 )
-from brushgrip.report.friction_summary import grounds_alike, last_usable_friction, load_trend_in_words
-from brushgrip.report.next_steps import next_steps
 from brushgrip.wording.diagnosis_in_words import UNPROVEN, headline, is_unconfirmed
 from brushgrip.wording.formatting import effect_words, listed, percent, sentence
-from brushgrip.wording.friction import further_recording, prediction_band
+from brushgrip.wording.friction_in_words import further_recording, prediction_band
 from identification import Diagnosis
 from observers import GroundFriction
 

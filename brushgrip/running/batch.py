@@ -31,23 +31,23 @@ from brushgrip.estimation.suspicious_recordings import (
     unstated_range,
     weaker_direction,
 )
-from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs
-from brushgrip.inputs.settings import ChosenTuning
+from brushgrip.inputs.option_choices import ObserverName
+from brushgrip.inputs.option_values import ChosenTuning
 from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
 from brushgrip.wording.formatting import csv_text
-from brushgrip.wording.friction import (
+from brushgrip.wording.friction_in_words import (
     band_parts,
     dry_friction_note,
     estimates_summary,
     last_usable,
     unusable_samples_and_remedy,
 )
-from brushgrip.wording.remarks import BETWEEN, recording_remark
+from brushgrip.wording.recording_remarks import BETWEEN, recording_remark
 from identification import Recording, read_rig
 from identification.diagnosis.found_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers

@@ -12,15 +12,15 @@ from identification.diagnosis.from_search import build_diagnosis, friction_beyon
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.linear_algebra import one_thread
 from identification.fits.loss import LEAST_SQUARES, Loss
-from identification.fits.problem import torque_range
-from identification.fits.values import grounds_of
+from identification.fits.parameter_values import grounds_of
+from identification.reading.declared_sensor_range import left_out_note, within_declared_range
 from identification.reading.recordings import Recording
-from identification.reading.sensor_range import left_out_note, within_declared_range
 from identification.reading.shortened_recordings import thin_recordings
 from identification.reading.vehicle_torques import farthest_standstill_without_gear
-from identification.residuals.signals import check_signatures
+from identification.residuals.residual_signals import check_signatures
 from identification.residuals.signatures import signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal

@@ -16,10 +16,10 @@ from identification.diagnosis.unrefitted_prediction import (
 )
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import fit
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.fits.options import FitOptions
-from identification.fits.problem import torque_range
-from identification.fits.values import Values, ground_of, initial_guess, rig_parameters
+from identification.fits.parameter_values import Values, ground_of, initial_guess, rig_parameters
 from identification.reading.recordings import Recording
 from identification.selection.trial_runner import Submit, results_of
 from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin

@@ -10,7 +10,7 @@ from identification.diagnosis.found_stiffness import return_torque_note, stiffne
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
-from identification.fits.values import ParameterEstimate
+from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.residuals.residual_tests import Unexplained
 from identification.selection.criteria import (

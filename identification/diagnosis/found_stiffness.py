@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identification.fits.fitting import AT_BOUND, Fit
-from identification.reading.car import Standstills
+from identification.reading.car_recordings import Standstills
 from identification.reading.recordings import Recording
 from identification.reading.vehicle_torques import JACKING
 from symbolic import USUAL, InvalidInputError

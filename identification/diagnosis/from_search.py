@@ -14,9 +14,9 @@ from identification.diagnosis.result_parts import Candidate, Series, TorqueError
 from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
-from identification.fits.values import ParameterEstimate, Values, replaced_rig
+from identification.fits.parameter_values import ParameterEstimate, Values, replaced_rig
+from identification.reading.declared_sensor_range import greatest_friction, samples_beyond_range
 from identification.reading.recordings import Recording
-from identification.reading.sensor_range import greatest_friction, samples_beyond_range
 from identification.residuals.residual_tests import unexplained
 from identification.residuals.signatures import Signatures
 from identification.selection.criteria import SelectionCriteria, delta_bic

@@ -13,7 +13,7 @@ from identification.diagnosis.result_parts import (
     Series,
     TorqueErrors,
 )
-from identification.fits.values import ParameterEstimate, Values
+from identification.fits.parameter_values import ParameterEstimate, Values
 from identification.loop_plot import matplotlib_text
 from identification.residuals.residual_tests import Unexplained
 from identification.residuals.signatures import Signatures

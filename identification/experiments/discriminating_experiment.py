@@ -21,9 +21,9 @@ from identification.experiments.manoeuvre_within_range import (
 from identification.experiments.manoeuvres import manoeuvres
 from identification.experiments.proposals import Proposal, fitted_sample_period, proposal_from_torques
 from identification.fits.fitting import Fit
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
-from identification.fits.problem import torque_range
-from identification.fits.values import ground_of, replaced_rig
+from identification.fits.parameter_values import ground_of, replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import parameter_name, simulate

@@ -9,8 +9,8 @@ import numpy as np
 from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, SampledManoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import Fit
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
-from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic.array_alias import Array

@@ -17,8 +17,8 @@ from scipy.linalg.lapack import dtbtrs
 
 from identification.fits.autocorrelation import autoregression, predict_gaps, slow_part_effective_samples
 from identification.fits.fitting import Fit
+from identification.fits.least_squares_problem import over_range
 from identification.fits.loss import curvature, influence
-from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
 from symbolic.array_alias import Array
 

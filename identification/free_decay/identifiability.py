@@ -15,12 +15,12 @@ from scipy.special import fdtrc
 from identification.free_decay.likelihood import Contact, Likelihood, contact_geometry
 from identification.free_decay.noise_continuation import jackknife, maximise_likelihood
 from identification.free_decay.results import ContactPatchResult, IdentifiedParameter
-from identification.free_decay.vibration import rotational_stiffness
 from identification.free_decay.vibration_detection import (
     MIN_DEFLECTION_STEPS,
     FreeVibration,
     without_spikes,
 )
+from identification.free_decay.vibration_model import rotational_stiffness
 from symbolic.parameters import USUAL
 
 GOOD = (0.003, 0.02)

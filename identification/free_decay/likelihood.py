@@ -2,7 +2,7 @@
 
 The unknowns are k and b_t, shared by all; one slip 1/(mu F_N) for each contact; and for each recording
 the angle and the rate at its first turning point and the centre of its vibration. Propagation eliminates
-the dynamics (`identification.free_decay.vibration`).
+the dynamics (`identification.free_decay.vibration_model`).
 
 An encoder of step D shows the cell of the angle, not the angle: its error is a function of the angle,
 neither white nor independent between samples, and below one step it is the only error. So a reading
@@ -26,13 +26,13 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import expit
 
-from identification.free_decay.vibration import (
+from identification.free_decay.vibration_detection import FreeVibration
+from identification.free_decay.vibration_model import (
     UNKNOWNS,
     VibrationResponse,
     rotational_stiffness,
     simulate_vibration,
 )
-from identification.free_decay.vibration_detection import FreeVibration
 from symbolic import full_slide_level
 from symbolic.array_alias import Array
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.fits.values import ParameterEstimate
+from identification.fits.parameter_values import ParameterEstimate
 from symbolic.array_alias import Array
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol
 
-from identification.reading.clock_and_units import remapped
-from identification.reading.file_content import require_readable
+from identification.reading.bytes_and_text import require_readable
+from identification.reading.common_clock_and_units import remapped
 from identification.reading.formats.can import open_can
 from identification.reading.formats.csvfile import read_csv
 from identification.reading.formats.hdf5 import open_hdf5

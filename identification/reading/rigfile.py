@@ -4,7 +4,7 @@ import re
 from math import inf
 from pathlib import Path
 
-from identification.reading.file_content import read_bytes
+from identification.reading.bytes_and_text import read_bytes
 from identification.reading.signal_map import (
     DBC,
     SignalMap,

@@ -22,7 +22,7 @@ MIN_TIME_STEP = 1e-6
 REQUIRED_COLUMNS = ("t", "psi", "M_z", "F_N")
 OPTIONAL_COLUMNS = ("psi_dot", "M")
 CAR_COLUMNS = ("rack", "handwheel", "F_rack", "T_bar", "T_motor", "brake", "speed")
-"""Columns of a car beside the time, see `identification.reading.car`."""
+"""Columns of a car beside the time, see `identification.reading.car_recordings`."""
 DECAY_COLUMNS = ("t", "psi")
 """Columns that a recording of a free vibration needs."""
 MAX_VALUES = {

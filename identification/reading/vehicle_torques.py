@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.reading.car import Standstills
+from identification.reading.car_recordings import Standstills
 from identification.reading.recordings import Recording
 from identification.reading.shortened_recordings import at_samples
 from symbolic.array_alias import Array

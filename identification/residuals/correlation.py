@@ -20,7 +20,7 @@ from scipy.special import fdtri
 
 from identification.fits.autocorrelation import lagged_products
 from identification.fits.fitting import Fit
-from identification.fits.problem import torque_range
+from identification.fits.least_squares_problem import torque_range
 from identification.reading.recordings import Recording
 from symbolic.array_alias import Array
 

@@ -20,7 +20,7 @@ from identification.residuals.correlation import (
     residual_noise,
     residual_rows,
 )
-from identification.residuals.signals import (
+from identification.residuals.residual_signals import (
     RESIDUAL_SIGNALS,
     Signal,
     check_signatures,

@@ -7,8 +7,8 @@ import numpy as np
 
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import Fit, last_effect_at_bound
+from identification.fits.least_squares_problem import over_range
 from identification.fits.loss import influence
-from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
 from identification.selection.trials import Judgement, Trial
 from symbolic import Effect, InvalidInputError

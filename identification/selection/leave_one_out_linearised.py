@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit
+from identification.fits.least_squares_problem import over_range, torque_range
 from identification.fits.linear_algebra import one_thread
-from identification.fits.problem import over_range, torque_range
-from identification.fits.values import ground_of
+from identification.fits.parameter_values import ground_of
 from identification.reading.recordings import Recording
 from symbolic import parameter_name
 from symbolic.array_alias import Array

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from identification.fits.fitting import last_effect_at_bound
-from identification.fits.values import Values
+from identification.fits.parameter_values import Values
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     SelectionCriteria,

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from identification.fits.loss import Loss
-from identification.fits.values import Values
+from identification.fits.parameter_values import Values
 from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
 from identification.selection.trials import Precision, Trial, TrialTask, model_of, run_trial, thin

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.fits.fitting import Fit, fit
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, rmse_of
 from identification.fits.options import COARSE_FIT, FINE_FIT, FitOptions
-from identification.fits.problem import torque_range
-from identification.fits.values import Values, initial_guess
+from identification.fits.parameter_values import Values, initial_guess
 from identification.reading.recordings import Recording
 from identification.reading.shortened_recordings import at_samples
 from identification.selection.leave_one_out_linearised import leave_one_out

@@ -16,8 +16,8 @@ import numpy as np
 
 from identification.free_decay.likelihood import contact_geometry
 from identification.free_decay.recording import Decay
-from identification.free_decay.vibration import rotational_stiffness
 from identification.free_decay.vibration_detection import FreeVibration, find_vibration
+from identification.free_decay.vibration_model import rotational_stiffness
 from symbolic.array_alias import Array
 
 _FINE = 0.01

@@ -19,12 +19,12 @@ from observers.embedded.estimators.supervision import (
     with_supervision,
 )
 from observers.embedded.estimators.window import compact_window
+from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.patches.bristles import bristle_patch_code, has_bristles
 from observers.embedded.patches.exact_patch import exact_patch_code, has_corners
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_function import estimator_c, with_description
+from observers.embedded.scalar_expansion import estimator_c, with_description
 from observers.embedded.scalar_type import Real
-from observers.embedded.templating import ObserverBody, render
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.estimators.model_observer import ModelObserver
@@ -33,11 +33,11 @@ from observers.measurement.measurement_model import CLEAN
 from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
-from observers.quality.branches import TRACK
 from observers.quality.change_by_direction import monitor_fields
 from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.hysteresis_branches import TRACK
 from observers.quality.innovation_gate import COUNTS
-from observers.quality.ratio_hypotheses import SETTINGS, hypothesis_fields
+from observers.quality.mu_over_k_hypotheses import SETTINGS, hypothesis_fields
 from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY
 

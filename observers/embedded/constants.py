@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import casadi as ca
 
-from observers.embedded.scalar_function import expand_with_constants
+from observers.embedded.scalar_expansion import expand_with_constants
 from observers.estimators.model_observer import ModelObserver
 from observers.measurement.measurement_model import RIG
 from observers.patch.patch_protocol import EQUIVALENT

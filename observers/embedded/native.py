@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from observers.embedded.codegen import generate
+from observers.embedded.jinja_templates import render
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.embedded.templating import render
 from observers.estimates import Estimates
 from observers.interfaces.run import as_estimates
 from observers.protocol import ESTIMATE, FunctionObserver

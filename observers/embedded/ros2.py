@@ -4,8 +4,8 @@ from pathlib import Path
 
 from observers.embedded.codegen import source_texts
 from observers.embedded.generated_files import write_generated
+from observers.embedded.jinja_templates import render
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.embedded.templating import render
 from observers.protocol import FunctionObserver
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import casadi as ca
 
 from observers.embedded.generated_files import mark, write_generated
+from observers.embedded.jinja_templates import render
 from observers.embedded.own_names import with_prefix
 from observers.embedded.scalar_type import Real, code_in_type
-from observers.embedded.templating import render
 from symbolic.compilation.scalar_c import c_function
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import mean_angle, rack_force, rack_position

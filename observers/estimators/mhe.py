@@ -34,7 +34,7 @@ from functools import cache, partial
 
 import casadi as ca
 
-from observers.estimators.mhe_terms import (
+from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
     build_filter_step,
     build_prediction,

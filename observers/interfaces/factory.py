@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from observers.estimators.casadi_observer import CasadiObserver
-from observers.interfaces.profiles import tuning_for
+from observers.interfaces.tuning_profiles import tuning_for
 from observers.measurement.directional_friction import DirectionalFriction
 from observers.tuning import Tuning
 from symbolic import (

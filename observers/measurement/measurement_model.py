@@ -6,7 +6,7 @@ ln mu is far less skewed than that of mu, and mu stays positive.
 `AligningTorque`, as on the rig: the angle is known, M_z = h(history of the angle, mu) + M_0 is measured,
 and the states are random walks.
 
-`SteeringTorque` of `observers.measurement.wheel_yaw_dynamics`, as in electric power steering: M drives
+`SteeringTorque` of `observers.measurement.steering_torque`, as in electric power steering: M drives
 the wheel and the angle is measured.
 """
 

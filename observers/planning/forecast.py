@@ -21,10 +21,10 @@ from observers.estimators.step_terms import DRY_FRICTION
 from observers.layout import ObserverState
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import AligningTorque
-from observers.planning.path import SteeringPath
+from observers.planning.steering_path import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
-from observers.quality.tolerances import friction_floor
+from observers.quality.tuning_from_tolerances import friction_floor
 from symbolic import full_slide_torque
 from symbolic.array_alias import Array
 

@@ -20,7 +20,14 @@ import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import Forecast, Forecaster, least_deviation
-from observers.planning.path import RAMP, SteeringLimits, SteeringPath, Swing, fastest_path, swing_family
+from observers.planning.steering_path import (
+    RAMP,
+    SteeringLimits,
+    SteeringPath,
+    Swing,
+    fastest_path,
+    swing_family,
+)
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError

@@ -21,8 +21,8 @@ from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.loop import Loop
 from observers.layout import ObserverState
 from observers.planning.forecast import ForecastCase, Forecaster, least_deviation
-from observers.planning.path import KINDS, PresentPath, SteeringLimits, SteeringPath, changed_path
 from observers.planning.plan import MUS, NEVER, REST, Plan, plan
+from observers.planning.steering_path import KINDS, PathPoint, SteeringLimits, SteeringPath, changed_path
 from observers.protocol import Estimate, Sample
 from observers.quality.acquisition import OVER, OWN
 from observers.quality.hypotheses_verdict import VERDICT
@@ -246,7 +246,7 @@ class Probe:
         self._since, self._due = 0.0, EVERY
         self._left = max(best, self._second - self._travel) if best < NEVER else nan
 
-    def _present(self, sample: Sample) -> PresentPath:
+    def _present(self, sample: Sample) -> PathPoint:
         """Where the path is; where the wheel is, if that has left it."""
         path = self._path
         assert path is not None
@@ -256,7 +256,7 @@ class Probe:
         if abs(psi - sample.psi) > ASTRAY[0] + ASTRAY[1] * self.limits.rate:
             psi, psi_dot = sample.psi, 0.0
         speed = max(0.0, psi_dot * np.sign(points[0] - psi))
-        return PresentPath(psi, points, path.rate, speed, self._bounds, self._start)
+        return PathPoint(psi, points, path.rate, speed, self._bounds, self._start)
 
     def _likely(self, state: ObserverState) -> list[float]:
         """Frictions that the observer holds for likely, within the prior."""

@@ -1,8 +1,9 @@
 """Acquisition: friction found among hypotheses from any prior, before an estimator tracks it.
 
 A filter linearises about its prior, and at mu = 1 the torque says nothing of ice. While nothing is
-known, `observers.quality.ratio_hypotheses` estimates friction; this module concludes from its verdict
-when friction is handed over to the estimator, with which uncertainty, and what the output is until then.
+known, `observers.quality.mu_over_k_hypotheses` estimates friction; this module concludes from its
+verdict when friction is handed over to the estimator, with which uncertainty, and what the output is
+until then.
 """
 
 from dataclasses import dataclass
@@ -19,14 +20,14 @@ from observers.quality.acquisition_handover import (
     is_decided,
     states_handed_over,
 )
-from observers.quality.branches import START, TRACK, build_mu_sensitivity, build_track_update
 from observers.quality.hypotheses_verdict import (
     VERDICT,
     build_deviation_by_scale,
     build_hypotheses_verdict,
 )
+from observers.quality.hysteresis_branches import START, TRACK, build_mu_sensitivity, build_track_update
 from observers.quality.input_plausibility import MAX_TYRE_FRICTION
-from observers.quality.ratio_hypotheses import (
+from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
     SETTINGS,

@@ -42,10 +42,10 @@ from observers.quality.acquisition_handover import (
     take_acquired,
 )
 from observers.quality.branch_consistency import build_branch_consistency
-from observers.quality.branches import TRACK, build_turning_point_update, sliding_onset_turn
 from observers.quality.equivalent_patch import added_torques
 from observers.quality.hypotheses_verdict import VERDICT, build_deviation_by_scale
-from observers.quality.ratio_hypotheses import (
+from observers.quality.hysteresis_branches import TRACK, build_turning_point_update, sliding_onset_turn
+from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
     SETTINGS,
     VAGUE,

@@ -18,7 +18,7 @@ from observers.patch.update import signals_with_states
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search_step
 from observers.quality.acquisition_handover import newest_of_sample, newest_state
 from observers.quality.hypotheses_verdict import VERDICT
-from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, VAGUE, build_search_start
+from observers.quality.mu_over_k_hypotheses import RATIOS, SETTINGS, VAGUE, build_search_start
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
 from symbolic.casadi_functions import named_function

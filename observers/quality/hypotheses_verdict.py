@@ -1,4 +1,4 @@
-"""The verdict of all `observers.quality.ratio_hypotheses`: mu, s and whether they are known."""
+"""The verdict of all `observers.quality.mu_over_k_hypotheses`: mu, s and whether they are known."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
-from observers.quality.ratio_hypotheses import (
+from observers.quality.mu_over_k_hypotheses import (
     GRID_SPACING,
     MAX_MODEL_ERROR,
     RATIOS,

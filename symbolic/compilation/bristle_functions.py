@@ -1,7 +1,8 @@
 """One bristle, a sample and the elements in series as Functions of scalars, with their derivatives.
 
-The expressions are those of `symbolic.bristles`, `symbolic.slip`, `symbolic.compliance` and the effects,
-with one bristle in the place of all. `symbolic.compilation.bristle_kernel` makes a recording of them.
+The expressions are those of `symbolic.bristle_patch`, `symbolic.slip`, `symbolic.compliance` and the
+effects, with one bristle in the place of all. `symbolic.compilation.bristle_kernel` makes a recording of
+them.
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from typing import Any
 
 import casadi as ca
 
-from symbolic.bristles import BristlePatch
+from symbolic.bristle_patch import BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.compliance import build_series_torque
 from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch

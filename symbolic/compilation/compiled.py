@@ -17,7 +17,7 @@ import casadi as ca
 
 from symbolic.compilation.library_cache import private_cache, reason_for_distrust, replacement_cache
 from symbolic.compilation.operating_system import COMPILERS, LIBRARY_SUFFIX, processor_description
-from symbolic.compilation.temporary_folder import temporary_folder
+from symbolic.compilation.self_cleaning_folder import temporary_folder
 from symbolic.compilation.toolchain import compiler_command, found_compiler, run_compiler
 from symbolic.errors import one_line
 

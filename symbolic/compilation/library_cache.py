@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 from symbolic.compilation.operating_system import LIBRARY_SUFFIX, user_id
-from symbolic.compilation.temporary_folder import claim_folder
+from symbolic.compilation.self_cleaning_folder import claim_folder
 
 _LOG = logging.getLogger(__name__)
 LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}" + re.escape(LIBRARY_SUFFIX))

@@ -18,9 +18,9 @@ from identification.diagnosis.result_parts import (
 )
 from identification.experiments.manoeuvre_within_range import SampledManoeuvre
 from identification.experiments.proposals import Proposal
-from identification.fits.values import ParameterEstimate, Values
+from identification.fits.parameter_values import ParameterEstimate, Values
+from identification.residuals.residual_signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.residual_tests import Unexplained
-from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
 from observers import Estimates, FrictionQuality, Status
 from symbolic import EFFECTS, Model, effects_named

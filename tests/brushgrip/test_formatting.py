@@ -23,7 +23,7 @@ from brushgrip.wording.formatting import (
     with_degrees,
     worse_recordings,
 )
-from brushgrip.wording.friction import (
+from brushgrip.wording.friction_in_words import (
     LACKING,
     band_parts,
     dry_friction_note,
@@ -32,7 +32,7 @@ from brushgrip.wording.friction import (
     unusable_samples_and_remedy,
     with_95_band,
 )
-from brushgrip.wording.remarks import recording_remark, remark_counts, remark_heads
+from brushgrip.wording.recording_remarks import recording_remark, remark_counts, remark_heads
 from identification import Candidate, FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE

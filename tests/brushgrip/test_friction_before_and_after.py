@@ -16,15 +16,6 @@ from brushgrip.estimation.friction_before_and_after import (
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
-from brushgrip.report.findings_and_reservations import (
-    benefit_for_friction,
-    error_to_quote,
-    friction_over_speed,
-    missing_effects,
-    notes_beside,
-    simulated_warning,
-    untested_assumptions,
-)
 from brushgrip.report.friction_summary import (
     friction_quality,
     last_usable_friction,
@@ -38,12 +29,21 @@ from brushgrip.report.plain_summary import (
     next_steps,
 )
 from brushgrip.report.tables import latest_friction
+from brushgrip.report.validity_and_missing_effects import (
+    benefit_for_friction,
+    error_to_quote,
+    friction_over_speed,
+    missing_effects,
+    notes_beside,
+    simulated_warning,
+    untested_assumptions,
+)
 from brushgrip.wording.formatting import percent
 from identification import Curve, Diagnosis, FoundFamily, FoundModel
 from identification.diagnosis.found_effects import ASSUMED, assumed_tolerances
 from identification.diagnosis.from_search import BEYOND_RANGE
 from observers.planning.uncertainty_budget import SLOPE
-from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
+from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
 

@@ -7,8 +7,8 @@ import pytest
 
 from brushgrip.estimation.friction_by_direction import friction_of_directions
 from brushgrip.estimation.observers_over_recordings import observe, observer_factory
-from brushgrip.inputs.choices import ObserverName
-from brushgrip.wording.friction import last_usable
+from brushgrip.inputs.option_choices import ObserverName
+from brushgrip.wording.friction_in_words import last_usable
 from identification import Recording
 from observers import DirectionalFriction
 from symbolic import Rig, Tolerances, Tyre

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from brushgrip.estimation.observers_over_recordings import observer_factory
-from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import gather_inputs
+from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.recordings import grounds_by_name
 from brushgrip.live.session_setup import source_and_estimator
 from brushgrip.outputs.provenance import provenance_of

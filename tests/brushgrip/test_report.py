@@ -13,7 +13,7 @@ from brushgrip.report import page as report
 from brushgrip.report import tables
 from brushgrip.report.friction_summary import has_unusable_gap
 from brushgrip.report.page import write_report
-from brushgrip.report.printed import rejected_user_effects
+from brushgrip.report.printed_results import rejected_user_effects
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
 from identification.selection.trial_runner import workers

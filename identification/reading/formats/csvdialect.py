@@ -4,7 +4,7 @@ import codecs
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from identification.reading.file_content import read_bytes
+from identification.reading.bytes_and_text import read_bytes
 from identification.reading.units import is_unit
 from symbolic.tables.parsing import prefix_errors, text_of
 

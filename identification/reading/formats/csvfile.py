@@ -14,16 +14,16 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.channel_matching import (
+from identification.reading.channels_by_name import (
     ChannelFile,
     ChannelSamples,
     absent_rack_columns,
     match_channel,
     missing_channels,
 )
-from identification.reading.chosen_map import map_for_file
-from identification.reading.clock_and_units import table_from_channels
+from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_csv_text, units_in
+from identification.reading.map_for_file import map_for_file
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Table, TableFault, possible_columns

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.channel_matching import COLUMNS, ChannelFile, ChannelSamples
-from identification.reading.clock_and_units import table_from_channels
-from identification.reading.file_content import read_bytes, require_readable
+from identification.reading.bytes_and_text import read_bytes, require_readable
+from identification.reading.channels_by_name import COLUMNS, ChannelFile, ChannelSamples
+from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MAX_SAMPLES, Table

@@ -7,9 +7,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from identification.reading.channel_matching import Opener
-from identification.reading.clock_and_units import table_from_channels
-from identification.reading.file_content import require_readable
+from identification.reading.bytes_and_text import require_readable
+from identification.reading.channels_by_name import Opener
+from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_SAMPLES, Table
 from symbolic import InvalidInputError

@@ -5,7 +5,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from identification.reading.channel_matching import ChannelFile, ChannelSamples
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
 from identification.reading.units import stated_unit

@@ -16,7 +16,7 @@ from observers.embedded.estimators.sample_functions import (
     stiffness_ratio,
 )
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_function import inputs_used, with_known_exponential, without_inputs
+from observers.embedded.scalar_expansion import inputs_used, with_known_exponential, without_inputs
 from observers.estimators.ekf import build_commented_step, ekf_layout
 from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout

@@ -9,8 +9,8 @@ import casadi as ca
 
 from observers.embedded.constants import Constants
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_function import inputs_used
-from observers.estimators.mhe_terms import build_filter_step
+from observers.embedded.scalar_expansion import inputs_used
+from observers.estimators.mhe_recursions import build_filter_step
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
 from observers.measurement.linearisation import (

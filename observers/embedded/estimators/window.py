@@ -1,7 +1,7 @@
 """The moving-horizon estimator in compact C, `templates/estimators/window.c`.
 
 What the window keeps of the patch is stored with every sample. C loops over the samples and calls, at
-each, the Functions of `observers.estimators.mhe_terms`, adapted here to scalar arguments.
+each, the Functions of `observers.estimators.mhe_recursions`, adapted here to scalar arguments.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from observers.embedded.estimators.sample_functions import (
 )
 from observers.embedded.patches.patch_code import PatchCode, window_of
 from observers.estimators.initial_state import build_initial_state
-from observers.estimators.mhe_terms import (
+from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
     build_filter_step,
     build_prediction,

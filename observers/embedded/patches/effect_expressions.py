@@ -11,10 +11,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from observers.embedded.scalar_function import expand_with_constants
+from observers.embedded.scalar_expansion import expand_with_constants
 from observers.estimators.model_observer import ModelObserver
 from symbolic import SIGNALS, Model
-from symbolic.bristles import SPAN, BristlePatch
+from symbolic.bristle_patch import SPAN, BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.compliance import deflection_of
 from symbolic.effects.base import Signals

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from brushgrip.estimation.observers_over_recordings import observe, observer_factory
-from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs, gather_inputs
+from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.live.mapped_columns import Row
 from brushgrip.live.session import Session
 from brushgrip.live.session_setup import source_and_estimator

@@ -12,8 +12,8 @@ from identification.diagnosis.error_stages import (
     errors_of,
     left_out_residuals,
 )
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
-from identification.fits.problem import torque_range
 from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trial_runner import workers
 from identification.selection.trials import Trial, TrialTask, fit_own_parameters, run_trial

@@ -13,7 +13,7 @@ from identification.diagnosis.found_effects import notes_on
 from identification.diagnosis.found_stiffness import stiffness_note, stiffness_ratio
 from identification.diagnosis.result_parts import TorqueErrors
 from identification.fits.fitting import Fit
-from identification.fits.values import Values
+from identification.fits.parameter_values import Values
 from symbolic import Model, Rig, Tolerances, effects_named
 from tests.identification.factories import recording
 

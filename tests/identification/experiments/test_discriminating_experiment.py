@@ -15,8 +15,8 @@ from identification.experiments.proposals import (
     fitted_sample_period,
 )
 from identification.fits.autocorrelation import autocorrelation_time
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.options import COARSE_FIT
-from identification.fits.problem import torque_range
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage
 from identification.selection.trials import Judgement, judge, leave_one_out, thin
 from reference_rig import SUBSTEPS, Campaign, RigDrive, build_effects, simulate_bristles

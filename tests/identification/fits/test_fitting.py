@@ -3,8 +3,8 @@ import pytest
 
 from identification import Fit, FitOptions, Recording, Values, fit, initial_guess
 from identification.fits.covariance import standard_deviations
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.options import COARSE_FIT
-from identification.fits.problem import torque_range
 from identification.selection.trials import ROUGH, fit_own_parameters, thin
 from identification.selection.trials import model_of as ranked_model
 from reference_rig import Campaign

@@ -13,8 +13,8 @@ from identification.free_decay.noise_continuation import (
     jackknife,
     maximise_likelihood,
 )
-from identification.free_decay.vibration import simulate_vibration
 from identification.free_decay.vibration_detection import find_vibration
+from identification.free_decay.vibration_model import simulate_vibration
 from reference_rig import FOURTEEN_BIT_STEP, inertia, make_impact, make_impacts
 from reference_rig import FOURTEEN_BIT_STEP as STEP
 from reference_rig import THESIS_DAMPING as B_T

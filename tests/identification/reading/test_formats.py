@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, read_recording, read_rig
-from identification.reading.channel_matching import ChannelFile, ChannelSamples
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats import can
 from identification.reading.formats.opening import read_format
 from identification.reading.signal_map import NO_MAP, SignalMap

@@ -16,8 +16,8 @@ from identification import (
     read_rig,
     read_signals,
 )
-from identification.reading.channel_matching import ChannelFile, ChannelSamples, match_channel
-from identification.reading.clock_and_units import table_from_channels
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples, match_channel
+from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.signal_map import NO_MAP
 from identification.reading.table import REQUIRED_COLUMNS, Table, require_valid_samples
 from identification.reading.units import factor_of

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from identification import Recording, fit, read_recording
+from identification.fits.least_squares_problem import LeastSquaresProblem
 from identification.fits.options import FitOptions
-from identification.fits.problem import LeastSquaresProblem
-from identification.fits.values import initial_guess
+from identification.fits.parameter_values import initial_guess
 from identification.reading.shortened_recordings import trimmed
 from identification.reading.vehicle_torques import farthest_standstill_without_gear, vehicle_torques
 from symbolic import Model

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, fit
-from identification.fits.problem import torque_range
+from identification.fits.least_squares_problem import torque_range
 from identification.residuals.correlation import (
     additional_basis,
     correlation,
@@ -17,7 +17,7 @@ from identification.residuals.correlation import (
     residual_noise,
     residual_rows,
 )
-from identification.residuals.signals import (
+from identification.residuals.residual_signals import (
     RESIDUAL_SIGNALS,
     Signal,
     effects_leaving,

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from identification.fits.values import Values
+from identification.fits.parameter_values import Values
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.search_step import SearchStep, rank_for_confirmation
 from identification.selection.stepwise_search import Effects, Search, silent

@@ -8,9 +8,9 @@ import pytest
 from identification import Fit, Huber, Recording, fit
 from identification.diagnosis.unrefitted_prediction import simulated_minus_measured
 from identification.fits.autocorrelation import effective_samples
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
-from identification.fits.problem import torque_range
-from identification.fits.values import Values, initial_guess
+from identification.fits.parameter_values import Values, initial_guess
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
     advantage,

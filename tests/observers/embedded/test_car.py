@@ -9,7 +9,7 @@ import pytest
 from benchmarks.embedded import adversarial
 from observers import Ekf, Mhe, car_observer
 from observers.embedded import DOUBLE, SINGLE, generate, generate_vehicle
-from observers.embedded.cost import ERROR, estimated_instructions
+from observers.embedded.instruction_count import ERROR, estimated_instructions
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import mean_angle
 from tests.compile_once import compile_once

@@ -10,7 +10,7 @@ import pytest
 from observers.embedded.rolled_c import rolled_c
 from observers.embedded.rolled_values import Known
 from observers.quality.hypotheses_verdict import build_hypotheses_verdict
-from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, hypothesis_fields
+from observers.quality.mu_over_k_hypotheses import RATIOS, SETTINGS, hypothesis_fields
 from symbolic import BrushgripError, compiler
 from symbolic.compilation.scalar_c import c_function
 from tests.compile_once import compile_once

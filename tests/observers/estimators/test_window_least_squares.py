@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from observers.estimators.mhe_terms import build_backward_pass, build_window_update
+from observers.estimators.mhe_recursions import build_backward_pass, build_window_update
 from symbolic.array_alias import Array
 from tests.observers.chains import Chain, dense
 

@@ -6,7 +6,7 @@ import pytest
 
 from observers import DirectionalFriction, Ekf, Mhe, Sample, SteeringTorque
 from observers.planning.forecast import Forecaster, least_deviation
-from observers.planning.path import SteeringPath, fastest_path
+from observers.planning.steering_path import SteeringPath, fastest_path
 from symbolic import Rig, Tolerances
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 

@@ -6,8 +6,8 @@ import pytest
 
 from observers import Ekf, Plan, SteeringLimits, plan
 from observers.planning.forecast import Forecaster
-from observers.planning.path import fastest_path
 from observers.planning.plan import _Search
+from observers.planning.steering_path import fastest_path
 from symbolic import InvalidInputError
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 

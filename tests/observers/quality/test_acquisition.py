@@ -13,15 +13,15 @@ from benchmarks import ice
 from benchmarks.faulty_inputs import relaxed
 from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, covariance_of, run
 from observers.quality.acquisition import build_search_step
-from observers.quality.branches import (
+from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.hysteresis_branches import (
     PATHS,
     POINTS,
     TRACK,
     build_branch_torque,
     build_track_update,
 )
-from observers.quality.hypotheses_verdict import VERDICT
-from observers.quality.ratio_hypotheses import (
+from observers.quality.mu_over_k_hypotheses import (
     SETTINGS,
     build_hypothesis_update,
     build_search_start,
@@ -30,7 +30,7 @@ from observers.quality.ratio_hypotheses import (
     hypothesis_states,
     variance_of,
 )
-from observers.quality.tolerances import tuning_with_tolerances
+from observers.quality.tuning_from_tolerances import tuning_with_tolerances
 from observers.tuning import Tuning
 from reference_rig import (
     RigTyre,

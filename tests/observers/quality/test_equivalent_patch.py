@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from observers import PROFILES, Ekf, Estimates, SteeringTorque, causal_rate, run
-from observers.planning.path import fastest_path
+from observers.planning.steering_path import fastest_path
 from reference_rig import (
     RIG_EFFECTS,
     RigTyre,

@@ -20,10 +20,10 @@ from observers.quality.acquisition import (
 )
 from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _known_before
 from observers.quality.branch_consistency import NEW_GROUND, build_branch_consistency
-from observers.quality.branches import TRACK, build_new_ground_branches
 from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.hysteresis_branches import TRACK, build_new_ground_branches
 from observers.quality.innovation_attribution import IN_A_ROW, smoothed_innovation
-from observers.quality.ratio_hypotheses import (
+from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
     SETTINGS,
     build_search_restart,

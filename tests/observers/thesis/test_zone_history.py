@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from identification import read_recording
-from identification.thesis.published_friction import aligned, author_estimate_file, read_author_estimate
+from identification.thesis.author_estimate import aligned, author_estimate_file, read_author_estimate
 from observers import zone_history
 from symbolic import InvalidInputError
 from symbolic.patch_interface import PatchInputs
-from symbolic.zones import ZonePatch
+from symbolic.zone_patch import ZonePatch
 
 
 def path(*corners: float, step: float = 0.01) -> np.ndarray:

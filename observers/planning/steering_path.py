@@ -148,7 +148,7 @@ AT_REST = 1e-9
 KINDS = ("none", "turn back", "shorter", "longer", "narrower", "wider", "slower", "faster")
 
 
-class PresentPath(NamedTuple):
+class PathPoint(NamedTuple):
     """Point on a path: angle and remaining turning points [rad], greatest rate and speed [rad/s].
 
     The speed is that toward the first of the points; bounds and middle are of the angle [rad].
@@ -163,7 +163,7 @@ class PresentPath(NamedTuple):
 
 
 def changed_path(
-    present: PresentPath, kind: str, limits: SteeringLimits, dt: float, time: float
+    present: PathPoint, kind: str, limits: SteeringLimits, dt: float, time: float
 ) -> SteeringPath:
     """The path with one of `KINDS` of changes, for at most a time [s]."""
     psi, (first, *rest), rate, speed, (low, high), middle = present

@@ -22,7 +22,7 @@ from observers.measurement.torque_error import forgetting_factor
 from symbolic.casadi_functions import named_function
 from symbolic.deformation import corner_moment_and_derivative, full_slide_level, unit_corner_moment
 from symbolic.masing import virgin_torque
-from symbolic.zones import FAR
+from symbolic.zone_patch import FAR
 
 POINTS = 4
 """Turning points that are remembered, the place of rest included."""

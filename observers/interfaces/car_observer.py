@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from observers.estimates import Estimates
 from observers.estimators.model_observer import ModelObserver
-from observers.interfaces.profiles import tuning_for
 from observers.interfaces.run import as_estimates, run
+from observers.interfaces.tuning_profiles import tuning_for
 from observers.measurement.rack_force import RackForce
 from observers.protocol import ESTIMATE, Observer, Status
 from symbolic import InvalidInputError, Model

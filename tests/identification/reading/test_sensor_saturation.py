@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Channel, LowPass, Recording
-from identification.reading.sensor_end import sensor_saturation
+from identification.reading.sensor_saturation import sensor_saturation
 from identification.reading.shortened_recordings import at_samples
 from reference_rig import RigRecording, free_path, make_recording, simulate_bristles
 from tests.identification.factories import as_read, with_torque

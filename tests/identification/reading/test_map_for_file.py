@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from identification import SignalSource, read_recording, read_signals
-from identification.reading.channel_matching import ChannelFile, ChannelSamples
-from identification.reading.chosen_map import map_for_file, unit_by_name, with_steering_ratio
-from identification.reading.clock_and_units import table_from_channels
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples
+from identification.reading.common_clock_and_units import table_from_channels
+from identification.reading.map_for_file import map_for_file, unit_by_name, with_steering_ratio
 from identification.reading.rigfile import signals_section
 from identification.reading.signal_map import SignalMap, parse_maps, parse_signals
 from identification.reading.units import unit_at_end

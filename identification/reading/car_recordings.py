@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.reading.bytes_and_text import read_bytes
 from identification.reading.car_plausibility import (
     rack_signals,
     require_plausible_car,
     shares_at_limits,
 )
-from identification.reading.channel_matching import absent_rack_columns, map_hint, missing_channels
-from identification.reading.file_content import read_bytes
+from identification.reading.channels_by_name import absent_rack_columns, map_hint, missing_channels
 from identification.reading.rack_derivatives import RackInstant, differentiated_rack_signals
 from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
-from brushgrip.report.findings_and_reservations import notes_beside
 from brushgrip.report.friction_summary import friction_quality, widest_causes
 from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
 from brushgrip.report.tables import errors_by_stage, latest_friction
+from brushgrip.report.validity_and_missing_effects import notes_beside
 from brushgrip.wording.diagnosis_in_words import (
     GRADES,
     experiment_in_words,

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from identification import Values
-from identification.fits.values import UNNAMED_GROUND, complete_values, grounds_of, replaced_rig
+from identification.fits.parameter_values import (
+    UNNAMED_GROUND,
+    complete_values,
+    grounds_of,
+    replaced_rig,
+)
 from symbolic import InvalidInputError, Model, Tolerances, effects_named
 from tests.identification.factories import recording
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks.car_files import vehicle_toml
-from identification.reading.car import RackRecording, read_rack
-from identification.steering.plates import identify_on_plates
+from identification.reading.car_recordings import RackRecording, read_rack
+from identification.steering.gear_friction_on_plates import identify_on_plates
 from reference_rig import CAR_STEP, FleetCar, draw_car, record_car, simulate_car
 from symbolic import InvalidInputError, vehicle_from_tables
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from identification.reading.channel_matching import (
+from identification.reading.channels_by_name import (
     ChannelFile,
     ChannelSamples,
     missing_channels,
     resolve_columns,
 )
-from identification.reading.chosen_map import map_for_file, unit_by_name
+from identification.reading.map_for_file import map_for_file, unit_by_name
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import bare_name, is_unit, unit_of_name

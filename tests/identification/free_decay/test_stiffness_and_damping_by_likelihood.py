@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from identification import Decay, FreeDecay, identify_free_decay
-from identification.free_decay import identifiability, noise_continuation, stiffness_and_damping
+from identification.free_decay import (
+    identifiability,
+    noise_continuation,
+    stiffness_and_damping_by_likelihood,
+)
 from identification.free_decay.identifiability import (
     StiffnessOfOneContact,
     stiffness_by_contact,
@@ -246,7 +250,7 @@ def test_recordings_that_tell_nothing(
     def fail(*_: object) -> None:
         raise np.linalg.LinAlgError("singular matrix")
 
-    monkeypatch.setattr(stiffness_and_damping, singular, fail)
+    monkeypatch.setattr(stiffness_and_damping_by_likelihood, singular, fail)
 
     with pytest.raises(InvalidInputError, match="do not tell k and b_t at all: check that"):
         identify_free_decay(few)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
 
-from identification.reading.channel_matching import match_channel
+from identification.reading.channels_by_name import match_channel
 from identification.reading.signal_map import ANGLES, SignalMap, SignalSource, as_map_option
 from identification.reading.units import UNITS, UNSURE_AT_END, factor_of, unit_at_end
 from symbolic import InvalidInputError

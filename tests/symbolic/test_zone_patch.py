@@ -9,7 +9,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from symbolic import InvalidInputError, Model
-from symbolic.zones import NEAR, ZonePatch
+from symbolic.zone_patch import NEAR, ZonePatch
 from tests.symbolic.oracles import (
     GEOMETRY,
     GO,

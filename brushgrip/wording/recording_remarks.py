@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from brushgrip.wording.formatting import is_figure
-from brushgrip.wording.friction import WAYS, further_recording, last_usable, with_95_band
+from brushgrip.wording.friction_in_words import WAYS, further_recording, last_usable, with_95_band
 from observers import Estimates, ground_friction
 
 SIGNS = dict(zip(WAYS, "+−", strict=True))

@@ -7,8 +7,8 @@ import pytest
 
 from identification import Recording, diagnose, fit
 from identification.diagnosis.from_search import friction_beyond_range
-from identification.fits.values import Values, complete_values
-from identification.reading.sensor_range import left_out_note, within_declared_range
+from identification.fits.parameter_values import Values, complete_values
+from identification.reading.declared_sensor_range import left_out_note, within_declared_range
 from reference_rig import make_recording
 from symbolic import InvalidInputError, Model
 from tests.identification.factories import as_read, recording, with_torque

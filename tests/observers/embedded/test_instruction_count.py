@@ -9,7 +9,13 @@ import pytest
 from benchmarks.embedded import counted
 from observers import AligningTorque, Ekf
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.cost import CORNERS, ERROR, MAX_CORNERS, VECTORS, estimated_instructions
+from observers.embedded.instruction_count import (
+    CORNERS,
+    ERROR,
+    MAX_CORNERS,
+    VECTORS,
+    estimated_instructions,
+)
 from tests.observers.embedded.cortex.target import M4F, TOOLS, tools_installed
 from tests.observers.embedded.generated_code import (
     FOUND,

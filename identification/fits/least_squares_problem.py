@@ -8,9 +8,9 @@ import numpy as np
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
 from identification.fits.options import FitOptions, Label
-from identification.fits.values import Values, ground_of, grounds_of, rig_parameters
+from identification.fits.parameter_values import Values, ground_of, grounds_of, rig_parameters
+from identification.reading.declared_sensor_range import within_declared_range
 from identification.reading.recordings import Recording
-from identification.reading.sensor_range import within_declared_range
 from identification.reading.vehicle_torques import vehicle_torques
 from symbolic import (
     GEOMETRY,

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from identification.fits.values import ParameterEstimate
+from identification.fits.parameter_values import ParameterEstimate
 from identification.free_decay.identifiability import (
     StiffnessOfOneContact,
     describe_identifiability,
@@ -27,8 +27,8 @@ from identification.free_decay.results import (
     IdentifiedParameter,
     VibrationFit,
 )
-from identification.free_decay.vibration import rotational_stiffness
 from identification.free_decay.vibration_detection import find_vibration
+from identification.free_decay.vibration_model import rotational_stiffness
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.parameters import relative_std_by_lengths

@@ -6,11 +6,12 @@ linear in what is left,
     M_z + M_0 = s g_i(psi) + M_0,    g_i the torque at mu = RATIOS[i] and the declared k,
 
 and a Kalman filter of s and M_0 linearises nothing. Two more states are the share in which the patch was
-twisted before the first sample, see `observers.quality.branches`, and, with a steering gear, the level
-of its dry friction over the declared one. s is the stiffness over the declared one, and s RATIOS[i] is
-mu. The hypotheses are weighed by the likelihood of their innovations [Magill 1965]; their mixture is a
-Gaussian sum [Alspach 1972]. Without a prior of s the same mixture tells whether the torque has the scale
-that k, half-length and load allow: a torque in another unit, or before a gear, is s times too large.
+twisted before the first sample, see `observers.quality.hysteresis_branches`, and, with a steering gear,
+the level of its dry friction over the declared one. s is the stiffness over the declared one, and s
+RATIOS[i] is mu. The hypotheses are weighed by the likelihood of their innovations [Magill 1965]; their
+mixture is a Gaussian sum [Alspach 1972]. Without a prior of s the same mixture tells whether the torque
+has the scale that k, half-length and load allow: a torque in another unit, or before a gear, is s times
+too large.
 """
 
 from collections.abc import Mapping
@@ -29,7 +30,7 @@ from observers.layout import (
     vector_of,
 )
 from observers.measurement.torque_error import SENSOR, forgetting_factor, states_model_error
-from observers.quality.branches import (
+from observers.quality.hysteresis_branches import (
     FORGETTING_SAMPLES,
     PATHS,
     POINTS,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from brushgrip.comparison.cases import SETTLED, Case, make_case
-from brushgrip.comparison.method_scores import PUBLISHED, compare_methods, summarise
+from brushgrip.comparison.error_and_calculation_time import PUBLISHED, compare_methods, summarise
 from brushgrip.comparison.methods import ObserverMethod
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording

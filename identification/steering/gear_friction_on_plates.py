@@ -16,9 +16,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from identification.fits.values import ParameterEstimate
-from identification.reading.car import RackRecording
+from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.car_plausibility import MOVING, require_unclipped
+from identification.reading.car_recordings import RackRecording
 from identification.reading.yaw_rate import smoothed_rate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array

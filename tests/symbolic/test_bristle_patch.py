@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from symbolic import BristleTraits, InvalidInputError, Model, Relaxation
-from symbolic.bristles import SPAN, BristlePatch
+from symbolic.bristle_patch import SPAN, BristlePatch
 from symbolic.patch_interface import PatchInputs
 from tests.symbolic.oracles import (
     LOAD,

@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from identification.free_decay.vibration import (
+from identification.free_decay.vibration_model import (
     UNKNOWNS,
     rotational_stiffness,
     simulate_vibration,
