@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.comparison.methods import corrected_root, neural_network
+from brushgrip.comparison.methods import network_corrected_root, neural_network
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording, read_recording
 from identification.thesis.friction_network import FrictionNetwork, LabelMean, NetworkDesign, label_mean
@@ -52,7 +52,7 @@ def learners(training: Sequence[Recording], design: NetworkDesign, full: bool) -
     return [
         label_mean(training),
         neural_network(training, plain),
-        corrected_root(training, correcting),
+        network_corrected_root(training, correcting),
     ]
 
 

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from brushgrip.comparison.methods import (
     all_inputs,
     angle_and_torque_inputs,
-    corrected_root,
+    network_corrected_root,
     neural_network,
 )
 from brushgrip.pictures.style import BEFORE, MEASURED, picture
@@ -113,7 +113,7 @@ def filtered(
 def surfaces(psi: np.ndarray, M: np.ndarray) -> dict[str, Surface]:
     """Every method on these points."""
     training = [steered(0.5), steered(1.8)]
-    plain, correcting = neural_network(training), corrected_root(training)
+    plain, correcting = neural_network(training), network_corrected_root(training)
     mu = root(psi, M)
     # All that the mesh does not vary stays as half way back.
     middle = (BACK.start + BACK.stop) // 2

@@ -29,7 +29,7 @@ from brushgrip.wording.formatting import (
 from identification import Diagnosis, Recording, diagnose
 from identification.fits.covariance import covariance
 from identification.fits.fitting import fit
-from identification.selection.trials import RANKING, model_of, thin
+from identification.selection.trials import RANKING, model_of, thin_for_ranking
 from published import measured_folder, measured_recordings
 from symbolic import EFFECTS
 
@@ -91,7 +91,7 @@ def vibration(diagnosis: Diagnosis, training: Sequence[Recording]) -> tuple[str,
     """
     a, e = 0.045, 0.009
     per_k = 2 * (a**3 / 3 + a * e**2)
-    thinned = [thin(recording) for recording in training]
+    thinned = [thin_for_ranking(recording) for recording in training]
     fitted = fit(model_of(diagnosis.model.effects, RANKING), thinned, diagnosis.values)
     k = fitted.values.tyre["k"]
     compliance = 1 / (per_k * k)

@@ -15,7 +15,7 @@ from typer.core import TyperCommand
 
 from brushgrip import commands
 from brushgrip.cli.shadowed_packages import foreign_packages
-from brushgrip.outputs.standard_streams import REMARKS, fault_of_output, spell_unencodable
+from brushgrip.outputs.standard_streams import REMARKS, spell_unencodable, stdout_fault
 from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Verbosity, flags_first, reserve_stdout
 
 BAD_INPUT, FAILED = 2, 1
@@ -124,7 +124,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if arguments is not None:
         raise SystemExit(_run(arguments))
     status = _run(sys.argv[1:])
-    fault = fault_of_output()
+    fault = stdout_fault()
     if fault and not status:
         _print_error(f"standard output: cannot be written: {fault}")
     raise SystemExit(status if fault is None else status or FAILED)

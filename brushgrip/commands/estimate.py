@@ -96,7 +96,10 @@ class EstimateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
-        from brushgrip.estimation.observers_over_recordings import chosen_aligning, observer_factory
+        from brushgrip.estimation.observers_over_recordings import (
+            aligning_torque_model,
+            observer_factory,
+        )
         from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
@@ -110,7 +113,9 @@ class EstimateRequest(GroundRequest):
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
-        aligning = chosen_aligning(by_direction=self.by_direction, stiffness_state=self.stiffness_state)
+        aligning = aligning_torque_model(
+            by_direction=self.by_direction, stiffness_state=self.stiffness_state
+        )
         observer_factory(self.observer, tuning, aligning)
         alone = len(self.recordings) == 1 and self.summary is None
         finals = other_outputs(self.out, self.summary, self.picture, alone=alone)

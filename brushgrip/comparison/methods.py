@@ -149,7 +149,7 @@ def neural_network(
     return train_network(recordings, angle_and_torque_inputs, design, name="neural network")
 
 
-def corrected_root(
+def network_corrected_root(
     recordings: Sequence[Recording], design: NetworkDesign | None = None
 ) -> FrictionNetwork:
     """Root solve with a correcting network: scientific machine learning, [Györök 2022], section 4.2.
@@ -165,7 +165,7 @@ def trained_methods(training: Sequence[Case]) -> list[Method]:
     labelled = [
         replace(case.recording, tyre=replace(case.recording.tyre, mu=case.declared)) for case in training
     ]
-    return [neural_network(labelled), corrected_root(labelled), label_mean(labelled)]
+    return [neural_network(labelled), network_corrected_root(labelled), label_mean(labelled)]
 
 
 def _zones(recording: Recording) -> ZoneHistory:

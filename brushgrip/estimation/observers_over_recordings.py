@@ -140,7 +140,7 @@ def root_observer_on_declared_model(
     return RootObserver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
 
 
-def chosen_aligning(*, by_direction: bool, stiffness_state: bool) -> Aligning | None:
+def aligning_torque_model(*, by_direction: bool, stiffness_state: bool) -> Aligning | None:
     """How M_z is measured by these options; None for the usual."""
     if by_direction and stiffness_state:
         raise InvalidInputError("--by-direction has no k as a state; leave --stiffness-state out")

@@ -59,18 +59,18 @@ def json_datagram(state: State) -> bytes:
 class FrictionSender:
     """Sends states, at most one every `INTERVAL`; what cannot be sent is left out."""
 
-    def __init__(self, spec: str) -> None:
+    def __init__(self, destination: str) -> None:
         """Join a bus, `can:INTERFACE:CHANNEL`, or aim at a port, `udp:PORT` or `udp:HOST:PORT`."""
-        kind, _, rest = spec.partition(":")
+        kind, _, rest = destination.partition(":")
         self._send: Callable[[State], None]
         self.close: Callable[[], None]
         try:
-            self._send = {"udp": self._datagrams, "can": self._frames}[kind](spec, rest)
+            self._send = {"udp": self._datagrams, "can": self._frames}[kind](destination, rest)
         except InvalidInputError:
             raise
         except Exception as error:  # Every interface has errors of its own.
             raise InvalidInputError(
-                f"--send {spec}: allowed: udp:HOST:PORT, can:INTERFACE:CHANNEL; {error}"
+                f"--send {destination}: allowed: udp:HOST:PORT, can:INTERFACE:CHANNEL; {error}"
             ) from None
         self._counter, self._last = 0, 0.0
 
@@ -82,8 +82,8 @@ class FrictionSender:
         self._last, self._counter = now, self._counter + 1
         self._send(state)
 
-    def _datagrams(self, spec: str, rest: str) -> Callable[[State], None]:
-        address, sender = address_of(spec, rest), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    def _datagrams(self, destination: str, rest: str) -> Callable[[State], None]:
+        address, sender = address_of(destination, rest), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         sender.setblocking(False)
 
         def send(state: State) -> None:

@@ -75,7 +75,7 @@ def provenance_file(out: Path) -> Path:
     return out.with_name(f"{out.stem}.{KEY}.json")
 
 
-def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[str, ...]:
+def require_same_run(document: Path, provenance: Provenance, *, force: bool) -> tuple[str, ...]:
     """Refuses a folder of another run's results; else files that the same run wrote there."""
     try:
         if not document.is_file() or document.stat().st_size > _MAX_FILE_SIZE:
@@ -84,7 +84,7 @@ def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         there = {}
     there = there if isinstance(there, dict) else {}
-    plain = json.loads(json.dumps(made))
+    plain = json.loads(json.dumps(provenance))
     if not force and any(there.get(key) != plain[key] for key in _SAME):
         when = f" of {there['time_utc']}" if isinstance(there.get("time_utc"), str) else ""
         raise InvalidInputError(
@@ -140,9 +140,9 @@ def origin_comment(rig: Path, model: Path | None) -> str:
     return "\n".join(["/* Made by brushgrip from", *lines, "*/", ""])
 
 
-def markdown_comment(made: Provenance) -> str:
+def markdown_comment(provenance: Provenance) -> str:
     """Provenance as a comment at the end of a Markdown file, which a page does not show."""
-    told = json.dumps({KEY: dict(made)}, ensure_ascii=False, indent=2)
+    told = json.dumps({KEY: dict(provenance)}, ensure_ascii=False, indent=2)
     # Nothing in it ends the comment.
     return f"\n<!--\n{told.replace('>', chr(92) + 'u003e')}\n-->\n"
 

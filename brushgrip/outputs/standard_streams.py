@@ -66,7 +66,7 @@ def _spelling(sign: str) -> str:
     return _SPELT.get(sign) or plain or sign.encode("unicode_escape").decode("ascii")
 
 
-def fault_of_output() -> str | None:
+def stdout_fault() -> str | None:
     """Reason why standard output cannot be written, and is given up; None for none."""
     try:
         sys.stdout.flush()

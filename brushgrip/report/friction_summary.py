@@ -177,7 +177,7 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
 """Label, text and meaning of those of `FIGURES` that compare the EKF with more than itself."""
 
 
-def friction_quality(outcome: FrictionOutcome) -> tuple[list[str], list[tuple[str, ...]]]:
+def settling_and_coverage_rows(outcome: FrictionOutcome) -> tuple[list[str], list[tuple[str, ...]]]:
     """Headings and rows of a table: figures before → after for each group, and what they mean."""
     rows = []
     groups = dict(reversed(outcome.groups().items()))

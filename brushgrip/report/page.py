@@ -63,7 +63,7 @@ def write_report(
     diagnosis: Diagnosis,
     friction: Sequence[FrictionTrack] = (),
     outcome: FrictionOutcome | None = None,
-    made: Mapping[str, Any] | None = None,
+    provenance: Mapping[str, Any] | None = None,
     submit: Submit = run_at_once,
 ) -> Path:
     """Writes report.html and its pictures.
@@ -73,7 +73,7 @@ def write_report(
         diagnosis: the result of the search.
         friction: estimates of friction over time to show, may be empty.
         outcome: friction before and after, recording by recording; None where none was estimated.
-        made: where the results come from, see `brushgrip.outputs.provenance`; None where nobody says.
+        provenance: of the results, see `brushgrip.outputs.provenance`; None where nobody says.
         submit: takes the drawing of pictures to processes.
 
     Returns:
@@ -85,7 +85,7 @@ def write_report(
         diagnosis=diagnosis,
         friction=friction,
         friction_outcome=outcome,
-        made=made,
+        provenance=provenance,
         residuals_shown=min(MAX_RECORDINGS, len(diagnosis.series)),
         compared=len({track.name for track in friction}),
         model=found_model(diagnosis),

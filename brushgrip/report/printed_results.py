@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
-from brushgrip.report.friction_summary import friction_quality, widest_causes
+from brushgrip.report.friction_summary import settling_and_coverage_rows, widest_causes
 from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
-from brushgrip.report.tables import errors_by_stage, latest_friction
+from brushgrip.report.tables import errors_by_stage, friction_by_recording
 from brushgrip.report.validity_and_missing_effects import notes_beside
 from brushgrip.wording.diagnosis_in_words import (
     GRADES,
@@ -59,7 +59,7 @@ def print_diagnosis(
     for line in notes:
         print_text(line)
     if outcome:
-        friction = latest_friction(outcome, diagnosis)
+        friction = friction_by_recording(outcome, diagnosis)
         print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
         if causes := widest_causes(outcome):
             print_text(causes)
@@ -87,7 +87,7 @@ def print_diagnosis(
         if not proposal.feasible:
             print_text(f"not separable: {experiment_in_words(proposal)}")
     if outcome:
-        headings, rows = friction_quality(outcome)
+        headings, rows = settling_and_coverage_rows(outcome)
         title = "Friction by the assumed model → by the model found, mean over recordings"
         print_table(title, headings[:-1], [row[:-1] for row in rows], right=True)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")

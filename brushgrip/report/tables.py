@@ -9,9 +9,9 @@ from markupsafe import Markup
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.estimation.observers_over_recordings import FrictionTrack
 from brushgrip.report.friction_summary import (
-    friction_quality,
     last_usable_friction,
     median_loads,
+    settling_and_coverage_rows,
     usable_until,
 )
 from brushgrip.wording.diagnosis_in_words import GRADES, rivals_of, split_parameter_label
@@ -43,7 +43,7 @@ class ReportTable:
     narrow: bool = False  # No wider than its content.
 
 
-def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
+def friction_by_recording(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
     tracks, named = friction.tracks_of(), any(friction.grounds)
     loads = median_loads(diagnosis)
@@ -73,9 +73,9 @@ def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTa
     )
 
 
-def friction_meaning(friction: FrictionOutcome) -> ReportTable:
+def settling_and_coverage_table(friction: FrictionOutcome) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
-    headings, rows = friction_quality(friction)
+    headings, rows = settling_and_coverage_rows(friction)
     some = any(" of " in figure for _, *figures, _ in rows for figure in figures)
     return ReportTable(
         caption="Mean over recordings: by the assumed model → by the model found"
@@ -254,9 +254,9 @@ def parameters_table(diagnosis: Diagnosis) -> ReportTable:
     )
 
 
-def files_read(made: Mapping[str, Any]) -> ReportTable:
+def files_read(provenance: Mapping[str, Any]) -> ReportTable:
     """Files that were read, with their digests."""
-    files = [*made["inputs"], *filter(None, (made.get("rig"), made.get("model")))]
+    files = [*provenance["inputs"], *filter(None, (provenance.get("rig"), provenance.get("model")))]
     return ReportTable(
         caption="Files that were read, and the digest of the model that was written",
         headings=("file", "SHA-256, first 16 digits"),

@@ -45,10 +45,12 @@ STRAIGHT = 0.15
 """Distance of a curve from a line over its change, up to which it is told by its slope [1]."""
 
 
-def simulated_warning(made: Mapping[str, Any] | None) -> str:
+def simulated_warning(provenance: Mapping[str, Any] | None) -> str:
     """That recordings are the demo's, by their digests, in one sentence; empty where none is."""
     # Sources of own effects are inputs too.
-    inputs = [file for file in (made["inputs"] if made else []) if not file["name"].endswith(".py")]
+    inputs = [
+        file for file in (provenance["inputs"] if provenance else []) if not file["name"].endswith(".py")
+    ]
     try:
         bundled = {digest_of(path) for path in demo_folder().glob("*.csv")}
     except InvalidInputError:

@@ -26,7 +26,7 @@ from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteri
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Progress, Search, silent
-from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, results_of, workers
+from identification.selection.trial_runner import Effects, TrialRunner, job_count, results_of, workers
 from identification.selection.trials import RANKING
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
 
@@ -73,7 +73,7 @@ def diagnose(
     """
     as_read = [*recordings, *holdout]
     recordings, holdout, notes = _prepared(recordings, holdout)
-    effects, most, report = effects_named(candidates), jobs_of(jobs), progress or silent
+    effects, most, report = effects_named(candidates), job_count(jobs), progress or silent
     check_signatures(effects)
     with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(

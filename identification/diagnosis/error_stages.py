@@ -22,7 +22,13 @@ from identification.fits.options import FitOptions
 from identification.fits.parameter_values import Values, ground_of, initial_guess, rig_parameters
 from identification.reading.recordings import Recording
 from identification.selection.trial_runner import Submit, results_of
-from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
+from identification.selection.trials import (
+    RANKING,
+    Trial,
+    fit_own_parameters,
+    model_of,
+    thin_for_ranking,
+)
 from symbolic import ModelError, full_slide_torque
 from symbolic.array_alias import Array
 
@@ -190,7 +196,7 @@ def left_out_residuals(
     """
     if len(recordings) < 2:
         return {}
-    thinned = {recording.name: thin(recording) for recording in recordings}
+    thinned = {recording.name: thin_for_ranking(recording) for recording in recordings}
     futures = {
         left.name: submit(_left_out, trial, [r for n, r in thinned.items() if n != left.name], left)
         for left in recordings

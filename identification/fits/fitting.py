@@ -18,7 +18,7 @@ from functools import lru_cache, partial
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
-from identification.fits.least_squares_problem import LeastSquaresProblem, over_range
+from identification.fits.least_squares_problem import LeastSquaresProblem, shares_of_torque_range
 from identification.fits.linear_algebra import one_thread
 from identification.fits.loss import LEAST_SQUARES, Loss, cost
 from identification.fits.options import FINE_FIT, FitOptions, Label
@@ -75,7 +75,9 @@ class Fit:
 
     def cost(self, recordings: Sequence[Recording]) -> float:
         """Loss summed over the samples of these recordings, which must be among those fitted [1]."""
-        return sum(cost(self.loss, r) for r in over_range(self.residuals, recordings).values())
+        return sum(
+            cost(self.loss, r) for r in shares_of_torque_range(self.residuals, recordings).values()
+        )
 
 
 @one_thread

@@ -50,7 +50,9 @@ def torque_range(recording: Recording) -> float:
     return span
 
 
-def over_range(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> dict[str, Array]:
+def shares_of_torque_range(
+    residuals: Mapping[str, Array], recordings: Sequence[Recording]
+) -> dict[str, Array]:
     """Residuals [N m] of these recordings as shares of each one's torque range [1]."""
     return {r.name: residuals[r.name] / torque_range(r) for r in recordings}
 
@@ -107,7 +109,11 @@ class LeastSquaresProblem:
     def prior_weights(self, x: Array) -> Array:
         """Weight of a unit step away from a declared value, see `Fit.prior_weights`."""
         weights = np.zeros(len(self.labels))
-        errors = over_range(self.torque_errors(x), self.recordings) if self.has_prior.any() else {}
+        errors = (
+            shares_of_torque_range(self.torque_errors(x), self.recordings)
+            if self.has_prior.any()
+            else {}
+        )
         sizes = {}
         for name, error in errors.items():
             counted = influence(self.loss, error)
@@ -123,7 +129,7 @@ class LeastSquaresProblem:
 
     def residuals(self, x: Array) -> Array:
         """Stacked torque errors, divided by each recording's torque range; without missing samples."""
-        errors = over_range(self.torque_errors(x), self.recordings)
+        errors = shares_of_torque_range(self.torque_errors(x), self.recordings)
         return np.concatenate([errors[name][present] for name, present in self.present.items()])
 
     def jacobian(self, x: Array) -> Array:

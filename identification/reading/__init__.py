@@ -5,7 +5,7 @@
     bytes       bytes_and_text           a regular file of bounded size, as bytes or as text
       |
     channels    formats/*                open a file, list its channels, read those asked for:
-      |                                  `ChannelSamples` with their unit and, where there is one, a clock
+      |                                  `ChannelSamples`, with their unit and, if any, a clock
       |         channels_by_name         which is which column, as a map or its name says (signal_map)
       |         common_clock_and_units   columns in SI (units) and on one clock
     Table       table                    the checks of every sample, the first fault by its place

@@ -16,7 +16,7 @@ from identification.reading.table import (
     REQUIRED_COLUMNS,
     possible_columns,
 )
-from identification.reading.units import bare_name, factor_of, is_unit, unit_at_end, unit_of_name
+from identification.reading.units import factor_of, is_unit, name_without_unit, unit_at_end, unit_of_name
 from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
@@ -103,7 +103,7 @@ def resolve_columns(
 
 def match_channel(where: str, name: str, names: Sequence[str], *, by_part: bool = True) -> str | None:
     """The one channel of a name: exact, without its unit or, `by_part`, by its last parts; or None."""
-    bare = [bare_name(full) for full in names]
+    bare = [name_without_unit(full) for full in names]
     exact = [full for full in names if full == name]
     without_unit = [full for full, short in zip(names, bare, strict=True) if short == name]
     last_part = [
@@ -199,7 +199,7 @@ def map_hint(
 
 def _proposed_source(column: str, channel: str | None) -> SignalSource:
     """A channel with the unit that its name ends in; a word in its place for none."""
-    bare = bare_name(channel or "CHANNEL")
+    bare = name_without_unit(channel or "CHANNEL")
     unit = "" if is_unit(column, unit_of_name(channel or "")) else unit_at_end(column, bare)
     return SignalSource(channel=bare, unit=unit or None)
 
@@ -209,7 +209,7 @@ def _guesses(
 ) -> Iterator[tuple[str, str | None]]:
     """Columns with the channels that they may be."""
     left = list(names)
-    known = {*absent, *signals.signals, *(bare_name(name) for name in names)}
+    known = {*absent, *signals.signals, *(name_without_unit(name) for name in names)}
     for column in absent if {"M_z", "M"} & known else (*absent, "M_z"):
         if (guess := _likely(column, left)) is not None:
             left.remove(guess)
@@ -256,9 +256,9 @@ def guess_car_channels(
 
     Handwheel and torsion bar stand for rack and force where names tell that these are what there is.
     """
-    short = {name: re.split("[/.]", bare_name(name))[-1] for name in names}
+    short = {name: re.split("[/.]", name_without_unit(name))[-1] for name in names}
     taken = {*(source.channel for source in signals.signals.values()), *CAR_COLUMNS, "t"}
-    left = [name for name in names if not {short[name], bare_name(name)} & taken]
+    left = [name for name in names if not {short[name], name_without_unit(name)} & taken]
     found = dict[str, str]()
     for column in (c for c in _USUAL if c not in signals.signals and c not in short.values()):
         guess = next((n for n in left if re.search(_USUAL[column], short[n], re.IGNORECASE)), None)

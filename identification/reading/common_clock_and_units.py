@@ -16,7 +16,7 @@ from identification.reading.channels_by_name import (
 from identification.reading.map_for_file import map_for_file, unit_by_name
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.table import MAX_SAMPLES, Table
-from identification.reading.units import bare_name, is_unit, unit_of_name
+from identification.reading.units import is_unit, name_without_unit, unit_of_name
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.tables.parsing import prefix_errors
@@ -54,7 +54,7 @@ def table_from_channels(
         read = {"t": _with_unit("t", names["t"], file.read(names["t"])), **read}
     sources, in_si, by_name = dict[str, SignalSource](), dict[str, ChannelSamples](), list[str]()
     for column, samples in read.items():
-        source = signals.of(column, bare_name(names[column]))
+        source = signals.of(column, name_without_unit(names[column]))
         with prefix_errors(f"{path}: {names[column]}"):
             is_date = np.asarray(samples.values).dtype.kind in "mM"
             sources[column], taken = (
@@ -84,7 +84,7 @@ def table_from_channels(
     )
 
 
-def remapped(table: Table, needed: Sequence[str], signals: SignalMap) -> Table:
+def apply_map(table: Table, needed: Sequence[str], signals: SignalMap) -> Table:
     """A table with a map applied to its columns; for readers that know none."""
     file = ChannelFile(
         names=tuple(table.columns), read=lambda name: ChannelSamples(values=table.columns[name])

@@ -31,7 +31,7 @@ from identification.selection.search_step import (
     with_effect,
     without_effect,
 )
-from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, values_for, workers
+from identification.selection.trial_runner import Effects, TrialRunner, job_count, values_for, workers
 from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
 from symbolic import CANDIDATES, Effect, effects_named
 
@@ -292,7 +292,7 @@ def search(
         InvalidInputError: a candidate is unknown, named twice, or processes cannot import its class.
         BrushgripError: a process ended before its work was done.
     """
-    effects, count = effects_named(candidates), jobs_of(jobs)
+    effects, count = effects_named(candidates), job_count(jobs)
     with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(
             training=training, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=count

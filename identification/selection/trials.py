@@ -11,7 +11,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss, rmse_of
 from identification.fits.options import COARSE_FIT, FINE_FIT, FitOptions
 from identification.fits.parameter_values import Values, initial_guess
 from identification.reading.recordings import Recording
-from identification.reading.shortened_recordings import at_samples
+from identification.reading.shortened_recordings import recording_at_samples
 from identification.selection.leave_one_out_linearised import leave_one_out
 from symbolic import SEARCH_STEPS, Effect, Model
 from symbolic.array_alias import Array
@@ -196,7 +196,7 @@ def trial_of(task: TrialTask, fitted: Fit, held_out: Fit | None) -> Trial:
     return Trial(fitted=fitted, held_out=held_out, judgement=judgement)
 
 
-def thin(recording: Recording) -> Recording:
+def thin_for_ranking(recording: Recording) -> Recording:
     """Every so many samples of a recording, such that they are at most `RANKING_STEP` apart.
 
     The torque between reversals hardly depends on the time between samples: without creep not at all,
@@ -205,7 +205,7 @@ def thin(recording: Recording) -> Recording:
     if not np.isfinite(recording.M_z).all():
         return recording
     stride = max(1, int(RANKING_STEP / float(np.diff(recording.t).max()) + 1e-6))
-    return at_samples(replace(recording, M=None), np.arange(0, recording.t.size, stride))
+    return recording_at_samples(replace(recording, M=None), np.arange(0, recording.t.size, stride))
 
 
 def fit_own_parameters(

@@ -31,7 +31,7 @@ SOFT_DOUBLE = 40
 
 
 @dataclass(frozen=True, kw_only=True)
-class Instructions:
+class InstructionsPerPart:
     """Instructions of the parts of a step, in one type of number; pairs are in the mean, and at most.
 
     Attributes:
@@ -63,12 +63,12 @@ class Instructions:
     tunable_sample: int
 
 
-FLOAT = Instructions(
+FLOAT = InstructionsPerPart(
     step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 20), limit=(45, 45),
     branch=(23, 25), creep=(46, 89), sample=354, sample_corner=62, sample_bristles=316, tracking=1_100,
     acquiring=(8_250, 8_700), tunable=300, tunable_sample=220,
 )  # fmt: skip
-DOUBLE = Instructions(
+DOUBLE = InstructionsPerPart(
     step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),
     limit=(3_000, 3_000), branch=(1_000, 1_000), creep=(22_300, 43_100), sample=14_700,
     sample_corner=5_400, sample_bristles=13_500, tracking=38_000, acquiring=(591_000, 646_000),
@@ -164,7 +164,9 @@ def estimated_instructions(
     )
 
 
-def _step_and_corner(patch: PatchCode, counts: Instructions, tunable: Tunable) -> tuple[float, float]:
+def _step_and_corner(
+    patch: PatchCode, counts: InstructionsPerPart, tunable: Tunable
+) -> tuple[float, float]:
     """Instructions of a step without patch and supervision, and of each corner of the patch."""
     states, window = patch.observer.states, getattr(patch.observer, "window", 0)
     steered = "psi" in states
@@ -176,7 +178,7 @@ def _step_and_corner(patch: PatchCode, counts: Instructions, tunable: Tunable) -
     return step + window * sample, corner * (RIG_CORNER if tunable == "all" else 1.0)
 
 
-def _bristle_instructions(patch: PatchCode, counts: Instructions, column: int) -> float:
+def _bristle_instructions(patch: PatchCode, counts: InstructionsPerPart, column: int) -> float:
     """Instructions of the bristles, in the mean or at most."""
     terms = patch.terms
     each = counts.bristle[column] + counts.compliant[column] * bool(terms["compliant"])

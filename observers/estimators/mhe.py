@@ -37,9 +37,9 @@ import casadi as ca
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
     build_filter_step,
-    build_prediction,
     build_sample_acceptance,
     build_smoother_step,
+    build_state_prediction,
     has_not_converged,
 )
 from observers.estimators.model_observer import ModelObserver
@@ -111,7 +111,7 @@ def mhe_layout(model: PatchModel, measurement_model: MeasurementModel, window: i
 
 
 @cache
-def build_smoother(measurement_model: MeasurementModel, window: int) -> ca.Function:
+def build_window_smoother(measurement_model: MeasurementModel, window: int) -> ca.Function:
     """One Gauss-Newton step about x: minimiser over the window, covariance of its newest state.
 
     (mean, factor, x, M_z, slopes, samples, rig, tuning) -> (x_next, P_newest); inputs of all samples in
@@ -172,7 +172,10 @@ def build_mhe_step(
     factor = add_variance(
         factor, at, arrival_variance_increment(window, test["reset"], run, sample.change)
     )
-    smoother, given = build_smoother(measurement_model, window), (samples, sample.rig, sample.tuning)
+    smoother, given = (
+        build_window_smoother(measurement_model, window),
+        (samples, sample.rig, sample.tuning),
+    )
     for i in range(iterations):
         M_z, slopes = torques(history, x) if i > 0 else (M_z, slopes)
         previous = x[:, -1]
@@ -201,7 +204,7 @@ def _predict(
     torque is M_z and its slopes at the last sample.
     """
     x_last, P_last = before["x"][:, -1], before["P_newest"]
-    x, P, Q = build_prediction(sample.measurement_model)(
+    x, P, Q = build_state_prediction(sample.measurement_model)(
         x_last, P_last, *torque, last, sample.now, sample.rig, sample.tuning
     )
     retention = sensitivity_retention(sample.measurement_model, P_last, Q, x_last, sample.now)

@@ -35,7 +35,7 @@ from symbolic.casadi_functions import named_function
 
 
 @cache
-def build_window_update(states: int) -> ca.Function:
+def build_kalman_step(states: int) -> ca.Function:
     """One measurement and the motion to the next sample.
 
     (mean, factor, z, H, weight, A, b, Q) -> (mean_next, factor_next, x, P, K, score): mean and factor at
@@ -60,10 +60,10 @@ def build_window_update(states: int) -> ca.Function:
 
 
 @cache
-def build_backward_pass(states: int) -> ca.Function:
+def build_bryson_frazier_step(states: int) -> ca.Function:
     """(costate, x, P, H, K, score, A) -> (costate_before, smoothed).
 
-    costate (n,) is that of the next sample, 0 at the newest; x to A as of `build_window_update` at this
+    costate (n,) is that of the next sample, 0 at the newest; x to A as of `build_kalman_step` at this
     sample.
     """
     n = states
@@ -76,7 +76,7 @@ def build_backward_pass(states: int) -> ca.Function:
 
 
 @cache
-def build_prediction(measurement_model: MeasurementModel) -> ca.Function:
+def build_state_prediction(measurement_model: MeasurementModel) -> ca.Function:
     """(x, P, M_z, slopes, last, now, rig, tuning) -> (x_next, P_next, Q): prediction to now."""
     motion = build_linearised_motion(measurement_model)
     n, given = len(measurement_model.states), symbols_like(motion)
@@ -91,7 +91,7 @@ def build_filter_step(measurement_model: MeasurementModel) -> ca.Function:
     """Forward elimination of one sample, linearised about x.
 
     (mean, factor, x, M_z, slopes, row, row_next, rig, tuning) -> (mean_next, factor_next, filtered, P,
-    K, score, H, A), as of `build_window_update`; rows in the order of `ROWS`. The motion out of the
+    K, score, H, A), as of `build_kalman_step`; rows in the order of `ROWS`. The motion out of the
     newest sample does not matter: any row does for row_next.
     """
     n = len(measurement_model.states)
@@ -107,7 +107,7 @@ def build_filter_step(measurement_model: MeasurementModel) -> ca.Function:
     weight = weight * huber_weight(innovation, huber_scale) * row[ROWS.index("accepted")]
     _, A, Q, b = build_linearised_motion(measurement_model)(x, M_z, slopes, now, now_next, rig, tuning)
     Q[state_index(measurement_model)] += row_next[ROWS.index("jump")]
-    results = build_window_update(n)(mean, factor, innovation + ca.dot(H, x), H, weight, A, b, Q)
+    results = build_kalman_step(n)(mean, factor, innovation + ca.dot(H, x), H, weight, A, b, Q)
     names = ("mean_next", "factor_next", "filtered", "P", "K", "score", "H", "A")
     outputs = dict(zip(names, (*results, H, A), strict=True))
     return named_function("forward", inputs, outputs).expand("forward", {"cse": True})
@@ -127,7 +127,7 @@ def build_smoother_step(measurement_model: MeasurementModel) -> ca.Function:
         ca.MX, costate=n, filtered=n, P=(n, n), K=n, score=1, H=n, A=(n, n), tuning=len(TUNING_FIELDS)
     )
     costate, filtered, P, K, score, H, A, tuning = inputs.values()
-    before, smoothed = build_backward_pass(n)(costate, filtered, P, H, K, score, A)
+    before, smoothed = build_bryson_frazier_step(n)(costate, filtered, P, H, K, score, A)
     x = clip_to_bounds(measurement_model, smoothed, tuning)
     outputs = {"costate_before": before, "x": x}
     return named_function("backward", inputs, outputs).expand("backward", {"cse": True})

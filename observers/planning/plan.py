@@ -140,7 +140,7 @@ class _Search:
         self.forecaster, self.target, self.limits, self.F_N = forecaster, target, limits, F_N
         self.sought = MARGIN * target
         self.mus, self.objective, self.over, self.dt, self.psi = mus, objective, over, dt, psi
-        self.cases = forecaster.at_rest(mus, psi, F_N, dt)
+        self.cases = forecaster.cases_at_rest(mus, psi, F_N, dt)
         self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, limits.angle)
         self.hopeless = {mu: out_of_reach(forecaster.observer, target, mu, F_N) for mu in mus}
         # The case that refused the last path comes first; what no steering reaches is not tried.
@@ -174,7 +174,7 @@ class _Search:
             if self.over == "mean":
                 bound = bound * len(self.order) - sum(costs)
             last = int(np.searchsorted(along, bound))
-            at, deviation = self.forecaster.reach(
+            at, deviation = self.forecaster.forecast_until_target(
                 path, case, self.F_N, self.sought, self.limits.torque, last
             )
             if at is None:
@@ -202,7 +202,7 @@ class _Search:
     def best(self) -> Plan:
         """The plan of the best path, cut soon after the last ground is known, or where it must end."""
         path = self.path(self.found)
-        whole = [self.forecaster.whole(path, case, self.F_N) for case in self.cases]
+        whole = [self.forecaster.forecast_whole(path, case, self.F_N) for case in self.cases]
         reached = [one.reached(self.sought, self.limits.torque) for one in whole]
         last = max((at for at in reached if at is not None), default=0)
         end = min(one.allowed(self.limits.torque) for one in whole)

@@ -236,7 +236,7 @@ class Probe:
     def _replan(self, sample: Sample, state: ObserverState) -> None:
         """Take the best of the present path and a few changes of it."""
         present, left = self._present(sample), max(self.limits.time - self._time, self.dt)
-        cases = self._forecaster.present(self._likely(state), state)
+        cases = self._forecaster.cases_at_state(self._likely(state), state)
         best = np.inf
         for kind in (KINDS[0], *islice(self._kinds, CHANGES)):
             path = changed_path(present, kind, self.limits, self.dt, left)
@@ -276,7 +276,7 @@ class Probe:
         cost, travel = 0.0, path.travel
         for case in cases:
             last = min(int(np.searchsorted(travel, best * len(cases) - cost)), self._horizon)
-            at, deviation = self._forecaster.reach(
+            at, deviation = self._forecaster.forecast_until_target(
                 path, case, F_N, self.target, self.limits.torque, last
             )
             cost += NEVER + deviation if at is None else float(travel[at])

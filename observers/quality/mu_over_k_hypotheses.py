@@ -190,7 +190,7 @@ def build_torque_error() -> ca.Function:
 
 
 @cache
-def build_hypothesis_update(gear: bool = False) -> ca.Function:
+def build_one_hypothesis_update(gear: bool = False) -> ca.Function:
     """One hypothesis after a torque: (part, free, slid, measured, variance, share, dry) -> part_next.
 
     part is in the order of `hypothesis_fields`; free and slid are the torques at s = 1 of a patch that
@@ -238,7 +238,7 @@ def build_hypotheses_update(gear: bool = False) -> ca.Function:
     [rad]. The others stay as they are, as much less likely than the likeliest as they were. With a gear
     the torque of its declared friction [N m] is a further input.
     """
-    count, rows = len(RATIOS), build_hypothesis_update(gear).numel_in(0)
+    count, rows = len(RATIOS), build_one_hypothesis_update(gear).numel_in(0)
     inputs = symbols(
         ca.MX, hypotheses=(rows, count), beside=1, turns=(POINTS, PATHS), F_N=1, M_z=1, variance=1,
         share=1, tyre=3, **gear_friction_size(gear),
@@ -251,7 +251,7 @@ def build_hypotheses_update(gear: bool = False) -> ca.Function:
     )  # fmt: skip
     expected = ca.reshape(ca.sum1(ca.reshape(branches, POINTS, PATHS * count)), PATHS, count)
     given = (ca.repmat(each, 1, count) for each in (M_z, variance, share, *(d[0] for d in dry)))
-    after = build_hypothesis_update(gear).map(count)(hypotheses, *ca.vertsplit(expected), *given)
+    after = build_one_hypothesis_update(gear).map(count)(hypotheses, *ca.vertsplit(expected), *given)
     at = hypothesis_fields(gear).index("log_likelihood")
     places, likelihood = ca.DM(range(count)).T, hypotheses[at, :]
     likeliest = ca.mmax((likelihood >= ca.mmax(likelihood)) * places)

@@ -12,7 +12,7 @@ import pytest
 
 from brushgrip.outputs import console
 from brushgrip.outputs.console import print_table, progress, say
-from brushgrip.outputs.standard_streams import fault_of_output, spell_unencodable
+from brushgrip.outputs.standard_streams import spell_unencodable, stdout_fault
 from brushgrip.outputs.verbosity import flags_first
 from brushgrip.wording.formatting import torque_error_columns
 from tests.brushgrip.factories import make_diagnosis
@@ -107,16 +107,16 @@ def test_a_full_disk_is_told_from_a_closed_pipe(monkeypatch: pytest.MonkeyPatch)
     with Path("/dev/full").open("w", encoding="utf-8") as full:
         monkeypatch.setattr(sys, "stdout", full)
         print("result")
-        assert fault_of_output() == "No space left on device"
+        assert stdout_fault() == "No space left on device"
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w", encoding="utf-8") as closed:
         monkeypatch.setattr(sys, "stdout", closed)
         print("result")
-        assert fault_of_output() == ""
+        assert stdout_fault() == ""
     monkeypatch.undo()
 
-    assert fault_of_output() is None
+    assert stdout_fault() is None
 
 
 def test_flags_come_first() -> None:

@@ -17,9 +17,9 @@ from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.report.friction_summary import (
-    friction_quality,
     last_usable_friction,
     load_trend_in_words,
+    settling_and_coverage_rows,
     usable_until,
     widest_causes,
 )
@@ -28,7 +28,7 @@ from brushgrip.report.plain_summary import (
     lines_to_send,
     next_steps,
 )
-from brushgrip.report.tables import latest_friction
+from brushgrip.report.tables import friction_by_recording
 from brushgrip.report.validity_and_missing_effects import (
     benefit_for_friction,
     error_to_quote,
@@ -58,7 +58,7 @@ def test_training_and_held_out_recordings_are_reported_apart() -> None:
     assert before["training"]["mean"]["settling"] == 1.5
     assert before["holdout"]["mean"]["settling"] == 7.0
     assert before["holdout"]["mean"]["reference_coverage"] == pytest.approx(0.7)
-    headings, rows = friction_quality(make_outcome("c", "d"))
+    headings, rows = settling_and_coverage_rows(make_outcome("c", "d"))
     assert headings == ["figure", "validation", "training", "in plain words"]
     assert rows[0][:3] == ("time to settle", "7.0 s → 1.0 s", "1.5 s → 1.0 s")
 
@@ -71,13 +71,13 @@ def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> s
 
 def test_without_held_out_recordings_all_are_training() -> None:
     assert "holdout" not in make_outcome().to_dict()["before"]
-    assert friction_quality(make_outcome())[0] == ["figure", "training", "in plain words"]
+    assert settling_and_coverage_rows(make_outcome())[0] == ["figure", "training", "in plain words"]
 
 
 def test_friction_is_that_of_the_last_usable_sample() -> None:
     judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     diagnosis = make_diagnosis(("a", "b", "d"), ("c",))
-    rows = {name: cells for name, *cells in latest_friction(judged, diagnosis).rows}
+    rows = {name: cells for name, *cells in friction_by_recording(judged, diagnosis).rows}
     load = f"{np.median(diagnosis.series[0].F_N):.0f}"
 
     assert rows["a"] == ["ice", load, "1.20 ± 0.10", "from 5.0 s to the end"]

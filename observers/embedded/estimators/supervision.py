@@ -45,7 +45,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     patch, model = observer.equivalent_patch, observer.measurement_model
     known = {"friction": [patch.friction]}
     follow = branch_consistency.build_branch_consistency(patch, model)
-    conclude = acquisition.build_handover(patch, model)
+    conclude = acquisition.build_acquisition_handover(patch, model)
     functions = [
         without_outputs(hysteresis_branches.build_track_update(), {"turns"}).expand(
             "follow_turns", {"cse": True}
@@ -54,7 +54,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         hysteresis_branches.build_new_ground_branches(),
         hysteresis_branches.build_sliding_onset(),
         _edge(observer, constants.tunable == "all"),
-        mu_over_k_hypotheses.build_hypothesis_update(has_gear_friction(model)),
+        mu_over_k_hypotheses.build_one_hypothesis_update(has_gear_friction(model)),
         mu_over_k_hypotheses.build_torque_error(),
         expand_with_constants("follow_output", follow, known),
         hypotheses_verdict.build_deviation_by_scale(patch.misfit > 0, model.gain_share),

@@ -24,9 +24,9 @@ from observers.estimators.initial_state import build_initial_state
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
     build_filter_step,
-    build_prediction,
     build_sample_acceptance,
     build_smoother_step,
+    build_state_prediction,
     has_not_converged,
 )
 from observers.estimators.step_terms import StepSample, clip_to_bounds
@@ -171,7 +171,7 @@ class WindowFunctions:
         """(x, torque, P, last, now) -> newest, P at it."""
         names = ("x", "torque", "P", "last", "now", "rig", "tuning")
         x, torque, P, last, now, rig, tuning = inputs = self.symbols(*names)
-        predict = build_prediction(self.model)
+        predict = build_state_prediction(self.model)
         newest, P_newest, _ = predict(x, P, *self.torque(torque, x), last, now, rig, tuning)
         return function_of_symbols("predict", inputs, newest=newest, P_newest=P_newest)
 

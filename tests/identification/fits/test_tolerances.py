@@ -12,7 +12,7 @@ from identification.fits.options import COARSE_FIT, FitOptions
 from identification.fits.parameter_values import complete_values
 from identification.selection.criteria import delta_bic, effective_parameters
 from identification.selection.leave_one_out_linearised import leave_one_out
-from identification.selection.trials import RANKING, model_of, thin
+from identification.selection.trials import RANKING, model_of, thin_for_ranking
 from reference_rig import Campaign, make_campaign
 from rig_recordings import as_read
 from symbolic import Model, Tolerances, effects_named
@@ -175,7 +175,7 @@ def test_a_weight_that_is_too_large_at_first_is_corrected(wrong: list[Recording]
 def test_lengths_do_not_give_way_before_an_effect_of_theirs_is_found() -> None:
     """With the weak weight of a rival's trial at once, n = 0.24 would imitate it and leave 0.57 %."""
     made = make_campaign("contact_length", 5, 4, off=TOLERANCE, grounds=["one", "two"])
-    recordings = [thin(as_read(r, made.nominal, TOLERANCE)) for r in made.recordings]
+    recordings = [thin_for_ranking(as_read(r, made.nominal, TOLERANCE)) for r in made.recordings]
     present = fit(model_of(()), recordings).values
     model = model_of(effects_named(["contact_length"]), RANKING)
     found = fit(model, recordings, replace(present, rig={}), replace(COARSE_FIT, prior_weight=0.03))

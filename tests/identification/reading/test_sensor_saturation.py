@@ -7,7 +7,7 @@ import pytest
 
 from identification import Channel, LowPass, Recording
 from identification.reading.sensor_saturation import sensor_saturation
-from identification.reading.shortened_recordings import at_samples
+from identification.reading.shortened_recordings import recording_at_samples
 from reference_rig import RigRecording, free_path, make_recording, simulate_bristles
 from tests.identification.factories import as_read, with_torque
 
@@ -158,7 +158,7 @@ def test_an_angle_that_trembles_makes_no_noise_where_the_patch_slides(mu: float)
 
 def test_too_few_samples_tell_nothing() -> None:
     one = made(0.8, duration=5.0)
-    short = at_samples(seen(one, one.M_z), np.arange(4))
+    short = recording_at_samples(seen(one, one.M_z), np.arange(4))
 
     assert sensor_saturation(short) is None
     assert sensor_saturation(replace(short, M_z=np.full(4, np.nan), M=np.full(4, np.nan))) is None

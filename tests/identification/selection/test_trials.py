@@ -13,8 +13,8 @@ from identification.fits.loss import rmse_of
 from identification.fits.parameter_values import Values, initial_guess
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
-    advantage,
     delta_bic,
+    error_reduction,
     standard_error_by_chance,
 )
 from identification.selection.leave_one_out_linearised import leave_one_out
@@ -28,7 +28,7 @@ from identification.selection.trials import (
     judge,
     model_of,
     run_trial,
-    thin,
+    thin_for_ranking,
 )
 from symbolic import Model, Tolerances, effects_named
 from tests.identification.factories import left_out_exactly, read_campaign, with_torque
@@ -159,13 +159,13 @@ def test_advantage_is_paired_over_seconds() -> None:
     squares = (np.array([1.0, 4.0, 9.0, 16.0]) - 1) / 4
 
     np.testing.assert_allclose(worse.block_errors(BLOCK), (squares * 4 + 1) / 4)
-    mean, error = advantage(better, worse, BLOCK)
+    mean, error = error_reduction(better, worse, BLOCK)
     assert mean == pytest.approx(squares.mean())
     assert error == pytest.approx(squares.std(ddof=1) / 2)
-    assert advantage(worse, better, BLOCK) == (pytest.approx(-mean), pytest.approx(error))
-    assert advantage(better, better, BLOCK) == (0, 0)
+    assert error_reduction(worse, better, BLOCK) == (pytest.approx(-mean), pytest.approx(error))
+    assert error_reduction(better, better, BLOCK) == (0, 0)
     # A single block tells nothing.
-    assert advantage(judged(np.ones(140)), judged(np.full(140, 2.0)), BLOCK) == (3, np.inf)
+    assert error_reduction(judged(np.ones(140)), judged(np.full(140, 2.0)), BLOCK) == (3, np.inf)
 
 
 def test_blocks_of_a_second() -> None:
@@ -206,7 +206,7 @@ def test_threads_change_no_digit(three: list[Recording]) -> None:
 
 @pytest.mark.parametrize("name", ["carcass_torsion", "backlash"])
 def test_two_steps_balance_what_is_in_series(three: list[Recording], name: str) -> None:
-    effects, thinned = effects_named([name]), thin(three[0])
+    effects, thinned = effects_named([name]), thin_for_ranking(three[0])
     values = initial_guess(model_of(effects), [thinned]).of(thinned)
 
     two, many = (
@@ -240,7 +240,7 @@ def test_an_effect_of_one_block_falls_by_more_than_chance() -> None:
     better, worse = judged(noise.ravel(), 2.0), judged((noise + taken).ravel(), 2.0)
     by_hand = 2 * noise[0].mean() / 4 / 12
 
-    mean, error = advantage(better, worse, BLOCK)
+    mean, error = error_reduction(better, worse, BLOCK)
     assert mean == pytest.approx(1 / 48 + by_hand)
     assert mean < 1.2 * error
     assert standard_error_by_chance(better, worse, BLOCK) == pytest.approx(abs(by_hand))

@@ -75,14 +75,14 @@ def test_on_the_rig_the_target_is_reached_where_planned(acquiring: Ekf, planned:
 
 def test_turning_back_tells_ice_sooner_than_turning_on(acquiring: Ekf) -> None:
     forecaster = Forecaster(acquiring)
-    case = forecaster.at_rest([0.05], 0.0, LOAD, 0.01)[0]
+    case = forecaster.cases_at_rest([0.05], 0.0, LOAD, 0.01)[0]
     on, back = (
         fastest_path([0.0, *points], 0.12, 10.0, 0.01, 6.0) for points in ([0.6], [0.03, -0.05, 0.08])
     )
 
     # The zero of the torque looks like friction until the wheel has turned back.
-    assert forecaster.whole(on, case, LOAD).reached(0.07) is None
-    assert forecaster.whole(back, case, LOAD).reached(0.07) is not None
+    assert forecaster.forecast_whole(on, case, LOAD).reached(0.07) is None
+    assert forecaster.forecast_whole(back, case, LOAD).reached(0.07) is not None
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from observers.quality.hysteresis_branches import (
 )
 from observers.quality.mu_over_k_hypotheses import (
     SETTINGS,
-    build_hypothesis_update,
+    build_one_hypothesis_update,
     build_search_start,
     factor_name,
     hypothesis_fields,
@@ -61,7 +61,7 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
     }
     part: Any = [prior.get(name, 0.0) for name in hypothesis_fields(gear=False)]
     for g, other, y in zip(expected, slid, measured, strict=True):
-        part = build_hypothesis_update()(part, g, other, y, variance, 0.0)
+        part = build_one_hypothesis_update()(part, g, other, y, variance, 0.0)
     found = dict(zip(hypothesis_fields(gear=False), np.array(part).ravel(), strict=True))
 
     order = hypothesis_states(gear=False)
