@@ -22,7 +22,7 @@ import numpy as np
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
 from brushgrip.estimation.friction_before_and_after import offline_friction
-from brushgrip.estimation.observers_over_recordings import model_observer, run_observer
+from brushgrip.estimation.observe_recording import model_observer, run_observer
 from brushgrip.inputs.command_inputs import gather_inputs
 from identification import FoundModel, Recording, read_model
 from observers import PROFILES, Ekf, Estimates, Mhe, Status

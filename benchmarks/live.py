@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.observers_over_recordings import observer_factory
+from brushgrip.estimation.observe_recording import observer_factory
 from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.live.page import PERIOD, LiveView

@@ -15,7 +15,7 @@ import numpy as np
 from brushgrip.wording.formatting import effect_words, percent
 from identification import Recording, diagnose
 from identification.diagnosis.unrefitted_prediction import unrefitted_residuals
-from identification.selection.trials import Trial, TrialTask, run_trial
+from identification.selection.trial import Trial, TrialTask, run_trial
 from published import measured_folder, measured_recordings
 
 OPENING = """# The search without the recording that judges

@@ -29,7 +29,7 @@ from brushgrip.wording.formatting import (
 from identification import Diagnosis, Recording, diagnose
 from identification.fits.covariance import covariance
 from identification.fits.fitting import fit
-from identification.selection.trials import RANKING, model_of, thin_for_ranking
+from identification.selection.trial import RANKING, model_of, thin_for_ranking
 from published import measured_folder, measured_recordings
 from symbolic import EFFECTS
 

@@ -96,7 +96,7 @@ class EstimateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
-        from brushgrip.estimation.observers_over_recordings import (
+        from brushgrip.estimation.observe_recording import (
             aligning_torque_model,
             observer_factory,
         )

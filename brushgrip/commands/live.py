@@ -123,7 +123,7 @@ class LiveRequest:
     def _session(self, senders: "tuple[FrictionSender, ...]") -> "Session":
         from dataclasses import replace
 
-        from brushgrip.estimation.observers_over_recordings import observer_factory
+        from brushgrip.estimation.observe_recording import observer_factory
         from brushgrip.inputs.command_inputs import gather_inputs
         from brushgrip.inputs.option_values import chosen_limits, chosen_tuning, parse_share
         from brushgrip.live.adviser import Adviser

@@ -25,7 +25,7 @@ class SimulateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
-        from brushgrip.estimation.simulated_torque import (
+        from brushgrip.estimation.predicted_torque import (
             model_and_values,
             predicted_torque,
             values_in_words,

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from brushgrip.comparison.cases import Case
-from brushgrip.estimation.observers_over_recordings import (
+from brushgrip.estimation.observe_recording import (
     ObserverFactory,
     model_observer,
     mu_eff_or_mu,

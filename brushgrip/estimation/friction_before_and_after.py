@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.budget import friction_budget
-from brushgrip.estimation.observers_over_recordings import (
+from brushgrip.estimation.friction_budget import friction_budget
+from brushgrip.estimation.observe_recording import (
     FrictionTrack,
     friction_track,
     has_aligning_torque,

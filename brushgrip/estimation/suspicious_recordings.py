@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from brushgrip.estimation.friction_by_direction import single_friction
 from brushgrip.estimation.map_correction import TIME, causes_with_map
-from brushgrip.estimation.observers_over_recordings import (
+from brushgrip.estimation.observe_recording import (
     ObserverFactory,
     angle_without_imputed,
     has_aligning_torque,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.observers_over_recordings import ObserverFactory
+from brushgrip.estimation.observe_recording import ObserverFactory
 from brushgrip.estimation.suspicious_recordings import weaker_direction
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.recordings import locate_recordings

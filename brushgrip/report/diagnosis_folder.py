@@ -18,8 +18,8 @@ from brushgrip.report.printed_results import print_diagnosis
 from brushgrip.report.validity_and_missing_effects import simulated_warning
 from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
+from identification.selection.trial import RANKING_STEP, thin_for_ranking
 from identification.selection.trial_runner import submit_of
-from identification.selection.trials import RANKING_STEP, thin_for_ranking
 from observers.interfaces.factory import MODEL_FILE
 
 DIAGNOSIS, MODEL = "diagnosis.json", MODEL_FILE

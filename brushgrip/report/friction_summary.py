@@ -6,7 +6,7 @@ from itertools import chain, combinations
 import numpy as np
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, mean_figures
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction_in_words import OF_SCALE, status_in_words, with_95_band
 from identification import Diagnosis

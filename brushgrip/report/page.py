@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.pictures.diagnosis import (
     MAX_RECORDINGS,
     draw_candidates,

@@ -7,7 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
     last_usable_friction,
     median_loads,

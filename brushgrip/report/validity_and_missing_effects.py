@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.budget import STANDS, declared_values_in_words, friction_budget
+from brushgrip.estimation.friction_budget import STANDS, declared_values_in_words, friction_budget
 from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
-from brushgrip.estimation.observers_over_recordings import (
+from brushgrip.estimation.observe_recording import (
     Aligning,
     friction_track,
     observe,

@@ -26,8 +26,8 @@ from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteri
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Progress, Search, silent
+from identification.selection.trial import RANKING
 from identification.selection.trial_runner import Effects, TrialRunner, job_count, results_of, workers
-from identification.selection.trials import RANKING
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
 
 MIN_ANGLE_RANGE = 0.01

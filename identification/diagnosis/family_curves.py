@@ -14,7 +14,7 @@ from identification.fits.fitting import Fit
 from identification.fits.least_squares_problem import label_of
 from identification.fits.parameter_values import replaced_rig
 from identification.reading.recordings import Recording
-from identification.selection.trials import RANKING, model_of
+from identification.selection.trial import RANKING, model_of
 from symbolic import Effect, Expression, Signals, parameter_name, simulate
 from symbolic.array_alias import Array
 from symbolic.bristle_patch import BristleTraits

@@ -21,8 +21,8 @@ from identification.residuals.residual_tests import unexplained
 from identification.residuals.signatures import Signatures
 from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.search_step import SearchStep
+from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
-from identification.selection.trials import Trial
 from symbolic import TOLERATED, Model, parameter_name, units_of
 from symbolic.array_alias import Array
 

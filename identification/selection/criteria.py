@@ -10,7 +10,7 @@ from identification.fits.fitting import Fit, last_effect_at_bound
 from identification.fits.least_squares_problem import shares_of_torque_range
 from identification.fits.loss import influence
 from identification.reading.recordings import Recording
-from identification.selection.trials import Judgement, Trial
+from identification.selection.trial import Judgement, Trial
 from symbolic import Effect, InvalidInputError
 
 

@@ -12,8 +12,8 @@ from identification.selection.criteria import (
     forward_step_justified,
 )
 from identification.selection.search_step import SearchStep, rank_for_confirmation
+from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects, TrialRunner, values_for
-from identification.selection.trials import Trial
 
 DEMANDED, FIRSTS = -6.0, 2
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773);

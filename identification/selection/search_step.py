@@ -12,8 +12,8 @@ from identification.selection.criteria import (
     family_already_present,
     overfits_judging_recordings,
 )
+from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
-from identification.selection.trials import Trial
 from symbolic import Effect
 
 

@@ -31,8 +31,8 @@ from identification.selection.search_step import (
     with_effect,
     without_effect,
 )
+from identification.selection.trial import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
 from identification.selection.trial_runner import Effects, TrialRunner, job_count, values_for, workers
-from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
 from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]

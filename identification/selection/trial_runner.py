@@ -15,7 +15,7 @@ from identification.fits.loss import Loss
 from identification.fits.parameter_values import Values
 from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
-from identification.selection.trials import (
+from identification.selection.trial import (
     Precision,
     Trial,
     TrialTask,

@@ -6,7 +6,7 @@ from dataclasses import fields
 import numpy as np
 
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
     Candidate,

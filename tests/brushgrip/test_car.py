@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.estimation.budget import declared_values_in_words
+from brushgrip.estimation.friction_budget import declared_values_in_words
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.helpers import Run, table_of
 from tests.columns import write_columns

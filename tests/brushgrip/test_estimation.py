@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from brushgrip.estimation.observers_over_recordings import (
+from brushgrip.estimation.observe_recording import (
     Aligning,
     angle_without_imputed,
     friction_track,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.estimation.observers_over_recordings import observer_factory
+from brushgrip.estimation.observe_recording import observer_factory
 from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.recordings import grounds_by_name

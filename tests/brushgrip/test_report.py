@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.pictures.diagnosis import draw_signatures
 from brushgrip.report import page as report
 from brushgrip.report import tables

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.observers_over_recordings import observe, observer_factory
+from brushgrip.estimation.observe_recording import observe, observer_factory
 from brushgrip.inputs.command_inputs import Inputs, gather_inputs
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.live.mapped_columns import Row

@@ -18,7 +18,7 @@ from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.options import COARSE_FIT
 from identification.selection.criteria import DEFAULT_CRITERIA, error_reduction
-from identification.selection.trials import Judgement, judge, leave_one_out, thin_for_ranking
+from identification.selection.trial import Judgement, judge, leave_one_out, thin_for_ranking
 from reference_rig import SUBSTEPS, Campaign, RigDrive, build_effects, simulate_bristles
 from symbolic import Model, effects_named
 from tests.identification.factories import read_campaign

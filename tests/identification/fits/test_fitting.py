@@ -5,8 +5,8 @@ from identification import Fit, FitOptions, Recording, Values, fit, initial_gues
 from identification.fits.covariance import standard_deviations
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.options import COARSE_FIT
-from identification.selection.trials import ROUGH, fit_own_parameters, thin_for_ranking
-from identification.selection.trials import model_of as ranked_model
+from identification.selection.trial import ROUGH, fit_own_parameters, thin_for_ranking
+from identification.selection.trial import model_of as ranked_model
 from reference_rig import Campaign
 from symbolic import DECLARED, EFFECTS, Model, Parameter, effects_named, full_slide_torque
 from tests.identification.factories import positions, read_campaign, with_torque

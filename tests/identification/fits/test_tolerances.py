@@ -12,7 +12,7 @@ from identification.fits.options import COARSE_FIT, FitOptions
 from identification.fits.parameter_values import complete_values
 from identification.selection.criteria import delta_bic, effective_parameters
 from identification.selection.leave_one_out_linearised import leave_one_out
-from identification.selection.trials import RANKING, model_of, thin_for_ranking
+from identification.selection.trial import RANKING, model_of, thin_for_ranking
 from reference_rig import Campaign, make_campaign
 from rig_recordings import as_read
 from symbolic import Model, Tolerances, effects_named

@@ -25,7 +25,7 @@ from identification.residuals.residual_signals import (
     reading_of,
 )
 from identification.residuals.signatures import Signature, Signatures, signatures
-from identification.selection.trials import model_of
+from identification.selection.trial import model_of
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 from symbolic import EFFECTS, Effect, InvalidInputError, ResidualSignature

@@ -4,7 +4,7 @@ from math import hypot
 
 import numpy as np
 
-from brushgrip.estimation.observers_over_recordings import ObserverFactory, run_arguments, with_brakes
+from brushgrip.estimation.observe_recording import ObserverFactory, run_arguments, with_brakes
 from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction_in_words import OF_SCALE, last_usable
 from identification import FoundModel, Recording

@@ -18,8 +18,7 @@ from identification.selection.criteria import (
     standard_error_by_chance,
 )
 from identification.selection.leave_one_out_linearised import leave_one_out
-from identification.selection.trial_runner import values_for
-from identification.selection.trials import (
+from identification.selection.trial import (
     RANKING,
     Judgement,
     Trial,
@@ -30,6 +29,7 @@ from identification.selection.trials import (
     run_trial,
     thin_for_ranking,
 )
+from identification.selection.trial_runner import values_for
 from symbolic import Model, Tolerances, effects_named
 from tests.identification.factories import left_out_exactly, read_campaign, with_torque
 
