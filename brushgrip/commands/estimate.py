@@ -96,10 +96,7 @@ class EstimateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
-        from brushgrip.estimation.observe_recording import (
-            aligning_torque_model,
-            observer_factory,
-        )
+        from brushgrip.estimation.observe_recording import aligning_torque_model, observer_factory
         from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8

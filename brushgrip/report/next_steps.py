@@ -12,13 +12,7 @@ from brushgrip.wording.diagnosis_in_words import (
     proposed_recordings,
     unexplained_is_larger,
 )
-from brushgrip.wording.formatting import (
-    band_decimals,
-    effect_words,
-    listed,
-    percent,
-    unrefitted_error,
-)
+from brushgrip.wording.formatting import band_decimals, effect_words, listed, percent, unrefitted_error
 from brushgrip.wording.friction_in_words import how_to_narrow
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD

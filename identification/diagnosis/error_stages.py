@@ -21,13 +21,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.fits.options import FitOptions
 from identification.fits.parameter_values import Values, ground_of, initial_guess, rig_parameters
 from identification.reading.recordings import Recording
-from identification.selection.trial import (
-    RANKING,
-    Trial,
-    fit_own_parameters,
-    model_of,
-    thin_for_ranking,
-)
+from identification.selection.trial import RANKING, Trial, fit_own_parameters, model_of, thin_for_ranking
 from identification.selection.trial_runner import Submit, results_of
 from symbolic import ModelError, full_slide_torque
 from symbolic.array_alias import Array
