@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from operator import itemgetter
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from brushgrip.estimation.observers_over_recordings import FrictionTrack
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
-from brushgrip.wording.diagnosis_in_words import CLEAR, UNPROVEN, is_unconfirmed, rest_is_larger
+from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, rest_is_larger
 from brushgrip.wording.formatting import (
     judged_by,
     judged_error_percentages,
@@ -82,9 +83,9 @@ def validity(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float 
         changes = any(family.name == OVER_SPEED for family in diagnosis.families)
         degrees = f"{np.degrees(slide_rate):.2g}°/s"
         sliding = (
-            f"; friction is told for turning at {slide_rate:.2g} rad/s ({degrees}), where the contact"
-            f" slides at {1e3 * slide_speed:.2g} mm/s"
-        ) + ", and is another at other speeds" * changes
+            f"; friction is that of turning at {slide_rate:.2g} rad/s ({degrees}, sliding"
+            f" {1e3 * slide_speed:.2g} mm/s)"
+        ) + ", and differs at other speeds" * changes
     return (
         f"A wheel that stands still and is turned as in these recordings{at}{sliding}; not for driving"
         " speed, rain or other ground."
@@ -125,26 +126,31 @@ def missing_effects(diagnosis: Diagnosis) -> list[str]:
     """What the assumed model leaves out (`LEFT_OUT`), an item each; empty where nothing is certain."""
     if not any(effect.grade in CLEAR for effect in diagnosis.effects):
         return []
-    told, (kind, before, _) = [], judged_error_percentages(diagnosis)
-    before, unit = f"with k refitted {before} ", " of range"
-    causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
-    for cause, group in groupby(causes, key=itemgetter(1)):
-        effects = [effect for effect, _ in group]
-        # What each left out in turn shows is not known step by step.
-        after = percent(effects[-1].holdout_nrmse_after)
-        fall = f"torque error {before}→ {after}{unit}; " * (kind != "left-out")
-        before = unit = ""
+    told = []
+    for cause, effects in _by_cause(diagnosis):
         if cause:
             clearest = min(effects, key=lambda effect: effect.grade not in CLEAR)
-            told.append(f"{cause} ({fall}{_sureness(clearest, cause)})")
+            told.append(f"{cause} ({_sureness(clearest, cause)})")
         else:
-            names = listed([plain(effect.name) for effect in effects])
-            told.append(f"{names} in place of a cause that is not known ({fall}{UNPROVEN})")
+            names = [plain(effect.name) for effect in effects]
+            stand = f"{listed(names)} stand{'s' * (len(names) == 1)} in"
+            told.append(
+                f"a cause that is not known, for which {stand} (unproven, but in the friction told)"
+            )
     if diagnosis.unexplained.present:
-        rest = percent(diagnosis.unexplained.structured)
-        unknown = f"what nothing explains: {rest} of range, all recordings together"
+        unknown = "what no effect explains: the error that remains, beyond noise"
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
-    return [f"({i}) " * (len(told) > 1) + sentence(one) for i, one in enumerate(told, 1)]
+    return [
+        f"({i}) " * (len(told) > 1) + sentence(one)
+        for i, one in zip(ascii_lowercase, told, strict=False)
+    ]
+
+
+def _by_cause(diagnosis: Diagnosis) -> list[tuple[str, list[FoundEffect]]]:
+    """Effects in a row that have one cause, which is empty of stand-ins."""
+    causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
+    groups = groupby(causes, key=itemgetter(1))
+    return [(cause, [effect for effect, _ in group]) for cause, group in groups]
 
 
 def _sureness(effect: FoundEffect, cause: str) -> str:
@@ -252,21 +258,24 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
+    key, nothing = judged_by(diagnosis)[1], "holdout_torque_nrmse_unrefitted"
     stages = {
         "by the assumed model": diagnosis.declared,
         "with its stiffness k refitted": diagnosis.before,
     }
+    told = [f"{percent(errors.summary()[key])} {by}" for by, errors in stages.items()]
+    groups = _by_cause(diagnosis)
+    if kind != "left-out" and missing_effects(diagnosis):  # What each left out shows is not known.
+        letters = ascii_lowercase[rest_is_larger(diagnosis) :]
+        for letter, (_, effects) in zip(letters, groups[:-1], strict=False):
+            told.append(f"{percent(effects[-1].holdout_nrmse_after)} with ({letter})")
     if diagnosis.effects:
-        stages["by the model found"] = diagnosis.after
-
-    def chain(of: str) -> list[str]:
-        return [percent(errors.summary()[of]) for errors in stages.values()]
-
-    first = ", ".join(f"{e} {by}" for e, by in zip(chain(judged_by(diagnosis)[1]), stages, strict=True))
-    nothing = ", ".join(chain("holdout_torque_nrmse_unrefitted"))
-    unrefitted = f"; with nothing adjusted, as of a new recording: {nothing}"
+        told.append(f"{percent(diagnosis.after.summary()[key])} by the model found, with all effects")
+    adjusted = f"adjusted to each were {adjusted_values(diagnosis)}"
+    bare = zip(("assumed", "k refitted", "found"), (*stages.values(), diagnosis.after), strict=True)
+    unrefitted = ", ".join(f"{by} {percent(errors.summary()[nothing])}" for by, errors in bare)
     return [
-        f"{first}, of its range{unrefitted * bool(diagnosis.after.unrefitted)}.",
-        f"The torque error was judged by {judged}.",
-        f"Adjusted to each of these: {adjusted_values(diagnosis)}.",
+        f"{', '.join(told)}, of its range.",
+        f"With nothing adjusted: {unrefitted}." * bool(diagnosis.after.unrefitted),
+        f"The torque error was judged by {judged}; {adjusted}.",
     ]

@@ -16,17 +16,18 @@ from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 
+TOLD = 0.95
+"""Of a ± up to which one that is narrower is told."""
 MAX_STEPS = 4
 """What to do next that is told."""
 CHECKS = {
-    False: "at the rig, before anything else, check where the declared stiffness comes from, the torque"
-    " (its zero with nothing on it, then a known weight on a lever), the angle (a known turn), the gear"
-    " ratios from sensors to wheel and the half-length of the contact (a print at the load of each"
-    " recording). If one was wrong by a factor or a length that is known now, correct it in the rig file"
-    " and run this program again; if something had to be repaired, record again: every figure here may"
-    " change. If all are right,"
-    " declare the stiffness found (k under [tyre] in the rig file), and friction is no longer"
-    " provisional, though the tolerances and what the model leaves out may still move it",
+    False: "at the desk, find where the declared stiffness comes from; at the rig, check the torque (its"
+    " zero with nothing on it, then a known weight on a lever), the angle (a known turn), the gear"
+    " ratios and the half-length of the contact (a print at the load of each recording). If one was"
+    " wrong by a factor or a length that is known now, correct it in the rig file and run this program"
+    " again; if something had to be repaired, record again: every figure here may change. If all of the rig is"
+    " right and the declared stiffness is of another tyre or guessed, declare the one found (k under"
+    " [tyre] in the rig file), and friction is no longer provisional; if that is right too, it stays so",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -162,8 +163,7 @@ def told_apart(diagnosis: Diagnosis) -> str:
     more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
     zero = any(p.rival in OF_ZERO for _, p in proposed.values())
     rest = (
-        "; other explanations stay possible" * more
-        + "; where that zero is right, leave these out" * zero
+        "; other explanations stay possible" * more + "; skip those where that zero proves right" * zero
     )
     return listed(pairs) + rest
 
@@ -179,5 +179,5 @@ def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
             best = sqrt(max(0.0, one.further**2 - share * BAND_95**2 * fmean(squares)))
             digits, where = band_decimals(one.further), f" on {ground}" * bool(ground)
             old, new = f"± {one.further:.{digits}f}", f"± {best:.{digits}f}"
-            changes += [f"{old} to {new}{where}"] * (old != new)
+            changes += [f"{old} to {new}{where}"] * (best < TOLD * one.further)
     return f", which brings {listed(changes)} at best" * bool(changes)

@@ -138,11 +138,10 @@ def test_page_says_everything_in_order(full: Path) -> None:
     page = Page(full.read_text("utf-8"))
 
     assert page.headings == [
-        "What the assumed tyre model leaves out: (1) The tyre's body yields, or its pressure is spread"
-        " otherwise (torque error with k refitted 4.30 % → 3.00 % of range; the gain is not luck, this"
-        " cause likely but not proven). (2) The torque channel has a zero error (torque error → 2.30 %;"
-        " the gain is not luck, this cause likely but not proven). (3) What nothing explains: 1.20 % of"
-        " range, all recordings together.",
+        "What the assumed tyre model leaves out: (a) The tyre's body yields, or its pressure is spread"
+        " otherwise (the gain is not luck, this cause likely but not proven). (b) The torque channel has"
+        " a zero error (the gain is not luck, this cause likely but not proven). (c) What no effect"
+        " explains: the error that remains, beyond noise.",
         "Before you act on it",
         "Contents",
         "What was found",
@@ -175,10 +174,12 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
     assert (
-        "The torque error was judged by 1 recording kept out of the fit, which helped to pick the effects"
+        "The torque error was judged by 1 recording kept out of the fit, which helped to pick the"
         in first
     )
-    assert "4.30 % with its stiffness k refitted, 2.37 % by the model found, of its range." in first
+    assert (
+        "4.30 % with its stiffness k refitted, 3.00 % with (a), 2.37 % by the model found, with" in first
+    )
     assert "friction and torque offset, and lengths and load within their tolerances." in first
     assert "Simulated" not in first
     assert "never: it has not slid enough to tell" in first
