@@ -24,10 +24,11 @@ CHECKS = {
     False: "at the desk, find where the declared stiffness comes from; at the rig, check the torque (its"
     " zero with nothing on it, then a known weight on a lever), the angle (a known turn), the gear"
     " ratios and the half-length of the contact (a print at the load of each recording). If one was"
-    " wrong by a factor or a length that is known now, correct it in the rig file and run this program"
-    " again; if something had to be repaired, record again: every figure here may change. If all of the rig is"
-    " right and the declared stiffness is of another tyre or guessed, declare the one found (k under"
-    " [tyre] in the rig file), and friction is no longer provisional; if that is right too, it stays so",
+    " wrong by a factor or a length that is known now, correct it in the rig file and run this"
+    " program again; if something had to be repaired, record again: every figure here may change. If"
+    " all of the rig is right and the declared stiffness is of another tyre or guessed, declare the"
+    " one found (k under [tyre] in the rig file), and friction is no longer provisional; if that is"
+    " right too, it stays so",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
