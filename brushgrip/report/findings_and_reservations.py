@@ -28,7 +28,7 @@ from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
 from symbolic import EFFECTS, InvalidInputError
 
-LEFT_OUT = "What the assumed tyre model leaves out"
+LEFT_OUT = "What the assumed model of tyre and rig leaves out"
 """Label of `missing_effects`."""
 CERTAIN = "the gain is not luck, this cause likely but not proven"
 """Of a gain that is as good as certainly no chance."""
@@ -135,10 +135,10 @@ def missing_effects(diagnosis: Diagnosis) -> list[str]:
             names = [plain(effect.name) for effect in effects]
             stand = f"{listed(names)} stand{'s' * (len(names) == 1)} in"
             told.append(
-                f"a cause that is not known, for which {stand} (unproven, but in the friction told)"
+                f"something unknown, for which {stand} (unproven, but part of the friction above)"
             )
     if diagnosis.unexplained.present:
-        unknown = "what no effect explains: the error that remains, beyond noise"
+        unknown = "the error that remains, beyond noise, which no effect explains"
         told.insert(0 if rest_is_larger(diagnosis) else len(told), unknown)
     return [
         f"({i}) " * (len(told) > 1) + sentence(one)
@@ -185,8 +185,8 @@ def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     if effect.name == "asymmetric_friction" and len(ratios) == 1:
         # Of friction at rising over that at falling angle.
         ratio = ratios[0].value
-        less, way = min(ratio, 1 / ratio), "rises" if ratio < 1 else "falls"
-        summary += f", {100 * (1 - less):.0f} % lower while the angle {way}"
+        less, (way, back) = min(ratio, 1 / ratio), ("rises", "falls")[:: 1 if ratio < 1 else -1]
+        summary += f", {100 * (1 - less):.0f} % lower while the angle {way} than while it {back}"
     return f"{'looks like: ' * (effect.grade == 'stands_in')}{summary}"
 
 
@@ -253,8 +253,7 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
     """The torque error stage by stage, what is adjusted to reach it, and what judged it."""
     kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
     judged = {
-        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit, which helped to pick"
-        " the effects, so that they are not independent",
+        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
@@ -270,12 +269,13 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
         for letter, (_, effects) in zip(letters, groups[:-1], strict=False):
             told.append(f"{percent(effects[-1].holdout_nrmse_after)} with ({letter})")
     if diagnosis.effects:
-        told.append(f"{percent(diagnosis.after.summary()[key])} by the model found, with all effects")
-    adjusted = f"adjusted to each were {adjusted_values(diagnosis)}"
+        told.append(f"{percent(diagnosis.after.summary()[key])} by the model found")
     bare = zip(("assumed", "k refitted", "found"), (*stages.values(), diagnosis.after), strict=True)
     unrefitted = ", ".join(f"{by} {percent(errors.summary()[nothing])}" for by, errors in bare)
     return [
-        f"{', '.join(told)}, of its range.",
-        f"With nothing adjusted: {unrefitted}." * bool(diagnosis.after.unrefitted),
-        f"The torque error was judged by {judged}; {adjusted}.",
+        f"{', '.join(told)}, of the torque's range, in {judged}.",
+        f"With nothing adjusted to them: {unrefitted}." * bool(diagnosis.after.unrefitted),
+        f"Adjusted to each recording that judges were {adjusted_values(diagnosis)}."
+        + " These recordings helped to pick the effects, so that they are not independent."
+        * bool(count),
     ]

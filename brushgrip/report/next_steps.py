@@ -23,12 +23,12 @@ MAX_STEPS = 4
 CHECKS = {
     False: "at the desk, find where the declared stiffness comes from; at the rig, check the torque (its"
     " zero with nothing on it, then a known weight on a lever), the angle (a known turn), the gear"
-    " ratios and the half-length of the contact (a print at the load of each recording). If one was"
-    " wrong by a factor or a length that is known now, correct it in the rig file and run this"
-    " program again; if something had to be repaired, record again: every figure here may change. If"
-    " all of the rig is right and the declared stiffness is of another tyre or guessed, declare the"
-    " one found (k under [tyre] in the rig file), and friction is no longer provisional; if that is"
-    " right too, it stays so",
+    " ratios and the half-length of the contact (a print at the load of each recording). If a factor"
+    " or a length was wrong and is known now, correct it in the rig file and run this program again;"
+    " if something had to be repaired, record again: every figure here may change. If the rig is"
+    " right and the declared stiffness is of another tyre or guessed, declare the one found (k under"
+    " [tyre] in the rig file), and friction is no longer provisional; if the declared stiffness is"
+    " right too, friction stays provisional",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -80,7 +80,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
     where = f"at the rig{', on the same visit' * bool(stiffness_cases(diagnosis))}"
     to_declare = [
-        f"{where}, measure {listed(names)}, and declare the tolerance that is assumed so far"
+        f"{where}, measure {listed(names)}, and declare their tolerances, which are assumed so far"
         f"{_at_best(outcome, *{PART_OF_BAND[name] for name in names})}"
         for note in diagnosis.notes
         if note.startswith(ASSUMED) and (names := _assumed_values(diagnosis, note))
@@ -96,13 +96,15 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
 def _for_the_model(diagnosis: Diagnosis) -> list[str]:
     """What recordings would tell more of the model, or that those that judge may be others."""
     apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
+    by_zero = all(p.rival in OF_ZERO for _, p in proposed_recordings(diagnosis).values())
+    unchecked = ", if the torque's zero cannot be checked," * by_zero
     proposed = f"stands under “Next recording”, which tells {apart}"
     if diagnosis.unexplained.present:
         still = "if something unknown remains after (1)"
         return [
             f"{still if stiffness_cases(diagnosis) else 'as something unknown remains'}, record at"
             " other speeds, angles and loads to find it, which may move friction"
-            + f": first what {proposed}"
+            + f"; first{unchecked} what {proposed}"
             * bool(apart)
         ]
     if unrefitted is not None:
@@ -162,11 +164,7 @@ def told_apart(diagnosis: Diagnosis) -> str:
         for at, (e, p) in proposed.items()
     ]
     more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
-    zero = any(p.rival in OF_ZERO for _, p in proposed.values())
-    rest = (
-        "; other explanations stay possible" * more + "; skip those where that zero proves right" * zero
-    )
-    return listed(pairs) + rest
+    return listed(pairs) + "; other explanations stay possible" * more
 
 
 def _at_best(outcome: FrictionOutcome, *causes: str) -> str:

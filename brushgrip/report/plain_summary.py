@@ -24,8 +24,6 @@ UNLIKE = "asymmetric_friction"
 """The effect by which friction differs by direction."""
 Parts = list[tuple[str, list[str]]]
 """Labels, each with its items."""
-CASES = ("stiffness", "scale", "length", "tyre")
-"""What `stiffness_cases` tells of one stiffness, in its order."""
 MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
@@ -64,7 +62,7 @@ def lines_to_send(
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     provisional = ", provisional" * _is_provisional(diagnosis, known=known)
     friction = {f"Friction between tyre and ground{provisional}": [_friction(told)]}
-    cases, length = _stiffness(diagnosis, told, known=known)
+    cases = _with_values(stiffness_cases(diagnosis), diagnosis, told, known=known)
     *errors, judged = error_to_quote(diagnosis)
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
     mail = {
@@ -78,7 +76,6 @@ def lines_to_send(
         "Valid for": [valid],
     }
     details = {
-        "What else may make that stiffness": length,
         "More on how sure": also if known else [],
         "To do then": [f"After (1), {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
         "Before and after": [benefit(diagnosis, told), judged],
@@ -113,22 +110,19 @@ def _friction(outcome: FrictionOutcome) -> str:
     return f"{sentence(line)}{grounds_alike(outcome)}"
 
 
-def _stiffness(
-    diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool
-) -> tuple[list[str], list[str]]:
-    """What a stiffness beyond its tolerance may mean, for the mail and beside it, each with friction."""
-    cases = stiffness_cases(diagnosis)
-    if len(cases) != len(CASES):
-        return cases, []
-    told = dict(zip(CASES, cases, strict=True))
+def _with_values(
+    cases: list[str], diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool
+) -> list[str]:
+    """What another stiffness may mean, with the friction of each ground in the cases that change it."""
     bands = {g: one for g, one in outcome.further().items() if g and one.further is not None}
-    ratio = diagnosis.stiffness_ratio
-    if _is_provisional(diagnosis, known=known) and bands:
-        bound = "not below" if ratio > 1 else "not above"
-        for case, factor, about in (("scale", ratio, "about"), ("length", ratio ** (1 / 3), bound)):
-            values = listed([f"{one.mu_eff / factor:.2f} on {ground}" for ground, one in bands.items()])
-            told[case] = f"{told[case].removesuffix('.')}: then {about} {values}."
-    return [told["stiffness"], told["scale"], told["tyre"]], [told["length"]]
+    told, ratio = list(cases), diagnosis.stiffness_ratio
+    if not _is_provisional(diagnosis, known=known) or not bands or len(told) < 3:
+        return told
+    bound = "at least" if ratio > 1 else "at most"
+    for at, factor, about in ((1, ratio, "about"), (2, ratio ** (1 / 3), bound)):
+        values = listed([f"{one.mu_eff / factor:.2f} on {ground}" for ground, one in bands.items()])
+        told[at] = f"{told[at].removesuffix('.')}: then {about} {values}."
+    return told
 
 
 def _holds(outcome: FrictionOutcome) -> list[str]:
