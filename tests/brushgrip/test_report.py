@@ -140,8 +140,8 @@ def test_page_says_everything_in_order(full: Path) -> None:
     assert page.headings == [
         "What the assumed model of tyre and rig leaves out: (a) The tyre's body yields, or its pressure"
         " is spread otherwise (the gain is not luck, this cause likely but not proven). (b) The torque"
-        " channel has a zero error (the gain is not luck, this cause likely but not proven). (c) The error"
-        " that remains, beyond noise, which no effect explains.",
+        " channel has a zero error (the gain is not luck, this cause likely but not proven). (c) The"
+        " error that remains, beyond noise, which no effect explains.",
         "Before you act on it",
         "Contents",
         "What was found",
@@ -175,7 +175,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "not for driving speed" in first
     assert "of the torque's range, in 1 recording kept out of the fit." in first
     assert (
-        "4.30 % with its stiffness k refitted, 3.00 % with (a), 2.37 % by the model found, with" in first
+        "4.30 % with its stiffness k refitted, 3.00 % with (a), 2.37 % by the model found, of" in first
     )
     assert "friction and torque offset, and lengths and load within their tolerances." in first
     assert "Simulated" not in first
