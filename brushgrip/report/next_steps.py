@@ -12,7 +12,6 @@ from brushgrip.wording.formatting import band_decimals, listed, percent, plain, 
 from brushgrip.wording.friction import narrowed_by
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
-from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
 from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
 
@@ -38,9 +37,11 @@ PART_OF_BAND = {
     "half-length a": OF_LENGTHS,
     "caster e": OF_LENGTHS,
     "load": OF_LOAD,
-    STIFFNESS: SLOPE,
 }
-"""The part of a band that each value makes whose tolerance is assumed."""
+"""The part of a band that each value makes whose tolerance is assumed.
+
+That of k is no narrower where it is declared: it then counts what the torque's scale may be off by.
+"""
 OF_ZERO = {"torque_offset": "a zero error of the torque"}
 """What an effect is where a check at the rig may rule it out."""
 
@@ -81,7 +82,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     where = f"at the rig{', on the same visit' * bool(stiffness_cases(diagnosis))}"
     to_declare = [
         f"{where}, measure {listed(names)}, and declare their tolerances, which are assumed so far"
-        f"{_at_best(outcome, *{PART_OF_BAND[name] for name in names})}"
+        f"{_at_best(outcome, *{PART_OF_BAND.get(name, '') for name in names})}"
         for note in diagnosis.notes
         if note.startswith(ASSUMED) and (names := _assumed_values(diagnosis, note))
     ][:1]

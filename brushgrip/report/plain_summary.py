@@ -138,13 +138,10 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
             f"{'Where a recording is named, t' if any(bands) else 'T'}he truth lies within ± in 95 of"
             " 100 cases, if model and tolerances are right."
         )
-    bound = (
-        "It is no bound of the true friction, which was not measured otherwise: an"
-        if any(bands)
-        else "An"
-    )
+    where = "It is no bound of the true friction, which was not measured otherwise: w" * any(bands)
     lines.append(
-        f"{bound} error that all recordings share, beyond the tolerances assumed, is not in it."
+        f"{where or 'W'}here torque or load read wrong beyond their tolerances, friction is wrong by as"
+        " much, and no recording shows it."
     )
     return lines
 

@@ -109,7 +109,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings)." in text
     assert (
         "How sure: The truth lies within ± in 95 of 100 cases, if model and tolerances are right."
-        " An error that all recordings share, beyond the tolerances assumed, is not in it." in text
+        " Where torque or load read wrong beyond their tolerances, friction is wrong by as" in text
     )
     assert "9.00" not in text
     assert "not for driving speed" in text
@@ -149,7 +149,8 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert (
         f"{within} Where a recording is named, the truth lies within ± in 95 of 100 cases, if model and"
         " tolerances are right. It is no bound of the true friction, which was not measured otherwise:"
-        " an error that all recordings share, beyond the tolerances assumed, is not in it.\n"
+        " where torque or load read wrong beyond their tolerances, friction is wrong by as much, and no"
+        " recording shows it.\n"
     ) in text
     assert (
         "\nMore on how sure: The ± on ice is wide because 3 recordings differ, from 1.10 to 1.30" in text

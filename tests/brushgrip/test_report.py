@@ -182,7 +182,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "never: it has not slid enough to tell" in first
     assert "friction in b after 7.0 s" in first
     assert "Share of the informed samples whose 95 % band holds the friction that was" in rest
-    assert page.text.count("Friction between tyre and ground") == 1, "said once"
+    assert page.text.count("Friction between tyre and ground") == 2, "title and heading"
     assert "It stands on 3 recordings, 1 validation recording judged it" in rest
     assert page.headings[0].startswith("Friction between tyre and ground: 1.10 ± 0.10 (b) and 1.20")
     assert page.headings[1:4] == ["Before you act on it", "Contents", "What was found"]
