@@ -16,21 +16,22 @@ from brushgrip.wording.formatting import band_decimals, effect_words, listed, pe
 from brushgrip.wording.friction_in_words import how_to_narrow
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
-from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 
+TOLD = 0.95
+"""Of a ± up to which one that is narrower is told."""
 MAX_STEPS = 4
 """What to do next that is told."""
 CHECKS = {
-    False: "at the rig, before anything else, check where the declared stiffness comes from, the torque"
-    " (its zero with nothing on it, then a known weight on a lever), the angle (a known turn), the gear"
-    " ratios from sensors to wheel and the half-length of the contact (a print at the load of each"
-    " recording). If one was wrong by a factor or a length that is known now, correct it in the rig file"
-    " and run this program again; if something had to be repaired, record again: every figure here may"
-    " change. If all are right,"
-    " declare the stiffness found (k under [tyre] in the rig file), and friction is no longer"
-    " provisional, though the tolerances and what the model leaves out may still move it",
+    False: "at the desk, find where the declared stiffness comes from; at the rig, check the torque (its"
+    " zero with nothing on it, then a known weight on a lever), the angle (a known turn), the gear"
+    " ratios and the half-length of the contact (a print at the load of each recording). If a factor"
+    " or a length was wrong and is known now, correct it in the rig file and run this program again;"
+    " if something had to be repaired, record again: every figure here may change. If the rig is"
+    " right and the declared stiffness is of another tyre or guessed, declare the one found (k under"
+    " [tyre] in the rig file), and friction is no longer provisional; if the declared stiffness is"
+    " right too, friction stays provisional",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -40,9 +41,11 @@ PART_OF_BAND = {
     "half-length a": OF_LENGTHS,
     "caster e": OF_LENGTHS,
     "load": OF_LOAD,
-    STIFFNESS: SLOPE,
 }
-"""The part of a band that each value makes whose tolerance is assumed."""
+"""The part of a band that each value makes whose tolerance is assumed.
+
+That of k is no narrower where it is declared: it then counts what the torque's scale may be off by.
+"""
 OF_ZERO = {"torque_offset": "a zero error of the torque"}
 """What an effect is where a check at the rig may rule it out."""
 
@@ -84,8 +87,8 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
     where = f"at the rig{', on the same visit' * bool(stiffness_cases(diagnosis))}"
     to_declare = [
-        f"{where}, measure {listed(names)}, and declare the tolerance that is assumed so far"
-        f"{_at_best(outcome, *{PART_OF_BAND[name] for name in names})}"
+        f"{where}, measure {listed(names)}, and declare their tolerances, which are assumed so far"
+        f"{_at_best(outcome, *{PART_OF_BAND.get(name, '') for name in names})}"
         for note in diagnosis.notes
         if note.startswith(ASSUMED) and (names := _assumed_values(diagnosis, note))
     ][:1]
@@ -100,13 +103,15 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
 def _for_the_model(diagnosis: Diagnosis) -> list[str]:
     """What recordings would tell more of the model, or that those that judge may be others."""
     apart, unrefitted = what_experiments_separate(diagnosis), unrefitted_error(diagnosis)
+    by_zero = all(p.rival in OF_ZERO for _, p in proposed_recordings(diagnosis).values())
+    unchecked = ", if the torque's zero cannot be checked," * by_zero
     proposed = f"stands under “Next recording”, which tells {apart}"
     if diagnosis.unexplained.present:
         still = "if something unknown remains after (1)"
         return [
             f"{still if stiffness_cases(diagnosis) else 'as something unknown remains'}, record at"
             " other speeds, angles and loads to find it, which may move friction"
-            + f": first what {proposed}"
+            + f"; first{unchecked} what {proposed}"
             * bool(apart)
         ]
     if unrefitted is not None:
@@ -168,12 +173,7 @@ def what_experiments_separate(diagnosis: Diagnosis) -> str:
         for at, (e, p) in proposed.items()
     ]
     more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())
-    zero = any(p.rival in OF_ZERO for _, p in proposed.values())
-    rest = (
-        "; other explanations stay possible" * more
-        + "; where that zero is right, leave these out" * zero
-    )
-    return listed(pairs) + rest
+    return listed(pairs) + "; other explanations stay possible" * more
 
 
 def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
@@ -187,5 +187,5 @@ def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
             best = sqrt(max(0.0, one.further**2 - share * BAND_95**2 * fmean(squares)))
             digits, where = band_decimals(one.further), f" on {ground}" * bool(ground)
             old, new = f"± {one.further:.{digits}f}", f"± {best:.{digits}f}"
-            changes += [f"{old} to {new}{where}"] * (old != new)
+            changes += [f"{old} to {new}{where}"] * (best < TOLD * one.further)
     return f", which brings {listed(changes)} at best" * bool(changes)

@@ -14,7 +14,7 @@ from brushgrip.report.validity_and_missing_effects import (
     untested_assumptions,
     validity,
 )
-from brushgrip.wording.diagnosis_in_words import UNPROVEN, headline, is_unconfirmed
+from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
 from brushgrip.wording.formatting import effect_words, listed, percent, sentence
 from brushgrip.wording.friction_in_words import further_recording, prediction_band
 from identification import Diagnosis
@@ -57,29 +57,28 @@ def lines_to_send(
     first, after = [text.strip() for text in "".join(steps[:1]).partition(". ")[::2]]
     reserved = untested_assumptions(diagnosis)
     wide = [_differences(told, ground, one) for ground, one in told.further().items()]
-    also = [*wide, _weaker(diagnosis, told), load_trend_in_words(told, diagnosis), *reserved]
+    also = [*wide, _weaker(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     provisional = ", provisional" * _is_provisional(diagnosis, known=known)
     friction = {f"Friction between tyre and ground{provisional}": [_friction(told)]}
     cases = _with_values(stiffness_cases(diagnosis), diagnosis, told, known=known)
-    error, *judged = error_to_quote(diagnosis)
+    *errors, judged = error_to_quote(diagnosis)
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
     mail = {
         "Note": [warning],
         **(friction if outcome else finding),
-        "Provisional because" if provisional else "Stiffness": cases[:2],
-        "How sure": _holds(told) if known else reserved[:-1],
+        "Provisional because" if provisional else "Stiffness": cases,
+        "How sure": [*_holds(told), load_trend_in_words(told, diagnosis)] if known else reserved[:-1],
         "To do first": [sentence(first)] if first else [],
         **finding,
-        "Torque error": [error],
+        "Torque error": [" ".join(filter(None, errors))],
         "Valid for": [valid],
     }
     details = {
-        "What else may make that stiffness, alone or together": cases[2:],
-        "How sure": also if known else [],
-        "To do then": [f"After (1): {after}" * bool(after), *steps[1:]],
-        "Before and after": [benefit_for_friction(diagnosis, told), *judged],
+        "More on how sure": also if known else [],
+        "To do then": [f"After (1), {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
+        "Before and after": [benefit_for_friction(diagnosis, told), judged],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
@@ -100,13 +99,14 @@ def _is_provisional(diagnosis: Diagnosis, *, known: bool) -> bool:
 
 def _friction(outcome: FrictionOutcome) -> str:
     """Friction of every ground, and which grounds may be one."""
-    count = len(outcome.before)
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
-    in_all = " in all" * (len(outcome.grounds) > 1)
-    bands = [one.further is not None for one in outcome.further().values()]
-    means = len(bands) == len(outcome.grounds) and all(bands)
-    of, more = ("means of", ", ± for one more") if means else ("from", "")
-    line = f"{grounds} ({of} {count} recording{'s' * (count != 1)}{in_all}{more})"
+    bands = list(outcome.further().values())
+    count, of, more = str(len(outcome.before)), "from", ""
+    if bands and len(bands) == len(outcome.grounds) and all(one.further is not None for one in bands):
+        counts = [str(one.recordings) for one in bands]
+        count = listed(counts) if len(set(counts)) > 1 else counts[0]
+        of, more = "mean of", f"{' each' * (len(bands) > 1)}, ± for one more"
+    line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{more})"
     return f"{sentence(line)}{grounds_alike(outcome)}"
 
 
@@ -118,7 +118,7 @@ def _with_values(
     told, ratio = list(cases), diagnosis.stiffness_ratio
     if not _is_provisional(diagnosis, known=known) or not bands or len(told) < 3:
         return told
-    bound = "not below" if ratio > 1 else "not above"
+    bound = "at least" if ratio > 1 else "at most"
     for at, factor, about in ((1, ratio, "about"), (2, ratio ** (1 / 3), bound)):
         values = listed([f"{one.mu_eff / factor:.2f} on {ground}" for ground, one in bands.items()])
         told[at] = f"{told[at].removesuffix('.')}: then {about} {values}."
@@ -138,13 +138,10 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
             f"{'Where a recording is named, t' if any(bands) else 'T'}he truth lies within ± in 95 of"
             " 100 cases, if model and tolerances are right."
         )
-    bound = (
-        "It is no bound of the true friction, which was not measured otherwise: an"
-        if any(bands)
-        else "An"
-    )
+    where = "It is no bound of the true friction, which was not measured otherwise: w" * any(bands)
     lines.append(
-        f"{bound} error that all recordings share is in the ± only as far as the tolerances go."
+        f"{where or 'W'}here torque or load read wrong beyond their tolerances, friction is wrong by as"
+        " much, and no recording shows it."
     )
     return lines
 
@@ -158,11 +155,13 @@ def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
         told.setdefault(less, []).append(ground)
     told.pop("", None)
     parts = [f"{less}{f' on {listed(grounds)}' * (len(told) > 1)}" for less, grounds in told.items()]
-    line = f"Friction is the mean of both directions of turning: by the model found {listed(parts)}"
-    line = line.replace("turning to positive psi", "than it while the angle rises")
-    line = line.replace("turning to negative psi", "than it while the angle falls")
+    line = (
+        f"Friction is the mean of both directions of turning; by the model found it is {listed(parts)}"
+    )
+    line = line.replace("turning to positive psi", "while the angle rises")
+    line = line.replace("turning to negative psi", "while the angle falls")
     unproven = any(e.name == UNLIKE and e.grade == "stands_in" for e in diagnosis.effects)
-    return sentence(f"{line} ({UNPROVEN})" if unproven else line) * bool(parts)
+    return sentence(f"{line} (unproven)" if unproven else line) * bool(parts)
 
 
 def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:

@@ -58,15 +58,14 @@ def friction_by_recording(friction: FrictionOutcome, diagnosis: Diagnosis) -> Re
             usable_until(tracks[name]),
         )
         for ground, names in friction.grounds.items()
-        for name in names
+        for name in sorted(names, key=lambda name: loads.get(name, 0.0))
         if name in tracks
     ]
     return ReportTable(
-        caption="Friction μ_eff of each recording ± 95 % band, which holds the true value if model and"
-        " tolerances are right: the last usable value, and when it is"
-        " usable (EKF on the model found); a dash where none is, or too much contradicts it later"
-        + "; --ground NAME says it for a further recording too"
-        * (not named),
+        caption="Last usable friction μ_eff of each recording by the model found, ± 95 % band (if model"
+        " and tolerances are right), and when it is usable"
+        + "; a dash where none is, or too much contradicts it later" * any(r[-2] == "–" for r in rows)
+        + "; --ground NAME says it for a further recording too" * (not named),
         headings=("recording", *["ground"][:named], "median load [N]", "μ_eff", "usable"),
         rows=rows,
         words=(1, 4) if named else (3,),

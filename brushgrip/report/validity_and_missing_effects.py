@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from operator import itemgetter
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
-from brushgrip.wording.diagnosis_in_words import CLEAR, UNPROVEN, is_unconfirmed, unexplained_is_larger
+from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, unexplained_is_larger
 from brushgrip.wording.formatting import (
     effect_words,
     judged_error_name,
@@ -27,7 +28,7 @@ from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
 from symbolic import EFFECTS, InvalidInputError
 
-LEFT_OUT = "What the assumed tyre model leaves out"
+LEFT_OUT = "What the assumed model of tyre and rig leaves out"
 """Label of `missing_effects`."""
 CERTAIN = "the gain is not luck, this cause likely but not proven"
 """Of a gain that is as good as certainly no chance."""
@@ -84,9 +85,9 @@ def validity(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float 
         changes = any(family.name == OVER_SPEED for family in diagnosis.families)
         degrees = f"{np.degrees(slide_rate):.2g}°/s"
         sliding = (
-            f"; friction is told for turning at {slide_rate:.2g} rad/s ({degrees}), where the contact"
-            f" slides at {1e3 * slide_speed:.2g} mm/s"
-        ) + ", and is another at other speeds" * changes
+            f"; friction is that of turning at {slide_rate:.2g} rad/s ({degrees}, sliding"
+            f" {1e3 * slide_speed:.2g} mm/s)"
+        ) + ", and differs at other speeds" * changes
     return (
         f"A wheel that stands still and is turned as in these recordings{at}{sliding}; not for driving"
         " speed, rain or other ground."
@@ -127,26 +128,31 @@ def missing_effects(diagnosis: Diagnosis) -> list[str]:
     """What the assumed model leaves out (`LEFT_OUT`), an item each; empty where nothing is certain."""
     if not any(effect.grade in CLEAR for effect in diagnosis.effects):
         return []
-    told, (kind, before, _) = [], judged_error_percentages(diagnosis)
-    before, unit = f"with k refitted {before} ", " of range"
-    causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
-    for cause, group in groupby(causes, key=itemgetter(1)):
-        effects = [effect for effect, _ in group]
-        # What each left out in turn shows is not known step by step.
-        after = percent(effects[-1].holdout_nrmse_after)
-        fall = f"torque error {before}→ {after}{unit}; " * (kind != "left-out")
-        before = unit = ""
+    told = []
+    for cause, effects in _by_cause(diagnosis):
         if cause:
             clearest = min(effects, key=lambda effect: effect.grade not in CLEAR)
-            told.append(f"{cause} ({fall}{_sureness(clearest, cause)})")
+            told.append(f"{cause} ({_sureness(clearest, cause)})")
         else:
-            names = listed([effect_words(effect.name) for effect in effects])
-            told.append(f"{names} in place of a cause that is not known ({fall}{UNPROVEN})")
+            names = [effect_words(effect.name) for effect in effects]
+            stand = f"{listed(names)} stand{'s' * (len(names) == 1)} in"
+            told.append(
+                f"something unknown, for which {stand} (unproven, but part of the friction above)"
+            )
     if diagnosis.unexplained.present:
-        rest = percent(diagnosis.unexplained.structured)
-        unknown = f"what nothing explains: {rest} of range, all recordings together"
+        unknown = "the error that remains, beyond noise, which no effect explains"
         told.insert(0 if unexplained_is_larger(diagnosis) else len(told), unknown)
-    return [f"({i}) " * (len(told) > 1) + sentence(one) for i, one in enumerate(told, 1)]
+    return [
+        f"({i}) " * (len(told) > 1) + sentence(one)
+        for i, one in zip(ascii_lowercase, told, strict=False)
+    ]
+
+
+def _by_cause(diagnosis: Diagnosis) -> list[tuple[str, list[FoundEffect]]]:
+    """Effects in a row that have one cause, which is empty of stand-ins."""
+    causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
+    groups = groupby(causes, key=itemgetter(1))
+    return [(cause, [effect for effect, _ in group]) for cause, group in groups]
 
 
 def _sureness(effect: FoundEffect, cause: str) -> str:
@@ -181,8 +187,8 @@ def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     if effect.name == "asymmetric_friction" and len(ratios) == 1:
         # Of friction at rising over that at falling angle.
         ratio = ratios[0].value
-        less, way = min(ratio, 1 / ratio), "rises" if ratio < 1 else "falls"
-        summary += f", {100 * (1 - less):.0f} % lower while the angle {way}"
+        less, (way, back) = min(ratio, 1 / ratio), ("rises", "falls")[:: 1 if ratio < 1 else -1]
+        summary += f", {100 * (1 - less):.0f} % lower while the angle {way} than while it {back}"
     return f"{'looks like: ' * (effect.grade == 'stands_in')}{summary}"
 
 
@@ -249,28 +255,29 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
     """The torque error stage by stage, what is adjusted to reach it, and what judged it."""
     kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
     judged = {
-        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit, which helped to pick"
-        " the effects, so that they are not independent",
+        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
+    key, nothing = judged_error_name(diagnosis)[1], "holdout_torque_nrmse_unrefitted"
     stages = {
         "by the assumed model": diagnosis.declared,
         "with its stiffness k refitted": diagnosis.before,
     }
+    told = [f"{percent(errors.summary()[key])} {by}" for by, errors in stages.items()]
+    groups = _by_cause(diagnosis)
+    if kind != "left-out" and missing_effects(diagnosis):  # What each left out shows is not known.
+        letters = ascii_lowercase[unexplained_is_larger(diagnosis) :]
+        for letter, (_, effects) in zip(letters, groups[:-1], strict=False):
+            told.append(f"{percent(effects[-1].holdout_nrmse_after)} with ({letter})")
     if diagnosis.effects:
-        stages["by the model found"] = diagnosis.after
-
-    def chain(of: str) -> list[str]:
-        return [percent(errors.summary()[of]) for errors in stages.values()]
-
-    first = ", ".join(
-        f"{e} {by}" for e, by in zip(chain(judged_error_name(diagnosis)[1]), stages, strict=True)
-    )
-    nothing = ", ".join(chain("holdout_torque_nrmse_unrefitted"))
-    unrefitted = f"; with nothing adjusted, as of a new recording: {nothing}"
+        told.append(f"{percent(diagnosis.after.summary()[key])} by the model found")
+    bare = zip(("assumed", "k refitted", "found"), (*stages.values(), diagnosis.after), strict=True)
+    unrefitted = ", ".join(f"{by} {percent(errors.summary()[nothing])}" for by, errors in bare)
     return [
-        f"{first}, of its range{unrefitted * bool(diagnosis.after.unrefitted)}.",
-        f"The torque error was judged by {judged}.",
-        f"Adjusted to each of these: {adjusted_values(diagnosis)}.",
+        f"{', '.join(told)}, of the torque's range, in {judged}.",
+        f"With nothing adjusted to them: {unrefitted}." * bool(diagnosis.after.unrefitted),
+        f"Adjusted to each recording that judges were {adjusted_values(diagnosis)}."
+        + " These recordings helped to pick the effects, so that they are not independent."
+        * bool(count),
     ]

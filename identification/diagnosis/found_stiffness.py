@@ -48,9 +48,9 @@ def stiffness_note(k: float, recording: Recording) -> str:
         return ""
     factor = max(ratio, 1 / ratio)
     off = f"{100 * abs(ratio - 1):.0f} % {'above' if ratio > 1 else 'below'}"
-    high, low, long, soft = "low", "high", "long", "soft"
+    high, low, long, soft, fast = "low", "high", "long", "soft", "slower"
     if ratio > 1:
-        high, low, long, soft = "high", "low", "short", "stiff"
+        high, low, long, soft, fast = "high", "low", "short", "stiff", "faster"
     torque, where, like = "torque", "unit, gear ratio between sensor and wheel", "the tyre is"
     if recording.standstills is not None:
         torque, where = "force", "unit, motor_ratio"
@@ -59,9 +59,8 @@ def stiffness_note(k: float, recording: Recording) -> str:
         f"{OFF_STIFFNESS} {k / 1e6:.3g}·10⁶ N/m², {off if 0.1 < ratio < 2 else f'{ratio:.2g} times'} the"
         f" declared {declared / 1e6:.3g}·10⁶: if the {torque} reads too {high} ({where}),"
         f" friction is told too {high} by a factor of about {factor:.2f}; if the declared half-length of"
-        f" the contact is too {long}, friction is told too {high} by a factor of"
-        f" {factor ** (1 / 3):.2f} at most; if {like} really so {soft}, or the angle reads too {low},"
-        " friction is right as far as k goes"
+        f" the contact is too {long}, by a factor of {factor ** (1 / 3):.2f} at most; if {like} really"
+        f" so {soft}, friction is right; if the angle reads too {low}, it is that of {fast} turning"
     )
     refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
     return f"{note} (estimate refuses this model)" if refused else note

@@ -13,7 +13,7 @@ from brushgrip.report import page as report
 from brushgrip.report import tables
 from brushgrip.report.friction_summary import has_unusable_gap
 from brushgrip.report.page import write_report
-from brushgrip.report.printed_results import rejected_user_effects
+from brushgrip.report.printed_results import own_rejected
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
 from identification.selection.trial_runner import workers
@@ -138,11 +138,10 @@ def test_page_says_everything_in_order(full: Path) -> None:
     page = Page(full.read_text("utf-8"))
 
     assert page.headings == [
-        "What the assumed tyre model leaves out: (1) The tyre's body yields, or its pressure is spread"
-        " otherwise (torque error with k refitted 4.30 % → 3.00 % of range; the gain is not luck, this"
-        " cause likely but not proven). (2) The torque channel has a zero error (torque error → 2.30 %;"
-        " the gain is not luck, this cause likely but not proven). (3) What nothing explains: 1.20 % of"
-        " range, all recordings together.",
+        "What the assumed model of tyre and rig leaves out: (a) The tyre's body yields, or its pressure"
+        " is spread otherwise (the gain is not luck, this cause likely but not proven). (b) The torque"
+        " channel has a zero error (the gain is not luck, this cause likely but not proven). (c) The"
+        " error that remains, beyond noise, which no effect explains.",
         "Before you act on it",
         "Contents",
         "What was found",
@@ -174,21 +173,23 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "1.20 ± 0.10" in first
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
+    assert "of the torque's range, in 1 recording kept out of the fit." in first
     assert (
-        "The torque error was judged by 1 recording kept out of the fit, "
-        "which helped to pick the effects" in first
+        "4.30 % with its stiffness k refitted, 3.00 % with (a), 2.37 % by the model found, of" in first
     )
-    assert "4.30 % with its stiffness k refitted, 2.37 % by the model found, of its range." in first
     assert "friction and torque offset, and lengths and load within their tolerances." in first
     assert "Simulated" not in first
     assert "never: it has not slid enough to tell" in first
     assert "friction in b after 7.0 s" in first
     assert "Share of the informed samples whose 95 % band holds the friction that was" in rest
-    assert page.text.count("Friction between tyre and ground") == 1, "said once"
+    assert page.text.count("Friction between tyre and ground") == 2, "title and heading"
     assert "It stands on 3 recordings, 1 validation recording judged it" in rest
     assert page.headings[0].startswith("Friction between tyre and ground: 1.10 ± 0.10 (b) and 1.20")
     assert page.headings[1:4] == ["Before you act on it", "Contents", "What was found"]
-    assert "<title>1.10 ± 0.10 (b)".replace(" ± ", "\u00a0±\u00a0") in text
+    assert (
+        "<title>Friction between tyre and ground: 1.10 ± 0.10 (b)".replace(" ± ", "\u00a0±\u00a0")
+        in text
+    )
 
 
 def test_on_a_narrow_screen_every_cell_has_its_heading(full: Path) -> None:
@@ -315,8 +316,8 @@ def test_an_own_effect_that_was_not_added_is_told_with_its_value_and_gain() -> N
     boot = Candidate(
         name="boot_spring", summary="a boot", holdout_nrmse=0.029, delta_bic=3.2, parameters={"c": c}
     )
-    (line,) = rejected_user_effects(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
+    (line,) = own_rejected(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
 
-    assert rejected_user_effects(diagnosis) == []
+    assert own_rejected(diagnosis) == []
     assert line.startswith("boot spring, of your own, was not added: c = 12.3 ± 4.5 N m/rad³; error ")
     assert line.endswith("→ 2.90 % of range with it alone, ΔBIC +3.2; alone not worth its parameters")
