@@ -13,7 +13,7 @@ from brushgrip.report import page as report
 from brushgrip.report import tables
 from brushgrip.report.friction_summary import has_unusable_gap
 from brushgrip.report.page import write_report
-from brushgrip.report.printed_results import own_rejected
+from brushgrip.report.printed_results import rejected_user_effects
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
 from identification.selection.trial_runner import workers
@@ -316,8 +316,8 @@ def test_an_own_effect_that_was_not_added_is_told_with_its_value_and_gain() -> N
     boot = Candidate(
         name="boot_spring", summary="a boot", holdout_nrmse=0.029, delta_bic=3.2, parameters={"c": c}
     )
-    (line,) = own_rejected(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
+    (line,) = rejected_user_effects(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
 
-    assert own_rejected(diagnosis) == []
+    assert rejected_user_effects(diagnosis) == []
     assert line.startswith("boot spring, of your own, was not added: c = 12.3 ± 4.5 N m/rad³; error ")
     assert line.endswith("→ 2.90 % of range with it alone, ΔBIC +3.2; alone not worth its parameters")
