@@ -271,9 +271,8 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
         letters = ascii_lowercase[rest_is_larger(diagnosis) :]
         steps = zip(letters, _by_cause(diagnosis)[:-1], strict=False)
         adjusted[2:2] = [f"{percent(own[-1].holdout_nrmse_after)} with ({i})" for i, (_, own) in steps]
-    told = [", ".join(adjusted)]
-    if diagnosis.after.unrefitted:
-        told.insert(0, ", ".join(chain("holdout_torque_nrmse_unrefitted")))
-    told[0] += f", of the torque's range, in {judged}"
-    told[-1] += f"; {adjusted_values(diagnosis)} are fitted to each"
-    return [f"{one}." for one in told]
+    fitted, where = f"with {adjusted_values(diagnosis)}, fitted to each", f", of its range, in {judged}"
+    if not diagnosis.after.unrefitted:
+        return [f"{', '.join(adjusted)}{where}, {fitted}."]
+    bare = ", ".join(chain("holdout_torque_nrmse_unrefitted"))
+    return [f"{bare}{where}.", sentence(f"{fitted}: {', '.join(adjusted)}")]
