@@ -31,7 +31,7 @@ CHECKS = {
     " if something had to be repaired, record again: every figure here may change. If the rig is"
     " right and the declared stiffness is of another tyre or guessed, declare the one found (k under"
     " [tyre] in the rig file), and friction is no longer provisional; if the declared stiffness is"
-    " right too, friction stays provisional",
+    " right too, friction stays provisional, and the next step may tell why",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }

@@ -63,7 +63,6 @@ def lines_to_send(
     provisional = ", provisional" * _is_provisional(diagnosis, known=known)
     friction = {f"Friction between tyre and ground{provisional}": [_friction(told)]}
     cases = _with_values(stiffness_cases(diagnosis), diagnosis, told, known=known)
-    *errors, judged = error_to_quote(diagnosis)
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
     mail = {
         "Note": [warning],
@@ -72,13 +71,13 @@ def lines_to_send(
         "How sure": [*_holds(told), load_trend_in_words(told, diagnosis)] if known else reserved[:-1],
         "To do first": [sentence(first)] if first else [],
         **finding,
-        "Torque error": [" ".join(filter(None, errors))],
         "Valid for": [valid],
+        "Torque error": [" ".join(error_to_quote(diagnosis))],
     }
     details = {
         "More on how sure": also if known else [],
         "To do then": [f"After (1), {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
-        "Before and after": [benefit_for_friction(diagnosis, told), judged],
+        "Before and after": [benefit_for_friction(diagnosis, told)],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
@@ -140,8 +139,8 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
         )
     where = "It is no bound of the true friction, which was not measured otherwise: w" * any(bands)
     lines.append(
-        f"{where or 'W'}here torque or load read wrong beyond their tolerances, friction is wrong by as"
-        " much, and no recording shows it."
+        f"{where or 'W'}here the torque, or the load beyond its tolerance, reads wrong, friction is"
+        " wrong by as much, and these recordings do not show it."
     )
     return lines
 
@@ -171,7 +170,7 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
     values = [float(track.mu[at]) for track, at in outcome.known_tracks(ground)]
     return (
         f"The ±{f' on {ground}' * bool(ground)} is wide because {len(values)} recordings differ, from"
-        f" {min(values):.2f} to {max(values):.2f}, and so few do not show how far one more may be off."
+        f" {min(values):.2f} to {max(values):.2f}, and for so few it must be."
     )
 
 

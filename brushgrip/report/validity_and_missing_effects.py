@@ -49,9 +49,8 @@ STRAIGHT = 0.15
 def simulated_warning(provenance: Mapping[str, Any] | None) -> str:
     """That recordings are the demo's, by their digests, in one sentence; empty where none is."""
     # Sources of own effects are inputs too.
-    inputs = [
-        file for file in (provenance["inputs"] if provenance else []) if not file["name"].endswith(".py")
-    ]
+    files = provenance["inputs"] if provenance else []
+    inputs = [file for file in files if not file["name"].endswith(".py")]
     try:
         bundled = {digest_of(path) for path in demo_folder().glob("*.csv")}
     except InvalidInputError:
@@ -252,32 +251,29 @@ def adjusted_values(diagnosis: Diagnosis) -> str:
 
 
 def error_to_quote(diagnosis: Diagnosis) -> list[str]:
-    """The torque error stage by stage, what is adjusted to reach it, and what judged it."""
+    """The torque error stage by stage in sentences: with nothing adjusted, if that is known, first."""
     kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
     judged = {
-        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit",
+        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit, but not out of the"
+        " choice of effects",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
-    key, nothing = judged_error_name(diagnosis)[1], "holdout_torque_nrmse_unrefitted"
     stages = {
         "by the assumed model": diagnosis.declared,
         "with its stiffness k refitted": diagnosis.before,
-    }
-    told = [f"{percent(errors.summary()[key])} {by}" for by, errors in stages.items()]
-    groups = _by_cause(diagnosis)
+    } | ({"by the model found": diagnosis.after} if diagnosis.effects else {})
+
+    def chain(figure: str) -> list[str]:
+        return [f"{percent(errors.summary()[figure])} {by}" for by, errors in stages.items()]
+
+    adjusted = chain(judged_error_name(diagnosis)[1])
     if kind != "left-out" and missing_effects(diagnosis):  # What each left out shows is not known.
         letters = ascii_lowercase[unexplained_is_larger(diagnosis) :]
-        for letter, (_, effects) in zip(letters, groups[:-1], strict=False):
-            told.append(f"{percent(effects[-1].holdout_nrmse_after)} with ({letter})")
-    if diagnosis.effects:
-        told.append(f"{percent(diagnosis.after.summary()[key])} by the model found")
-    bare = zip(("assumed", "k refitted", "found"), (*stages.values(), diagnosis.after), strict=True)
-    unrefitted = ", ".join(f"{by} {percent(errors.summary()[nothing])}" for by, errors in bare)
-    return [
-        f"{', '.join(told)}, of the torque's range, in {judged}.",
-        f"With nothing adjusted to them: {unrefitted}." * bool(diagnosis.after.unrefitted),
-        f"Adjusted to each recording that judges were {adjusted_values(diagnosis)}."
-        + " These recordings helped to pick the effects, so that they are not independent."
-        * bool(count),
-    ]
+        steps = zip(letters, _by_cause(diagnosis)[:-1], strict=False)
+        adjusted[2:2] = [f"{percent(own[-1].holdout_nrmse_after)} with ({i})" for i, (_, own) in steps]
+    fitted, where = f"with {adjusted_values(diagnosis)}, fitted to each", f", of its range, in {judged}"
+    if not diagnosis.after.unrefitted:
+        return [f"{', '.join(adjusted)}{where}, {fitted}."]
+    bare = ", ".join(chain("holdout_torque_nrmse_unrefitted"))
+    return [f"{bare}{where}.", sentence(f"{fitted}: {', '.join(adjusted)}")]

@@ -109,13 +109,13 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings)." in text
     assert (
         "How sure: The truth lies within ± in 95 of 100 cases, if model and tolerances are right."
-        " Where torque or load read wrong beyond their tolerances, friction is wrong by as" in text
+        " Where the torque, or the load beyond its tolerance, reads wrong, friction is" in text
     )
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert text.endswith("\nNot known: Friction in c and d; friction in b after 7.0 s.")
     rest = "(c) The error that remains, beyond noise, which no effect explains."
-    assert f"{rest}\nTorque error: " in text
+    assert f"{rest}\nValid for: " in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other speeds")
@@ -149,8 +149,8 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert (
         f"{within} Where a recording is named, the truth lies within ± in 95 of 100 cases, if model and"
         " tolerances are right. It is no bound of the true friction, which was not measured otherwise:"
-        " where torque or load read wrong beyond their tolerances, friction is wrong by as much, and no"
-        " recording shows it.\n"
+        " where the torque, or the load beyond its tolerance, reads wrong, friction is wrong by as much,"
+        " and these recordings do not show it.\n"
     ) in text
     assert (
         "\nMore on how sure: The ± on ice is wide because 3 recordings differ, from 1.10 to 1.30" in text

@@ -173,11 +173,14 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "1.20 ± 0.10" in first
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
-    assert "of the torque's range, in 1 recording kept out of the fit." in first
+    assert "of its range, in 1 recording kept out of the fit, but not out of" in first
     assert (
         "4.30 % with its stiffness k refitted, 3.00 % with (a), 2.37 % by the model found, of" in first
     )
-    assert "friction and torque offset, and lengths and load within their tolerances." in first
+    assert (
+        "friction and torque offset, and lengths and load within their tolerances, fitted to each: "
+        in first
+    )
     assert "Simulated" not in first
     assert "never: it has not slid enough to tell" in first
     assert "friction in b after 7.0 s" in first
