@@ -178,7 +178,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
         "4.30 % with its stiffness k refitted, 3.00 % with (a), 2.37 % by the model found, of" in first
     )
     assert (
-        "friction and torque offset, and lengths and load within their tolerances, fitted to each: "
+        "friction and torque offset, and lengths and load within their tolerances, fitted to each"
         in first
     )
     assert "Simulated" not in first
