@@ -107,10 +107,10 @@ class Problem:
     def prior_weights(self, x: Array) -> Array:
         """Weight of a unit step away from a declared value, see `Fit.prior_weights`."""
         weights = np.zeros(len(self.labels))
-        errors = over_range(self.torque_errors(x), self.recordings) if self.has_prior.any() else {}
+        errors = self.torque_errors(x) if self.has_prior.any() else {}
         sizes = {}
         for name, error in errors.items():
-            counted = influence(self.loss, error)
+            counted = influence(self.loss, error / self.ranges[name])
             sizes[name] = np.sqrt(float(np.nanmean(counted**2)) * autocorrelation_time(counted))
         for i in np.flatnonzero(self.has_prior):
             weights[i] = max(sizes[self.labels[i][0] or ""], MIN_DECLARED_WEIGHT)
@@ -123,22 +123,21 @@ class Problem:
 
     def residuals(self, x: Array) -> Array:
         """Stacked torque errors, divided by each recording's torque range; without missing samples."""
-        errors = over_range(self.torque_errors(x), self.recordings)
-        return np.concatenate([errors[name][present] for name, present in self.present.items()])
+        errors = self.torque_errors(x)
+        return np.concatenate([errors[n][here] / self.ranges[n] for n, here in self.present.items()])
 
     def jacobian(self, x: Array) -> Array:
         """Exact derivatives of `residuals`."""
         torques = self._simulated(x)
         columns = {label: i for i, label in enumerate(self.labels)}
-        blocks: list[Array] = []
-        for recording in self.recordings:
-            present = self.present[recording.name]
-            block = np.zeros((int(present.sum()), len(self.labels)))
-            for label, derivative in torques[recording.name][1].items():
-                if label in columns:
-                    block[:, columns[label]] = derivative[present] / self.ranges[recording.name]
-            blocks.append(block)
-        return np.concatenate(blocks) * self.scales
+        samples, at = sum(int(present.sum()) for present in self.present.values()), 0
+        jacobian = np.zeros((samples, len(self.labels)))
+        for name, present in self.present.items():
+            rows = slice(at, at := at + int(present.sum()))
+            for label, derivative in torques[name][1].items():
+                if (i := columns.get(label)) is not None:
+                    jacobian[rows, i] = derivative[present] / self.ranges[name] * self.scales[i]
+        return jacobian
 
     def _simulated(self, x: Array) -> dict[str, Simulated]:
         """Torque of every recording and its derivatives, cached for the last two x."""
