@@ -81,6 +81,7 @@ class Problem:
         self.present = {r.name: np.isfinite(r.M_z) for r in recordings}
         self.tolerated = {r.name: tuple(rig_parameters(r)) for r in recordings}
         self.torques_declared = {r.name: vehicle_torques(r) for r in recordings}
+        self.directions = {r.name: self._directions(r) for r in recordings}
         self.has_prior = np.array(
             [name in self.tolerated.get(owner or "", ()) for owner, name in self.labels]
         )
@@ -157,21 +158,26 @@ class Problem:
             torques = pool.map(lambda recording: self._torque(recording, values), self.recordings)
             return {r.name: torque for r, torque in zip(self.recordings, torques, strict=True)}
 
-    def _torque(self, recording: Recording, values: Values) -> Simulated:
-        """Torque and its derivatives by free labels, by all where each number takes its Function."""
-        theta = np.array(self.model.coordinate_values(values.of(recording)))
-        tolerated, rig = self.tolerated[recording.name], values.rig.get(recording.name, {})
-        # The signals of `replaced_rig`, without the checks of a new recording.
-        signals = self.signals[recording.name] * np.array([[1.0], [1.0], [rig.get("load", 1.0)], [1.0]])
+    def _directions(self, recording: Recording) -> tuple[list[Label], Array]:
+        """Free labels, all where each number takes its Function, and the directions that they are."""
+        count = len(self.parameters)
         rows = {label_of(name, p, recording): i for i, (name, p) in enumerate(self.parameters)}
         rows |= {
-            (recording.name, name): theta.size + RIG_DIRECTIONS.index(name)
-            for name in tolerated
+            (recording.name, name): count + RIG_DIRECTIONS.index(name)
+            for name in self.tolerated[recording.name]
             if name in RIG_DIRECTIONS
         }
         needed = [label for label in rows if self.model.exact or label in self.by_label]
-        size = theta.size + len(RIG_DIRECTIONS) * (len(rows) > theta.size)
-        directions = np.eye(size)[:, [rows[label] for label in needed]]
+        size = count + len(RIG_DIRECTIONS) * (len(rows) > count)
+        return needed, np.eye(size)[:, [rows[label] for label in needed]]
+
+    def _torque(self, recording: Recording, values: Values) -> Simulated:
+        """Torque and its derivatives by the labels of `_directions`."""
+        theta = np.array(self.model.coordinate_values(values.of(recording)))
+        rig = values.rig.get(recording.name, {})
+        # The signals of `replaced_rig`, without the checks of a new recording.
+        signals = self.signals[recording.name] * np.array([[1.0], [1.0], [rig.get("load", 1.0)], [1.0]])
+        needed, directions = self.directions[recording.name]
         geometry = np.array([rig.get(name, getattr(recording.rig, name)) for name in GEOMETRY])
         torque = simulate(self.model, signals, theta, geometry, directions)
         slopes = dict(zip(needed, torque.sensitivities.T, strict=True))
