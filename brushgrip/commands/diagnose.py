@@ -1,7 +1,7 @@
 """`brushgrip diagnose`."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from brushgrip.commands.options import (
     Force,
@@ -12,6 +12,9 @@ from brushgrip.commands.options import (
     VehicleFile,
     option,
 )
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +61,14 @@ class DiagnoseRequest(RecordingRequest):
 
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
+        from brushgrip.running.cluster import cluster_or_local_executor
+        from symbolic import CANDIDATES
+
+        # The processes import what they need beside this one, which imports more, and reads.
+        with cluster_or_local_executor(self.scheduler, self.jobs, start=len(CANDIDATES)) as executor:
+            self._diagnose(executor)
+
+    def _diagnose(self, executor: "Executor | None") -> None:
         import identification
         from brushgrip.estimation.suspicious_recordings import doubtful_inputs
         from brushgrip.outputs.atomic import staged_directory
@@ -70,7 +81,6 @@ class DiagnoseRequest(RecordingRequest):
             result_files_in,
             thinning_note,
         )
-        from brushgrip.running.cluster import cluster_or_local_executor
         from brushgrip.running.unfinished_search import trial_journal
         from identification.reading.shortened_recordings import thin_recordings
         from symbolic import CANDIDATES
@@ -90,11 +100,7 @@ class DiagnoseRequest(RecordingRequest):
         library = CAR_EFFECTS if self.vehicle else CANDIDATES
         least_squares, huber = identification.LEAST_SQUARES, identification.Huber
         loss = least_squares if self.robust is None else huber(threshold=self.robust)
-        with (
-            trial_journal(self.out) as journal,
-            staged_directory(self.out) as folder,
-            cluster_or_local_executor(self.scheduler, self.jobs) as executor,
-        ):
+        with trial_journal(self.out) as journal, staged_directory(self.out) as folder:
             used, shortened = thin_recordings(read)
             for line in filter(None, (shortened, thinning_note(used))):
                 say(line)

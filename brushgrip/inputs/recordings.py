@@ -4,11 +4,11 @@ import math
 import os
 from collections import Counter
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import correlate, correlation_lags
 
 from brushgrip.outputs.atomic import file_keys
 from identification import READERS, Recording
@@ -120,6 +120,7 @@ def _known(recording: Recording) -> NDArray[np.bool_]:
     return np.isfinite(recording.M_z)
 
 
+@lru_cache(maxsize=16)  # Each recording stands beside each other one.
 def _noise(recording: Recording) -> float:
     """White noise of the torque [N m]: what neither its course nor a hum explains."""
     torque = recording.M_z[_known(recording)][:_MAX_SAMPLES_OF_NOISE]
@@ -136,8 +137,11 @@ def _shift_by_noise(one: Recording, other: Recording, period: float) -> float:
     for r in (one, other):
         known, grid = _known(r), np.arange(r.t[0], r.t[-1], period)
         rough.append(np.diff(np.interp(grid, r.t[known], r.M_z[known]), 2))
-    lags = correlation_lags(rough[1].size, rough[0].size)
-    lag = lags[np.argmax(correlate(rough[1], rough[0], method="fft"))]
+    # By NumPy: what it takes to load `scipy.signal` every command would wait for.
+    size = 1 << sum(values.size for values in rough).bit_length()
+    first, second = (np.fft.rfft(values, size) for values in rough)
+    lag = int(np.argmax(np.fft.irfft(first.conj() * second, size)))
+    lag -= size * (lag >= rough[1].size)
     return float(other.t[0] - one.t[0] + lag * period)
 
 

@@ -13,14 +13,16 @@ PATIENCE = "20s"
 
 
 @contextmanager
-def cluster_or_local_executor(address: str | None, jobs: int | None = None) -> Iterator[Executor | None]:
+def cluster_or_local_executor(
+    address: str | None, jobs: int | None = None, start: int = 0
+) -> Iterator[Executor | None]:
     """The executor of a Dask cluster; for no address `processes` of this machine, None for one job.
 
     A worker that is lost costs time alone: Dask gives its work to another. The workers need the same
     version of brushgrip, and to see files under the same paths.
     """
     if address is None:
-        with processes(jobs) as pool:
+        with processes(jobs, start) as pool:
             yield pool
         return
     client = _client(address)

@@ -157,7 +157,10 @@ def _solve(
     @lru_cache(maxsize=1)
     def triangle(x: bytes) -> Array:
         at = np.frombuffer(x)
-        return np.asarray(np.linalg.qr(np.column_stack([jacobian(at), residuals(at)]), mode="r"))
+        errors, slopes = residuals(at), problem.jacobian(at)
+        stacked = np.empty((errors.size, at.size + 1))
+        stacked[: len(slopes), :-1], stacked[len(slopes) :, :-1], stacked[:, -1] = slopes, rows, errors
+        return np.asarray(np.linalg.qr(stacked, mode="r"))
 
     solve = partial(
         least_squares,

@@ -83,6 +83,7 @@ class LeastSquaresProblem:
         self.present = {r.name: np.isfinite(r.M_z) for r in recordings}
         self.tolerated = {r.name: tuple(rig_parameters(r)) for r in recordings}
         self.torques_declared = {r.name: vehicle_torques(r) for r in recordings}
+        self.directions = {r.name: self._directions(r) for r in recordings}
         self.has_prior = np.array(
             [name in self.tolerated.get(owner or "", ()) for owner, name in self.labels]
         )
@@ -109,14 +110,10 @@ class LeastSquaresProblem:
     def prior_weights(self, x: Array) -> Array:
         """Weight of a unit step away from a declared value, see `Fit.prior_weights`."""
         weights = np.zeros(len(self.labels))
-        errors = (
-            shares_of_torque_range(self.torque_errors(x), self.recordings)
-            if self.has_prior.any()
-            else {}
-        )
+        errors = self.torque_errors(x) if self.has_prior.any() else {}
         sizes = {}
         for name, error in errors.items():
-            counted = influence(self.loss, error)
+            counted = influence(self.loss, error / self.ranges[name])
             sizes[name] = np.sqrt(float(np.nanmean(counted**2)) * autocorrelation_time(counted))
         for i in np.flatnonzero(self.has_prior):
             weights[i] = max(sizes[self.labels[i][0] or ""], MIN_DECLARED_WEIGHT)
@@ -129,22 +126,21 @@ class LeastSquaresProblem:
 
     def residuals(self, x: Array) -> Array:
         """Stacked torque errors, divided by each recording's torque range; without missing samples."""
-        errors = shares_of_torque_range(self.torque_errors(x), self.recordings)
-        return np.concatenate([errors[name][present] for name, present in self.present.items()])
+        errors = self.torque_errors(x)
+        return np.concatenate([errors[n][here] / self.ranges[n] for n, here in self.present.items()])
 
     def jacobian(self, x: Array) -> Array:
         """Exact derivatives of `residuals`."""
         torques = self._simulated(x)
         columns = {label: i for i, label in enumerate(self.labels)}
-        blocks: list[Array] = []
-        for recording in self.recordings:
-            present = self.present[recording.name]
-            block = np.zeros((int(present.sum()), len(self.labels)))
-            for label, derivative in torques[recording.name][1].items():
-                if label in columns:
-                    block[:, columns[label]] = derivative[present] / self.ranges[recording.name]
-            blocks.append(block)
-        return np.concatenate(blocks) * self.scales
+        samples, at = sum(int(present.sum()) for present in self.present.values()), 0
+        jacobian = np.zeros((samples, len(self.labels)))
+        for name, present in self.present.items():
+            rows = slice(at, at := at + int(present.sum()))
+            for label, derivative in torques[name][1].items():
+                if (i := columns.get(label)) is not None:
+                    jacobian[rows, i] = derivative[present] / self.ranges[name] * self.scales[i]
+        return jacobian
 
     def _simulated(self, x: Array) -> dict[str, Simulated]:
         """Torque of every recording and its derivatives, cached for the last two x."""
@@ -164,21 +160,26 @@ class LeastSquaresProblem:
             torques = pool.map(lambda recording: self._torque(recording, values), self.recordings)
             return {r.name: torque for r, torque in zip(self.recordings, torques, strict=True)}
 
-    def _torque(self, recording: Recording, values: Values) -> Simulated:
-        """Torque and its derivatives by free labels, by all where each number takes its Function."""
-        theta = np.array(self.model.coordinate_values(values.of(recording)))
-        tolerated, rig = self.tolerated[recording.name], values.rig.get(recording.name, {})
-        # The signals of `replaced_rig`, without the checks of a new recording.
-        signals = self.signals[recording.name] * np.array([[1.0], [1.0], [rig.get("load", 1.0)], [1.0]])
+    def _directions(self, recording: Recording) -> tuple[list[Label], Array]:
+        """Free labels, all where each number takes its Function, and the directions that they are."""
+        count = len(self.parameters)
         rows = {label_of(name, p, recording): i for i, (name, p) in enumerate(self.parameters)}
         rows |= {
-            (recording.name, name): theta.size + RIG_DIRECTIONS.index(name)
-            for name in tolerated
+            (recording.name, name): count + RIG_DIRECTIONS.index(name)
+            for name in self.tolerated[recording.name]
             if name in RIG_DIRECTIONS
         }
         needed = [label for label in rows if self.model.exact or label in self.by_label]
-        size = theta.size + len(RIG_DIRECTIONS) * (len(rows) > theta.size)
-        directions = np.eye(size)[:, [rows[label] for label in needed]]
+        size = count + len(RIG_DIRECTIONS) * (len(rows) > count)
+        return needed, np.eye(size)[:, [rows[label] for label in needed]]
+
+    def _torque(self, recording: Recording, values: Values) -> Simulated:
+        """Torque and its derivatives by the labels of `_directions`."""
+        theta = np.array(self.model.coordinate_values(values.of(recording)))
+        rig = values.rig.get(recording.name, {})
+        # The signals of `replaced_rig`, without the checks of a new recording.
+        signals = self.signals[recording.name] * np.array([[1.0], [1.0], [rig.get("load", 1.0)], [1.0]])
+        needed, directions = self.directions[recording.name]
         geometry = np.array([rig.get(name, getattr(recording.rig, name)) for name in GEOMETRY])
         torque = simulate(self.model, signals, theta, geometry, directions)
         slopes = dict(zip(needed, torque.sensitivities.T, strict=True))

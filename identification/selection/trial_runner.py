@@ -197,14 +197,18 @@ def workers(
 
 
 @contextmanager
-def processes(jobs: int | None) -> Iterator[WorkerProcesses | None]:
-    """So many processes, None for one per core; with one job none, the work stays in this process."""
+def processes(jobs: int | None, start: int = 0) -> Iterator[WorkerProcesses | None]:
+    """So many processes, None for one per core; with one job none, the work stays in this process.
+
+    `start` of them begin at once, the others when there is work for them.
+    """
     if (count := job_count(jobs)) == 1:
         yield None
         return
     pool = WorkerProcesses(count)
     with _one_thread_each():
         try:
+            pool.start(start)
             yield pool
         finally:
             pool.close()

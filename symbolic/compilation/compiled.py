@@ -7,7 +7,6 @@ import logging
 import os
 import platform
 import subprocess
-import tempfile
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
@@ -118,14 +117,11 @@ def _warn_once(command: str, line: str) -> None:
 
 @cache
 def _accepts(command: str, flags: tuple[str, ...]) -> bool:
-    """Whether the compiler takes these flags beside the usual ones, tried on a program of one line."""
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "try.c").write_text("int one(void) { return 1; }\n", "utf-8")
-        try:
-            line = compiler_command(command, ["try.c"], f"try{LIBRARY_SUFFIX}", (*FLAGS, *flags))
-            run_compiler(line, Path(folder))
-        except (OSError, subprocess.SubprocessError):
-            return False
+    """Whether the compiler takes these flags beside the usual ones, tried once for a cache."""
+    try:
+        _library("one", "int one(void) { return 1; }\n", command, (*FLAGS, *flags), str)
+    except (OSError, subprocess.SubprocessError):
+        return False
     return True
 
 

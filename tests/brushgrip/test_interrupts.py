@@ -157,3 +157,9 @@ def test_the_clock_stops_with_the_command(ended: Ended) -> None:
     )
 
     assert ended(code + RUN + "run_process(load)")[0] == 7
+
+
+def test_nothing_is_collected_at_the_end(ended: Ended) -> None:
+    code = "import atexit, gc\natexit.register(lambda: print(gc.get_freeze_count() > 0))\n"
+
+    assert ended(code + RUN + "run_process(lambda: lambda: None)") == (0, "True\n", "")

@@ -183,3 +183,9 @@ def test_nothing_is_imported_before_it_is_drawn() -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
+
+
+def test_a_diagnosis_does_not_load_signal_processing() -> None:
+    program = "import sys, brushgrip.report.diagnosis_folder; print('scipy.signal' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"

@@ -122,6 +122,19 @@ def test_library_is_kept_and_used_again(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 @needs_compiler
+def test_flags_are_tried_once_for_a_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[object] = []
+    run = module.run_compiler
+    monkeypatch.setattr(module, "run_compiler", lambda *call: (tried.append(call), run(*call)))
+    for _ in range(2):
+        module._accepts.cache_clear()  # As in another process.
+        assert module._accepts(str(compiler()), ("-O1",))
+        assert not module._accepts(str(compiler()), ("-no-such-flag",))
+
+    assert len(tried) == 3
+
+
+@needs_compiler
 def test_changed_function_does_not_meet_a_stale_library(tmp_path: Path) -> None:
     two, three = compiled(small(2.0)), compiled(small(3.0))
 

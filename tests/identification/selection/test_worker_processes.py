@@ -1,5 +1,7 @@
 """Processes that are killed, or whose parent is, and executors of the user's in their place."""
 
+import atexit
+import gc
 import os
 import signal
 import struct
@@ -16,7 +18,7 @@ from typing import Any
 import pytest
 
 from identification import Recording, diagnose
-from identification.selection.trial_runner import workers
+from identification.selection.trial_runner import processes, workers
 from identification.selection.worker_processes import WorkerProcesses
 from symbolic import BrushgripError, InvalidInputError
 from tests.processes import is_running, wait_for
@@ -30,8 +32,6 @@ def die(attempts: Path, times: int, half: bool) -> int:
         file.write("x")
     if len(attempts.read_text()) <= times:
         if half:
-            import gc
-
             for one in gc.get_objects():
                 if isinstance(one, Connection) and not one.closed and one.writable:
                     os.write(one.fileno(), struct.pack("!i", 1000) + b"half")
@@ -79,6 +79,14 @@ def test_a_process_that_is_killed_while_it_starts_is_replaced() -> None:
         assert found.result(60) == 3
     finally:
         pool.close()
+
+
+def test_processes_begin_before_there_is_work_for_them() -> None:
+    with processes(2, start=9) as pool:
+        assert pool is not None
+        wait_for(lambda: len(pool._running) == 2)
+        begun = {worker.process.pid for worker in pool._running}
+        assert pool.submit(os.getpid).result(60) in begun
 
 
 @needs_signals
@@ -138,6 +146,17 @@ def test_no_process_stays_without_its_parent(tmp_path: Path, repository_root: Pa
     finally:
         for pid in filter(is_running, pids):
             os.kill(pid, signal.SIGKILL)
+
+
+def note_frozen(path: Path) -> None:
+    """Notes at the end of the process whether what it holds will be collected."""
+    atexit.register(lambda: path.write_text(str(gc.get_freeze_count() > 0)))
+
+
+def test_a_process_ends_without_collecting(tmp_path: Path) -> None:
+    with workers(2) as submit:
+        submit(note_frozen, tmp_path / "frozen").result(60)
+    assert (tmp_path / "frozen").read_text() == "True"
 
 
 def busy(folder: str) -> None:
