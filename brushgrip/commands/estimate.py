@@ -107,6 +107,7 @@ class EstimateRequest(GroundRequest):
             summary_csv,
             task_submission,
         )
+        from brushgrip.wording.remarks import with_early_ends
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
@@ -148,7 +149,9 @@ class EstimateRequest(GroundRequest):
             if alone and (fault := outcomes[0].fault):
                 raise fault
             if self.summary:
-                write_utf8(stages[0], summary_csv([outcome.row for outcome in outcomes]))
+                rows = with_early_ends([outcome.row for outcome in outcomes])
+                outcomes = [replace(one, row=row) for one, row in zip(outcomes, rows, strict=True)]
+                write_utf8(stages[0], summary_csv(rows))
         self._say(outcomes, finals, inputs.found())
 
     def _say(
@@ -184,7 +187,7 @@ class EstimateRequest(GroundRequest):
             for line in friction_of_grounds(rows):
                 say(line)
             say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {friction_range(rows)}")
-            if counts := remark_counts(rows):
+            if counts := remark_counts(rows, named=bool(self.summary) and len(rows) > MAX_PRINTED):
                 say(counts)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")

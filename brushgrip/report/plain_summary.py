@@ -12,7 +12,12 @@ from brushgrip.report.findings_and_reservations import (
     stiffness_cases,
     validity,
 )
-from brushgrip.report.friction_summary import grounds_alike, last_usable_friction, order_with_load
+from brushgrip.report.friction_summary import (
+    at_load,
+    grounds_alike,
+    last_usable_friction,
+    order_with_load,
+)
 from brushgrip.report.next_steps import next_steps
 from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
 from brushgrip.wording.formatting import listed, percent, plain, sentence
@@ -37,7 +42,7 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
     further = outcome.further()
     for ground in filter(None, outcome.grounds):
         one = further.get(ground)
-        line = further_recording(ground, one, len(outcome.grounds[ground]))
+        line = further_recording(ground + at_load(outcome), one, len(outcome.grounds[ground]))
         (known if one and one.further is not None else notes).append(line)
     return known, notes
 
@@ -107,6 +112,7 @@ def _friction(outcome: FrictionOutcome) -> str:
         count = listed(counts) if len(set(counts)) > 1 else counts[0]
         of, more = "mean of", f"{' each' * (len(bands) > 1)}, ± for one more"
     line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{more})"
+    line += f", all told{at_load(outcome)}, as friction changes with it" * (outcome.load is not None)
     return f"{sentence(line)}{grounds_alike(outcome)}"
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
 from brushgrip.report.findings_and_reservations import notes_beside
-from brushgrip.report.friction_summary import friction_quality, widest_causes
+from brushgrip.report.friction_summary import changes_meanwhile, friction_quality, widest_causes
 from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
 from brushgrip.report.tables import errors_by_stage, latest_friction
 from brushgrip.wording.diagnosis_in_words import (
@@ -19,6 +19,7 @@ from brushgrip.wording.diagnosis_in_words import (
     use_of,
 )
 from brushgrip.wording.formatting import (
+    candidate_parameters,
     candidate_reason,
     judged_error_percentages,
     listed,
@@ -89,6 +90,7 @@ def print_diagnosis(
     if outcome:
         headings, rows = friction_quality(outcome)
         title = "Friction by the assumed model → by the model found, mean over recordings"
+        title += changes_meanwhile(diagnosis)
         print_table(title, headings[:-1], [row[:-1] for row in rows], right=True)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     to_send, details = lines_to_send(diagnosis, outcome, warning) if outcome else ([], [])
@@ -110,9 +112,9 @@ def own_rejected(diagnosis: Diagnosis) -> list[str]:
     added = {effect.name for effect in diagnosis.effects}
     before = judged_error_percentages(diagnosis)[1]
     return [
-        f"{plain(c.name)}, of your own, was not added: {parameters(c.parameters) or 'by recording'};"
-        f" error {before} → {percent(c.holdout_nrmse)} of range with it alone, ΔBIC"
-        f" {signed(c.delta_bic)}; {candidate_reason(diagnosis, c)}"
+        f"{plain(c.name)}, of your own, was not added. In the refitted model, without the effects found:"
+        f" {candidate_parameters(c) or 'by recording'}; error {before} → {percent(c.holdout_nrmse)} of"
+        f" range with it alone, ΔBIC {signed(c.delta_bic)}; {candidate_reason(diagnosis, c)}"
         for c in diagnosis.candidates
         if c.name not in {*added, *CANDIDATES, *CAR_EFFECTS}
     ]

@@ -1,5 +1,6 @@
 """The tables of the report: captions, headings and cells as text."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,6 +10,8 @@ from markupsafe import Markup
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.estimation.observers_over_recordings import FrictionTrack
 from brushgrip.report.friction_summary import (
+    at_load,
+    changes_meanwhile,
     friction_quality,
     last_usable_friction,
     median_loads,
@@ -16,6 +19,7 @@ from brushgrip.report.friction_summary import (
 )
 from brushgrip.wording.diagnosis_in_words import GRADES, parameter_words_and_owner, rivals_of
 from brushgrip.wording.formatting import (
+    candidate_parameters,
     candidate_reason,
     error_columns,
     error_figures,
@@ -65,20 +69,25 @@ def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTa
         caption="Last usable friction μ_eff of each recording by the model found, ± 95 % band (if model"
         " and tolerances are right), and when it is usable"
         + "; a dash where none is, or too much contradicts it later" * any(r[-2] == "–" for r in rows)
+        + f"; all told{at_load(friction)}, as friction changes with it" * (friction.load is not None)
         + "; --ground NAME says it for a further recording too" * (not named),
-        headings=("recording", *["ground"][:named], "median load [N]", "μ_eff", "usable"),
+        headings=(
+            *("recording", *["ground"][:named], "median load [N]"),
+            *(f"μ_eff{at_load(friction)}", "usable"),
+        ),
         rows=rows,
         words=(1, 4) if named else (3,),
     )
 
 
-def friction_meaning(friction: FrictionOutcome) -> ReportTable:
+def friction_meaning(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
     headings, rows = friction_quality(friction)
     some = any(" of " in figure for _, *figures, _ in rows for figure in figures)
     return ReportTable(
         caption="Mean over recordings: by the assumed model → by the model found"
-        + ". In brackets: how many recordings have the figure" * some,
+        + ". In brackets: how many recordings have the figure" * some
+        + changes_meanwhile(diagnosis),
         headings=headings,
         rows=rows,
         words=(len(headings) - 1,),
@@ -193,7 +202,7 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
         rows=[
             (
                 *(plain(c.name), c.summary.partition(";")[0]),
-                parameters(c.parameters, fitted=True) or "by recording",
+                candidate_parameters(c) or "by recording",
                 *(percent(c.holdout_nrmse), signed(c.delta_bic), candidate_reason(diagnosis, c)),
             )
             for c in diagnosis.candidates
@@ -247,6 +256,19 @@ def all_parameters(diagnosis: Diagnosis) -> ReportTable:
         words=(1,),
         narrow=True,
     )
+
+
+def command_line(made: Mapping[str, Any]) -> str:
+    """The command that made a report, its files without their folders, which concern no reader."""
+    files = [*made["inputs"], *filter(None, (made.get("rig"), made.get("model")))]
+    names = {file["name"] for file in files}
+
+    def without_folder(word: str) -> str:
+        last = re.split(r"[/\\]", word.rstrip("/\\"))[-1]
+        return last if last in names or re.match(r"[/\\~.]|[A-Za-z]:[/\\]", word) else word
+
+    words = ("".join(map(without_folder, re.split("([=,])", word))) for word in made["command"])
+    return " ".join(words)
 
 
 def files_read(made: Mapping[str, Any]) -> ReportTable:

@@ -12,6 +12,7 @@ import numpy as np
 
 from brushgrip.estimation.budget import STANDS, friction_budget, rests_on
 from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
+from brushgrip.estimation.friction_over_load import load_of_friction
 from brushgrip.estimation.observers_over_recordings import (
     Aligning,
     friction_track,
@@ -42,9 +43,9 @@ from brushgrip.running.cluster import cluster_or_local_executor
 from brushgrip.wording.formatting import csv_text
 from brushgrip.wording.friction import (
     band_parts,
-    dry_friction_note,
     estimates_summary,
     last_usable,
+    slippery_ground_note,
     unusable_samples_and_remedy,
 )
 from brushgrip.wording.remarks import BETWEEN, remark
@@ -205,7 +206,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
-        note = dry_friction_note(float(estimates.mu_eff[at]), recording.rig)
+        note = slippery_ground_note(float(estimates.mu_eff[at]), recording.rig)
         told.append(note)
     else:
         note = "" if car.speed_recorded else STANDS
@@ -213,6 +214,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
         doubts += [stiffness_note(values["k"], recording), far_load(recording, found)]
+        doubts.append(load_of_friction(found, recording, at))
         if at is not None and not by_direction:
             directed["weaker"], of_model = weaker_direction(values)
             doubts.append(of_model)

@@ -319,5 +319,35 @@ def test_an_own_effect_that_was_not_added_is_told_with_its_value_and_gain() -> N
     (line,) = own_rejected(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
 
     assert own_rejected(diagnosis) == []
-    assert line.startswith("boot spring, of your own, was not added: c = 12.3 ± 4.5 N m/rad³; error ")
+    assert line.startswith(
+        "boot spring, of your own, was not added. In the refitted model, without the effects found:"
+        " c = 12.3 ± 4.5 N m/rad³; error "
+    )
+    ended = replace(boot, at_bound=("c",))
+    (line_at_end,) = own_rejected(replace(diagnosis, candidates=(ended,)))
+    assert "found: c = 12.3 N m/rad³ (at the end of its range); error " in line_at_end
+    assert any(
+        "(at the end" in row[2]
+        for row in tables.candidates(replace(diagnosis, candidates=(ended,))).rows
+    )
     assert line.endswith("→ 2.90 % of range with it alone, ΔBIC +3.2; alone not worth its parameters")
+
+
+def test_the_command_is_told_without_the_folders_of_its_files() -> None:
+    rig, source = {"name": "rig.toml", "sha256": ""}, {"name": "run 1.csv", "sha256": ""}
+    command = [
+        *("brushgrip", "diagnose", "/home/me/secret/run 1.csv", "--rig", "data/rig.toml"),
+        *(
+            "--ground=ice=../a,C:\\me\\b.csv",
+            "--map",
+            "psi=1/15*Angle:deg,M_z=-Mz",
+            "--out",
+            "/tmp/x/out/",
+        ),
+    ]
+    made = {"inputs": [source], "rig": rig, "model": None, "command": command}
+
+    assert tables.command_line(made) == (
+        "brushgrip diagnose run 1.csv --rig rig.toml --ground=ice=a,b.csv"
+        " --map psi=1/15*Angle:deg,M_z=-Mz --out out"
+    )
