@@ -336,13 +336,13 @@ def test_an_own_effect_that_was_not_added_is_told_with_its_value_and_gain() -> N
 def test_the_command_is_told_without_the_folders_of_its_files() -> None:
     rig, source = {"name": "rig.toml", "sha256": ""}, {"name": "run 1.csv", "sha256": ""}
     command = [
-        *("brushgrip", "diagnose", "/home/me/secret/run 1.csv", "--rig", "data/rig.toml"),
+        *("brushgrip", "diagnose", "/data/secret/run 1.csv", "--rig", "data/rig.toml"),
         *(
             "--ground=ice=../a,C:\\me\\b.csv",
             "--map",
             "psi=1/15*Angle:deg,M_z=-Mz",
             "--out",
-            "/tmp/x/out/",
+            "/data/x/out/",
         ),
     ]
     made = {"inputs": [source], "rig": rig, "model": None, "command": command}
