@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from brushgrip.wording.remarks import OVER_LOAD
 from identification import FoundModel, Recording
 from observers import Estimates
 from symbolic.array_alias import Array
@@ -47,4 +48,4 @@ def load_of_friction(found: FoundModel, recording: Recording, at: int | None) ->
     load = math.nan if at is None else float(recording.F_N[at])
     if at is None or np.abs(friction_ratio(found, recording, load) - 1).max() < LEAST_CHANGE:
         return ""
-    return f"by the model friction changes with the load: mu_eff is that at {load:.0f} N"
+    return f"{OVER_LOAD}: mu_eff is that at {load:.0f} N"

@@ -22,6 +22,8 @@ EARLY, MOST = 0.25, 3
 """Share of the median length below which a recording ends early [1]; least number of recordings."""
 FIGURES = re.compile(r" from [\d.e+]+ to [\d.e+]+ s|(?<=ends early), after [\d.e+]+ s")
 """Times in a remark, which differ between recordings."""
+OVER_LOAD = "by the model friction changes with the load"
+"""How the remark on the load that friction belongs to begins."""
 BETWEEN = " | "
 """Between two remarks of a row."""
 
@@ -84,6 +86,8 @@ def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         known = np.unique(known[np.isfinite(known).all(axis=1)], axis=0)
         if known.size and len(own) > 1:
             told = f"{ground}, turning to {way} psi" if way else str(ground)
+            loads = any(OVER_LOAD in row.get("remark", "") for row in rows if row["ground"] == ground)
+            told += ", each at its own load" * loads
             lines.append(further_recording(told, ground_friction(*known.T), len(own)))
     return lines
 

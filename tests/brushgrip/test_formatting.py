@@ -32,7 +32,14 @@ from brushgrip.wording.friction import (
     unusable_samples_and_remedy,
     with_95_band,
 )
-from brushgrip.wording.remarks import remark, remark_counts, remark_heads, with_early_ends
+from brushgrip.wording.remarks import (
+    OVER_LOAD,
+    friction_of_grounds,
+    remark,
+    remark_counts,
+    remark_heads,
+    with_early_ends,
+)
 from identification import Candidate, FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
@@ -324,6 +331,16 @@ def test_when_an_input_looked_wrong_is_told_beside_the_value() -> None:
     remark = unusable_samples_and_remedy(seen)[1]
     rows = [{"remark": remark}, {"remark": remark.replace("0.05", "7.5")}]
     assert remark_counts(rows).startswith("2 of 2: an input looks wrong, before the value told, by")
+
+
+def test_friction_of_a_ground_says_that_each_is_at_its_own_load() -> None:
+    rows = [
+        {"ground": "ice", "mu_eff": mu, "mu_eff_std": 0.01, "remark": f"{OVER_LOAD}: mu_eff"}
+        for mu in (0.1, 0.2, 0.15)
+    ]
+    assert friction_of_grounds(rows)[0].startswith("ice, each at its own load: mu_eff ")
+    silent = [row | {"remark": ""} for row in rows]
+    assert friction_of_grounds(silent)[0].startswith("ice: mu_eff ")
 
 
 def test_few_recordings_with_a_remark_are_named_and_those_that_end_early() -> None:
