@@ -108,7 +108,7 @@ def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
         return ""
     ways = {ground: order_by_chance([own]) for ground, own in known.items()}
     on = listed([ground for ground, (alone, way) in ways.items() if alone < 1 and way == falls])
-    told = f", though the model found tells it{at_load(outcome)}" * (outcome.load is not None)
+    told = f", though the model found tells it{at_common_load(outcome)}" * (outcome.load is not None)
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction{told}"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
@@ -117,7 +117,7 @@ def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     )
 
 
-def at_load(outcome: FrictionOutcome) -> str:
+def at_common_load(outcome: FrictionOutcome) -> str:
     """The load that all friction is told at, where it changes with the load; else empty."""
     return "" if outcome.load is None else f" at a load of {outcome.load:.0f} N"
 

@@ -13,7 +13,7 @@ from brushgrip.report.findings_and_reservations import (
     validity,
 )
 from brushgrip.report.friction_summary import (
-    at_load,
+    at_common_load,
     grounds_alike,
     last_usable_friction,
     order_with_load,
@@ -42,7 +42,7 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
     further = outcome.further()
     for ground in filter(None, outcome.grounds):
         one = further.get(ground)
-        line = further_recording(ground + at_load(outcome), one, len(outcome.grounds[ground]))
+        line = further_recording(ground + at_common_load(outcome), one, len(outcome.grounds[ground]))
         (known if one and one.further is not None else notes).append(line)
     return known, notes
 
@@ -112,7 +112,9 @@ def _friction(outcome: FrictionOutcome) -> str:
         count = listed(counts) if len(set(counts)) > 1 else counts[0]
         of, more = "mean of", f"{' each' * (len(bands) > 1)}, ± for one more"
     line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{more})"
-    line += f", all told{at_load(outcome)}, as friction changes with it" * (outcome.load is not None)
+    line += f", all told{at_common_load(outcome)}, as friction changes with it" * (
+        outcome.load is not None
+    )
     return f"{sentence(line)}{grounds_alike(outcome)}"
 
 

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.estimation.observers_over_recordings import FrictionTrack
 from brushgrip.report.friction_summary import (
-    at_load,
+    at_common_load,
     changes_meanwhile,
     friction_quality,
     last_usable_friction,
@@ -69,11 +69,12 @@ def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTa
         caption="Last usable friction μ_eff of each recording by the model found, ± 95 % band (if model"
         " and tolerances are right), and when it is usable"
         + "; a dash where none is, or too much contradicts it later" * any(r[-2] == "–" for r in rows)
-        + f"; all told{at_load(friction)}, as friction changes with it" * (friction.load is not None)
+        + f"; all told{at_common_load(friction)}, as friction changes with it"
+        * (friction.load is not None)
         + "; --ground NAME says it for a further recording too" * (not named),
         headings=(
             *("recording", *["ground"][:named], "median load [N]"),
-            *(f"μ_eff{at_load(friction)}", "usable"),
+            *(f"μ_eff{at_common_load(friction)}", "usable"),
         ),
         rows=rows,
         words=(1, 4) if named else (3,),
