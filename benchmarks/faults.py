@@ -38,7 +38,7 @@ from benchmarks.faulty_inputs import (
 )
 from benchmarks.ice import EFFECTS, KINDS, OFF, RIG, STEERING_RATE, TORQUES, K
 from identification import Recording
-from identification.reading.sensor_end import sensor_end
+from identification.reading.sensor_saturation import sensor_saturation
 from observers import Status, run
 from reference_rig import (
     RigRecording,
@@ -129,7 +129,7 @@ def outcome(task: tuple[FaultCase, str, int, RunBeforeFault]) -> tuple[bool, flo
         F_N=inputs["F_N"], rig=rig, tyre=Tyre(k=inputs["k"]),
         **({"M_z": np.full(one.t.size, np.nan)} | torque),
     )  # fmt: skip
-    told = sensor_end(recording) is not None
+    told = sensor_saturation(recording) is not None
     return bool(np.mean(wrong) > 0.01), float(np.mean(estimates.usable)), flags, told
 
 

@@ -22,8 +22,8 @@ import numpy as np
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
 from brushgrip.estimation.friction_before_and_after import offline_friction
-from brushgrip.estimation.observers_over_recordings import model_observer, run_observer
-from brushgrip.inputs.command_inputs import locate_inputs
+from brushgrip.estimation.observe_recording import model_observer, run_observer
+from brushgrip.inputs.command_inputs import gather_inputs
 from identification import FoundModel, Recording, read_model
 from observers import PROFILES, Ekf, Estimates, Mhe, Status
 
@@ -61,7 +61,7 @@ def measured(
     print(f"\n{kind.__name__.upper()}, {tuning}, {model}{'' if acquire else ', without acquisition'}")
     print(f"{'':16}" + "".join(f"{name:>11}" for name in COLUMNS))
     table = {}
-    for recording in locate_inputs(NAMES).recordings(causal=True):
+    for recording in gather_inputs(NAMES).recordings(causal=True):
         observer = model_observer(kind, recording, found, tuning=PROFILES[tuning])
         observer = replace(observer, acquire=acquire)
         table[recording.name] = figures(

@@ -32,7 +32,7 @@ from observers import (
 )
 from observers.measurement.measurement_model import GAIN_SHARE, MeasurementModel
 from observers.quality.hypotheses_verdict import GAIN_FREE
-from observers.quality.tolerances import with_tolerances
+from observers.quality.tuning_from_tolerances import tuning_with_tolerances
 from observers.tuning import REFERENCE_STEP
 from reference_rig import (
     Hand,
@@ -133,7 +133,7 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
 
 def _gain_error(rng: np.random.Generator, k: float) -> float:
     """How far off the torque's gain is [1], as an observer reckons with where k seems off."""
-    std = with_tolerances(Tuning(), RIG, K).stiffness_std
+    std = tuning_with_tolerances(Tuning(), RIG, K).stiffness_std
     return GAIN_SHARE * max(0.0, abs(k / K - 1) - GAIN_FREE * std) * float(rng.standard_normal())
 
 

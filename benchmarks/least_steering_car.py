@@ -17,7 +17,7 @@ from benchmarks.car_files import vehicle_toml
 from benchmarks.least_steering import GROUNDS, Reached, in_every_way, report
 from identification.reading.rack_derivatives import RackDifferentiator
 from observers import Ekf, Probe, Sample, SteeringLimits, plan
-from observers.interfaces.car import car_observer
+from observers.interfaces.car_observer import car_observer
 from reference_rig import FleetCar, SteeredCar, draw_car
 from symbolic import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle

@@ -16,12 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.observers_over_recordings import observer_factory
-from brushgrip.inputs.choices import ObserverName
-from brushgrip.inputs.command_inputs import locate_inputs
-from brushgrip.live.page import PERIOD, View
+from brushgrip.estimation.observe_recording import observer_factory
+from brushgrip.inputs.command_inputs import gather_inputs
+from brushgrip.inputs.option_choices import ObserverName
+from brushgrip.live.page import PERIOD, LiveView
 from brushgrip.live.session import Session
-from brushgrip.live.session_setup import follow
+from brushgrip.live.session_setup import source_and_estimator
 
 RIG = Path(__file__).parent.parent / "examples" / "recordings" / "rig.toml"
 RATE = 1000
@@ -74,10 +74,10 @@ def main() -> None:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     factory = observer_factory(ObserverName(given.observer))
-    session = Session(*follow(f"udp:{port}", locate_inputs(rig=RIG), factory))
+    session = Session(*source_and_estimator(f"udp:{port}", gather_inputs(rig=RIG), factory))
     session.start()
     origin = time.monotonic()
-    view, stop, count = View(session), threading.Event(), given.seconds * RATE
+    view, stop, count = LiveView(session), threading.Event(), given.seconds * RATE
     # Ones, so that the memory is taken at once.
     delays, shown, used = np.ones(count), np.ones(count), np.ones((2, count))
     looks = updates = 0

@@ -32,8 +32,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
 from identification import Diagnosis, FoundEffect, Recording, diagnose
 from identification.selection.criteria import delta_bic
+from identification.selection.trial import TrialTask, run_trial
 from identification.selection.trial_runner import values_for
-from identification.selection.trials import TrialTask, run_trial
 from reference_rig import (
     MECHANISMS,
     OTHER_LAWS,

@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from identification.reading.rack_derivatives import RackDifferentiator
 from observers import Ekf, Loop, Sample
-from observers.interfaces.car import car_observer
+from observers.interfaces.car_observer import car_observer
 from reference_rig import CAR_STEP, Car, CarBus, CarRecording, record_car, simulate_car
 from symbolic import Vehicle, VehicleTolerances
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle

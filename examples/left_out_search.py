@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.wording.formatting import percent, plain
+from brushgrip.wording.formatting import effect_words, percent
 from identification import Recording, diagnose
 from identification.diagnosis.unrefitted_prediction import unrefitted_residuals
-from identification.selection.trials import Trial, TrialTask, run_trial
+from identification.selection.trial import Trial, TrialTask, run_trial
 from published import measured_folder, measured_recordings
 
 OPENING = """# The search without the recording that judges
@@ -51,7 +51,7 @@ class SearchScore:
 
     def row(self) -> str:
         """Its row of the table."""
-        named = ", ".join(plain(effect) for effect in self.effects) or "nothing"
+        named = ", ".join(effect_words(effect) for effect in self.effects) or "nothing"
         figures = " | ".join(percent(getattr(self, figure)) for figure in FIGURES)
         return f"| {self.name} | {figures} | {named} |"
 

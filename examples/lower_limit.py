@@ -40,7 +40,7 @@ class SteeredTyre(NamedTuple):
     load: float
 
 
-class TorqueErrors(NamedTuple):
+class SensorErrors(NamedTuple):
     """Noise of a sample, zero, and dry friction, at the kingpin [N m]."""
 
     noise: float
@@ -65,9 +65,9 @@ LOADS, SHARES = (0.25, 0.5, 1.0, 2.0), (0.0005, 0.002, 0.01, 0.04, 0.15)
 """Loads over the usual one, and errors over full slide at mu = 1 [1]."""
 SMALL, CAR = SteeredTyre(0.045, 0.009, 2.4e6, 400.0), SteeredTyre(0.075, 0.02, 5e6, 4000.0)
 CASES = {
-    "rig": (SMALL, TorqueErrors(0.02, 0.02, 0.02)),
-    "car, torque of the column": (CAR, TorqueErrors(2.0, 2.0, 15.0)),  # the gear: 125 N at 0.12 m
-    "car, torque at the tie rod": (CAR, TorqueErrors(2.0, 2.0, 2.0)),
+    "rig": (SMALL, SensorErrors(0.02, 0.02, 0.02)),
+    "car, torque of the column": (CAR, SensorErrors(2.0, 2.0, 15.0)),  # the gear: 125 N at 0.12 m
+    "car, torque at the tie rod": (CAR, SensorErrors(2.0, 2.0, 2.0)),
 }
 
 
@@ -80,7 +80,7 @@ def exact(wheel: SteeredTyre, mu: float, seed: int) -> RigRecording:
 
 @cache
 def outcome(
-    wheel: SteeredTyre, errors: TorqueErrors, mu: float, seed: int, *, declared: bool = True
+    wheel: SteeredTyre, errors: SensorErrors, mu: float, seed: int, *, declared: bool = True
 ) -> RunOutcome:
     """One run of the filter; without errors declared it reckons with usual ones."""
     made, rng = exact(wheel, mu, seed), np.random.default_rng(seed)
@@ -100,7 +100,7 @@ def outcome(
     return RunOutcome(float(turn[first]), float(made.t[first]), bool(held), bool(wrong))
 
 
-def least(wheel: SteeredTyre, errors: TorqueErrors) -> float:
+def least(wheel: SteeredTyre, errors: SensorErrors) -> float:
     """The least mu of `MUS` that is told, as are all above; inf for none."""
     told = np.inf
     for mu in reversed(MUS):
@@ -111,9 +111,9 @@ def least(wheel: SteeredTyre, errors: TorqueErrors) -> float:
     return told
 
 
-def shares(wheel: SteeredTyre, share: float) -> TorqueErrors:
+def shares(wheel: SteeredTyre, share: float) -> SensorErrors:
     """Three errors that are this share of full slide at mu = 1."""
-    return TorqueErrors(*[share * float(full_slide_torque(wheel.load, wheel.a))] * 3)
+    return SensorErrors(*[share * float(full_slide_torque(wheel.load, wheel.a))] * 3)
 
 
 def row(*cells: object) -> None:
@@ -155,7 +155,7 @@ def main() -> None:
     row("least mu by an error over full slide at mu = 1", *SHARES)
     for case in ("rig", "car, torque at the tie rod"):
         wheel = CASES[case][0]
-        for name in TorqueErrors._fields:
+        for name in SensorErrors._fields:
             best = shares(wheel, SHARES[0])
             each = [best._replace(**{name: shares(wheel, share).noise}) for share in SHARES]
             found[case, name] = [least(wheel, errors) for errors in each]

@@ -19,7 +19,13 @@ from scipy.optimize import brentq
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
 from observers import RootObserver, Sample, ZoneRootState
-from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
+from observers.thesis.zone_state_machine import (
+    TorqueCurve,
+    ZoneState,
+    advance_zones,
+    turns_on_branch,
+    zone_torque_curve,
+)
 from symbolic import deformation_limit, full_slide_torque
 from thesis_profile import DT, FACTORS, LOAD, RIG, SETTLED, K, rmse, steered
 
@@ -52,7 +58,7 @@ def analytic(recording: Recording, at: int, x: np.ndarray) -> np.ndarray:
 
     From rest a bristle follows the turn up to its limit; since a reversal, up to twice its limit.
     """
-    turn, back = branch(remembered(recording, at), recording.psi[at])
+    turn, back = turns_on_branch(remembered(recording, at), recording.psi[at])
     most = deformation_limit(x, LOAD, RIG, recording.tyre)
     return np.clip(-turn * (x - RIG.e), -most, most) + np.clip(-back * (x - RIG.e), -2 * most, 2 * most)
 
@@ -102,7 +108,7 @@ def angle(recording: Recording) -> np.ndarray:
         state = advance_zones(state, psi, MIN_REVERSAL)
 
         def misses(angle: float, M_z: float = M_z, F_N: float = F_N, state: ZoneState = state) -> float:
-            return M_z - curve(branch(state, angle), F_N, K, RIG)(mu)[0]
+            return M_z - zone_torque_curve(turns_on_branch(state, angle), F_N, K, RIG)(mu)[0]
 
         estimate.append(brentq(misses, psi - reach, psi + reach))
     return np.array(estimate)
@@ -110,7 +116,7 @@ def angle(recording: Recording) -> np.ndarray:
 
 def torque_curve(recording: Recording, at: int) -> TorqueCurve:
     """The zones' torque over mu at a sample."""
-    return curve(branch(remembered(recording, at), recording.psi[at]), LOAD, K, RIG)
+    return zone_torque_curve(turns_on_branch(remembered(recording, at), recording.psi[at]), LOAD, K, RIG)
 
 
 def draw_deformation(path: Path, recording: Recording) -> None:

@@ -17,10 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.comparison.methods import corrected_root, neural_network
+from brushgrip.comparison.methods import network_corrected_root, neural_network
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording, read_recording
-from identification.thesis.friction_network import Design, FrictionNetwork, LabelMean, label_mean
+from identification.thesis.friction_network import FrictionNetwork, LabelMean, NetworkDesign, label_mean
 from observers import Ekf, RootObserver
 from published import measured_folder
 from symbolic import Model
@@ -45,14 +45,14 @@ Learner = FrictionNetwork | LabelMean
 Others = Callable[[Recording], dict[str, np.ndarray]]
 
 
-def learners(training: Sequence[Recording], design: Design, full: bool) -> list[Learner]:
+def learners(training: Sequence[Recording], design: NetworkDesign, full: bool) -> list[Learner]:
     """The guess and the two networks, trained; `full` takes the thesis's layers."""
     plain = replace(design, hidden=PLAIN_LAYERS) if full else design
     correcting = replace(design, hidden=CORRECTING_LAYERS) if full else design
     return [
         label_mean(training),
         neural_network(training, plain),
-        corrected_root(training, correcting),
+        network_corrected_root(training, correcting),
     ]
 
 
@@ -94,7 +94,7 @@ def table(
     return [seeds[0] for seeds in tracks]
 
 
-def simulated(designs: Sequence[Design], full: bool, path: Path | None) -> None:
+def simulated(designs: Sequence[NetworkDesign], full: bool, path: Path | None) -> None:
     """Figures 4.8 to 4.10, with the torque in time and, as the thesis has it, one sample late."""
     doubled = np.abs(steered(1.0).psi - 2 * steered(0.5).psi).max()
     print(f"mu = 1 is mu = 0.5 doubled: angles within {doubled:.0e} rad")
@@ -109,7 +109,7 @@ def simulated(designs: Sequence[Design], full: bool, path: Path | None) -> None:
             draw(path, tests, tracks)
 
 
-def measured(folder: Path, designs: Sequence[Design], full: bool) -> None:
+def measured(folder: Path, designs: Sequence[NetworkDesign], full: bool) -> None:
     """The thesis's split of its recordings, without the black emery, which is not published here."""
     emery, steel = (
         [labelled(path, mu) for path in sorted(folder.glob(f"{kind}*.mat"))]
@@ -144,11 +144,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--data", type=Path, default=measured_folder())
     parser.add_argument("--full", action="store_true")
-    parser.add_argument("--epochs", type=int, default=Design().epochs)
+    parser.add_argument("--epochs", type=int, default=NetworkDesign().epochs)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("picture", type=Path, nargs="?")
     options = parser.parse_args()
-    designs = [Design(seed=seed, epochs=options.epochs) for seed in range(options.seeds)]
+    designs = [NetworkDesign(seed=seed, epochs=options.epochs) for seed in range(options.seeds)]
     simulated(designs, options.full, options.picture)
     measured(options.data, designs, options.full)
 

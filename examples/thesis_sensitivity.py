@@ -29,13 +29,13 @@ from numpy.typing import NDArray
 from brushgrip.comparison.methods import (
     all_inputs,
     angle_and_torque_inputs,
-    corrected_root,
+    network_corrected_root,
     neural_network,
 )
 from brushgrip.pictures.style import BEFORE, MEASURED, picture
 from observers import Ekf, Mhe, Sample, Tuning
-from observers.thesis.root_observer import CLOSE, nearest
-from observers.thesis.zone_state_machine import curve
+from observers.thesis.root_observer import CLOSE, nearest_root
+from observers.thesis.zone_state_machine import zone_torque_curve
 from symbolic import Model, full_slide_torque
 from thesis_profile import DT, LOAD, RIG, K, steered
 from thesis_table import CLEAN
@@ -80,8 +80,8 @@ def root(psi: np.ndarray, M: np.ndarray) -> np.ndarray:
     close, psi_max = CLOSE * full_slide_torque(LOAD, RIG.a), SIMULATION.psi[TURN]
     roots = []
     for angle, torque in zip(psi, M, strict=True):
-        of_mu = curve((psi_max, angle - psi_max), LOAD, K, RIG)
-        roots.append(nearest(of_mu, -torque, 1.0, (0.02, 4.0), close)[0])
+        of_mu = zone_torque_curve((psi_max, angle - psi_max), LOAD, K, RIG)
+        roots.append(nearest_root(of_mu, -torque, 1.0, (0.02, 4.0), close)[0])
     return np.array(roots)
 
 
@@ -113,7 +113,7 @@ def filtered(
 def surfaces(psi: np.ndarray, M: np.ndarray) -> dict[str, Surface]:
     """Every method on these points."""
     training = [steered(0.5), steered(1.8)]
-    plain, correcting = neural_network(training), corrected_root(training)
+    plain, correcting = neural_network(training), network_corrected_root(training)
     mu = root(psi, M)
     # All that the mesh does not vary stays as half way back.
     middle = (BACK.start + BACK.stop) // 2

@@ -10,7 +10,14 @@ import argparse
 from pathlib import Path
 
 from brushgrip.wording.diagnosis_in_words import GRADES
-from brushgrip.wording.formatting import listed, parameters, percent, plain, quantity, sentence
+from brushgrip.wording.formatting import (
+    effect_words,
+    listed,
+    parameter_list,
+    percent,
+    sentence,
+    value_with_std,
+)
 from identification import Diagnosis, diagnose, read_recording, read_rig
 
 OPENING = """# Verdicts
@@ -40,11 +47,11 @@ def case(folder: Path, jobs: int | None) -> Diagnosis:
 def row(name: str, diagnosis: Diagnosis) -> str:
     """One row of the table."""
     effects = [
-        f"**{e.family}**: {plain(e.name)} ({parameters(e.parameters)}), {GRADES[e.grade]}"
+        f"**{e.family}**: {effect_words(e.name)} ({parameter_list(e.parameters)}), {GRADES[e.grade]}"
         for e in diagnosis.effects
     ]
     rivals = [
-        f"{plain(e.name)}: {listed([plain(r) for r in e.indistinguishable_from], 'or')}"
+        f"{effect_words(e.name)}: {listed([effect_words(r) for r in e.indistinguishable_from], 'or')}"
         for e in diagnosis.effects
         if e.indistinguishable_from
     ]
@@ -66,7 +73,7 @@ def details(diagnoses: dict[str, Diagnosis]) -> list[str]:
     ]
     paragraphs = [" ".join(f"In every case: {sentence(note)}" for note in shared)] if shared else []
     for name, diagnosis in diagnoses.items():
-        lines = [f"**{name}**: k = {quantity(diagnosis.parameters['k'])}."]
+        lines = [f"**{name}**: k = {value_with_std(diagnosis.parameters['k'])}."]
         if diagnosis.unexplained.present:
             lines.append(f"Left: {sentence(diagnosis.unexplained.evidence)}")
         lines += [f"Note: {sentence(note)}" for note in diagnosis.notes if note not in shared]

@@ -18,18 +18,18 @@ import numpy as np
 
 from brushgrip.pictures.diagnosis import draw_loops, draw_residuals, draw_signatures
 from brushgrip.wording.formatting import (
-    error_columns,
-    error_figures,
+    effect_words,
     listed,
     percent,
-    plain,
-    quantity,
     sentence,
+    torque_error_cells,
+    torque_error_columns,
+    value_with_std,
 )
 from identification import Diagnosis, Recording, diagnose
 from identification.fits.covariance import covariance
 from identification.fits.fitting import fit
-from identification.selection.trials import RANKING, model_of, thin
+from identification.selection.trial import RANKING, model_of, thin_for_ranking
 from published import measured_folder, measured_recordings
 from symbolic import EFFECTS
 
@@ -49,14 +49,14 @@ SEARCH = "measured_search.md"
 
 def errors_table(diagnosis: Diagnosis) -> str:
     """Errors of the three stages."""
-    heads = error_columns(diagnosis).values()
+    heads = torque_error_columns(diagnosis).values()
     lines = [f"| model | {' | '.join(heads)} |", "|---|" + "---:|" * len(heads)]
     for name, errors in (
         ("assumed", diagnosis.declared),
         ("refitted: k and μ fitted", diagnosis.before),
         ("found: with the effects", diagnosis.after),
     ):
-        lines.append(f"| {name} | {' | '.join(error_figures(diagnosis, errors))} |")
+        lines.append(f"| {name} | {' | '.join(torque_error_cells(diagnosis, errors))} |")
     return "\n".join(lines)
 
 
@@ -67,10 +67,10 @@ def effects_table(diagnosis: Diagnosis) -> str:
         "|---|---|---:|---:|---|",
     ]
     for effect in diagnosis.effects:
-        values = "; ".join(f"{n} = {quantity(e)}" for n, e in effect.parameters.items())
-        rivals = listed([plain(name) for name in effect.indistinguishable_from], "or") or "–"
+        values = "; ".join(f"{n} = {value_with_std(e)}" for n, e in effect.parameters.items())
+        rivals = listed([effect_words(name) for name in effect.indistinguishable_from], "or") or "–"
         lines.append(
-            f"| {plain(effect.name)} | {values} | {percent(effect.holdout_nrmse_after)}"
+            f"| {effect_words(effect.name)} | {values} | {percent(effect.holdout_nrmse_after)}"
             f" | {effect.delta_bic:+.0f} | {rivals} |".replace("-", "−")
         )
     return "\n".join(lines)
@@ -91,7 +91,7 @@ def vibration(diagnosis: Diagnosis, training: Sequence[Recording]) -> tuple[str,
     """
     a, e = 0.045, 0.009
     per_k = 2 * (a**3 / 3 + a * e**2)
-    thinned = [thin(recording) for recording in training]
+    thinned = [thin_for_ranking(recording) for recording in training]
     fitted = fit(model_of(diagnosis.model.effects, RANKING), thinned, diagnosis.values)
     k = fitted.values.tyre["k"]
     compliance = 1 / (per_k * k)
@@ -115,7 +115,7 @@ def figures(
         "split_errors": errors_table(split),
         "split_effects": effects_table(split),
         "split_seconds": f"{seconds:.0f}",
-        "split_k": quantity(split.parameters["k"]),
+        "split_k": value_with_std(split.parameters["k"]),
         "whole_errors": errors_table(whole),
         "whole_effects": effects_table(whole),
         "whole_recordings": recordings_table(whole),

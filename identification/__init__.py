@@ -6,23 +6,23 @@ from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
     Candidate,
     Curve,
-    Errors,
     FoundEffect,
     FoundFamily,
     Series,
+    TorqueErrors,
 )
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import Fit, fit
+from identification.fits.least_squares_problem import signals_of
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
 from identification.fits.options import FitOptions
-from identification.fits.problem import signals_of
+from identification.fits.parameter_values import ParameterEstimate, Values, initial_guess, replaced_rig
 from identification.fits.profile import LIMIT, Profile, profile
-from identification.fits.values import ParameterEstimate, Values, initial_guess, replaced_rig
 from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FreeDecay, VibrationFit
-from identification.free_decay.stiffness_and_damping import identify_free_decay
-from identification.reading.car import Standstills, read_vehicle
+from identification.free_decay.stiffness_and_damping_by_likelihood import identify_free_decay
+from identification.reading.car_recordings import Standstills, read_vehicle
 from identification.reading.conditioning import (
     Channel,
     LowPass,
@@ -39,8 +39,8 @@ from identification.reading.rigfile import read_rig, read_signals
 from identification.reading.signal_map import SignalMap, SignalSource, parse_signals
 from identification.reading.table import Table
 from identification.reading.yaw_rate import smoothed_rate
+from identification.residuals.residual_signals import RESIDUAL_SIGNALS
 from identification.residuals.residual_tests import Unexplained
-from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
@@ -57,7 +57,6 @@ __all__ = [
     "Curve",
     "Decay",
     "Diagnosis",
-    "Errors",
     "Fit",
     "FitOptions",
     "FoundEffect",
@@ -86,6 +85,7 @@ __all__ = [
     "Squares",
     "Standstills",
     "Table",
+    "TorqueErrors",
     "Tow",
     "TowedFriction",
     "Unexplained",

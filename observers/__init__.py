@@ -4,22 +4,22 @@ from observers.estimates import Estimates
 from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
-from observers.interfaces.car import car_observer, run_standstills
+from observers.interfaces.car_observer import car_observer, run_standstills
 from observers.interfaces.factory import from_files
 from observers.interfaces.loop import Loop
-from observers.interfaces.profiles import PROFILES, profile, tuning_for
 from observers.interfaces.run import run
 from observers.interfaces.smoothing import smooth
+from observers.interfaces.tuning_profiles import PROFILES, profile, tuning_for
 from observers.layout import Layout, ObserverState
 from observers.measurement.angle_derivative import causal_rate, next_rate
 from observers.measurement.directional_friction import DirectionalFriction
 from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.measurement.rack_force import RackForce
-from observers.measurement.wheel_yaw_dynamics import SteeringTorque
-from observers.planning.path import SteeringLimits
+from observers.measurement.steering_torque import SteeringTorque
 from observers.planning.plan import Plan, plan
 from observers.planning.probe import Advice, Probe
+from observers.planning.steering_path import SteeringLimits
 from observers.planning.uncertainty_budget import uncertainty_budget
 from observers.protocol import (
     ESTIMATE,

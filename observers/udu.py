@@ -22,7 +22,7 @@ MAX_VARIANCE = 1e12
 """Upper limit of D after a prediction, against overflow where a sensor fails for long."""
 
 
-def covariance(factor: Expression) -> Expression:
+def covariance_expression(factor: Expression) -> Expression:
     """P of a factor, both casadi and of shape (n, n)."""
     U, D = ca.triu(factor, False) + ca.DM.eye(factor.shape[0]), ca.diag(ca.diag(factor))
     return U @ D @ U.T
@@ -118,7 +118,7 @@ def predict_covariance(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
 
 
 @cache
-def build_predict_covariance(states: int) -> ca.Function:
+def build_udu_prediction(states: int) -> ca.Function:
     """(factor, A, Q) -> factor of A P A' + diag(Q)."""
     inputs = symbols(ca.SX, factor=(states, states), A=(states, states), Q=states)
     outputs = {"factor_next": predict_covariance(*inputs.values())}
@@ -126,7 +126,7 @@ def build_predict_covariance(states: int) -> ca.Function:
 
 
 @cache
-def build_update_covariance(states: int) -> ca.Function:
+def build_udu_update(states: int) -> ca.Function:
     """(factor, H, weight) -> (factor_next, K, share), share = 1 / (R + H P H'), 0 if missing."""
     inputs = symbols(ca.SX, factor=(states, states), H=states, weight=1)
     results = update_covariance(*inputs.values())

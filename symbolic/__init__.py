@@ -7,7 +7,7 @@
 - `Rig` and `Tyre` hold what is known; `rig_from_tables` and `model_from_tables` read them from tables.
 """
 
-from symbolic.bristles import BristleTraits, Relaxation
+from symbolic.bristle_patch import BristleTraits, Relaxation
 from symbolic.compilation.compiled import compiled, compiler
 from symbolic.compliance import SEARCH_STEPS
 from symbolic.deformation import full_slide_arm, full_slide_level, full_slide_torque
@@ -33,7 +33,6 @@ from symbolic.masing import (
     zone_boundaries,
 )
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
-from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
 from symbolic.parameters import (
     RIG_RANGES,
     TOLERATED,
@@ -56,6 +55,7 @@ from symbolic.tables.vehicle_from_tables import vehicle_from_tables
 from symbolic.trajectory_sensitivity import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
+from symbolic.wheel_dynamics import TorqueProfile, WheelMotion, simulate_motion
 
 __all__ = [
     "CANDIDATES",

@@ -6,7 +6,7 @@ the torque was M_r,
     M_z = M_r + 2 M_v((psi - psi_r) / 2),
 
 with M_v the torque of the virgin patch. A loop that closes is forgotten (Madelung). The same patch
-under a changing load, and as one expression, is `symbolic.zones`.
+under a changing load, and as one expression, is `symbolic.zone_patch`.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from symbolic.deformation import boundary_edge_distance, full_slide_level, unit_
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import Rig, Tyre
 from symbolic.patch_interface import Expression
-from symbolic.zones import FAR
+from symbolic.zone_patch import FAR
 
 
 def virgin_torque(

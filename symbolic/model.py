@@ -10,7 +10,7 @@ from functools import cache, cached_property
 
 import casadi as ca
 
-from symbolic.bristles import BristlePatch, BristleTraits
+from symbolic.bristle_patch import BristlePatch, BristleTraits
 from symbolic.casadi_functions import named_function
 from symbolic.compliance import SEARCH_STEPS, advance_in_series, deflection_of
 from symbolic.effects.base import Effect, Parameter, parameter_name, with_scope
@@ -18,7 +18,7 @@ from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
 from symbolic.parameters import FRICTION, STIFFNESS
 from symbolic.patch_interface import Expression, Patch, Signals, patch_inputs
-from symbolic.zones import ZonePatch
+from symbolic.zone_patch import ZonePatch
 
 SIGNALS = ("psi", "psi_dot", "F_N", "dt")
 """Order of one sample's inputs: [rad], [rad/s], [N], [s]."""
@@ -153,7 +153,7 @@ class Model:
     def memory_depends_on(self, coordinate: str) -> bool:
         """Whether the memory depends on that parameter, so that another value is another history.
 
-        The declared model's memory depends on neither mu nor k (`symbolic.zones`).
+        The declared model's memory depends on neither mu nor k (`symbolic.zone_patch`).
         """
         i = self.coordinates.index(coordinate)
         depends = (self.step.jac_sparsity(0, 2), self.initial.jac_sparsity(0, 1))

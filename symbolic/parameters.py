@@ -166,14 +166,14 @@ def with_usual_tolerances(rig: Rig) -> Rig:
     return replace(rig, tolerances=replace(declared, **usual))
 
 
-def spread_by_lengths(of: Callable[[float, float], float], rig: Rig) -> float:
+def relative_std_by_lengths(quantity: Callable[[float, float], float], rig: Rig) -> float:
     """Relative standard deviation of a quantity of a and e within their tolerances, or `USUAL` [1]."""
     a = USUAL["a"] if rig.tolerances.a is None else rig.tolerances.a
     e = USUAL["e"] if rig.tolerances.e is None else rig.tolerances.e
     least = _SMALL * rig.a
-    by_a = (of(rig.a + least, rig.e) - of(rig.a - least, rig.e)) / (2 * least)
-    by_e = (of(rig.a, rig.e + least) - of(rig.a, rig.e - least)) / (2 * least)
-    return EVEN * math.hypot(by_a * a, by_e * e) / of(rig.a, rig.e)
+    by_a = (quantity(rig.a + least, rig.e) - quantity(rig.a - least, rig.e)) / (2 * least)
+    by_e = (quantity(rig.a, rig.e + least) - quantity(rig.a, rig.e - least)) / (2 * least)
+    return EVEN * math.hypot(by_a * a, by_e * e) / quantity(rig.a, rig.e)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,7 +20,7 @@ from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.compiled import compiled
 from symbolic.deformation import full_slide_torque, unit_corner_moment
 from symbolic.masing import TurningPoints, branch_torque
-from symbolic.zones import MIN_ZONE_TURN
+from symbolic.zone_patch import MIN_ZONE_TURN
 
 MAX_STEP_PERIODS = 0.5
 """Longest step in periods of the sticking wheel [1]; no full swing passes within one step."""
@@ -108,12 +108,12 @@ def _step_function() -> ca.Function:
     return compiled(named_function("motion_step", given, {"outputs": outputs}))
 
 
-def integrate(
-    stepper: WheelStepper, torque: Callable[[Array], Array], corners: Array
+def integrate_wheel(
+    stepper: WheelStepper, torque_at: Callable[[Array], Array], breakpoints: Array
 ) -> Iterator[WheelState]:
     """The states at the ends of all steps, the first at time 0."""
     # As plain numbers: NumPy's would double the time of a step.
-    times, torques = corners.tolist(), torque(corners).tolist()
+    times, torques = breakpoints.tolist(), torque_at(breakpoints).tolist()
     state = _at_rest(stepper, torques)
     yield state
     h = 1e-2 * stepper.longest
@@ -222,7 +222,7 @@ def _crossing_time(stepper: WheelStepper, i: int, goal: float, low: float, high:
         h = newton if low < newton < high else 0.5 * (low + high)
 
 
-def torques(psi: Array, branches: Array, patch: Array) -> Array:
+def branch_torques(psi: Array, branches: Array, patch: Array) -> Array:
     """M_z at angles (n,) on their branches (n, 3), `ANGLES_PER_CALL` of them in a call."""
     count = len(psi)
     padded = np.ones((-(-count // ANGLES_PER_CALL) * ANGLES_PER_CALL, 4))

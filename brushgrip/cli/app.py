@@ -15,8 +15,8 @@ from typer.core import TyperCommand
 
 from brushgrip import commands
 from brushgrip.cli.shadowed_packages import foreign_packages
-from brushgrip.outputs.standard_streams import REMARKS, fault_of_output, spell_what_is_lacking
-from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Speech, flags_first, reserve_stdout
+from brushgrip.outputs.standard_streams import REMARKS, spell_unencodable, stdout_fault
+from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Verbosity, flags_first, reserve_stdout
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can correct, and for failures outside, such as of a download."""
@@ -48,7 +48,7 @@ def found_commands() -> dict[str, type]:
 COMMANDS = found_commands()
 
 
-class EachOnce(TyperCommand):
+class EachOptionOnce(TyperCommand):
     """A command that refuses an option which is given twice, unless it may be repeated."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -75,7 +75,7 @@ def command_of(request: type) -> Callable[..., None]:
 
 
 for command, request in COMMANDS.items():
-    app.command(command, cls=EachOnce, epilog=EVERYWHERE)(command_of(request))
+    app.command(command, cls=EachOptionOnce, epilog=EVERYWHERE)(command_of(request))
 
 
 def _say_version(wanted: bool) -> None:
@@ -90,7 +90,7 @@ def _say_version(wanted: bool) -> None:
 
 
 @app.callback(epilog=EVERYWHERE)
-def everywhere(
+def global_options(
     context: typer.Context,
     json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON document.")] = False,
     quiet: Annotated[
@@ -103,7 +103,7 @@ def everywhere(
     """Estimates tyre-road friction at standstill from the steering torque."""
     if json and quiet:
         raise typer.BadParameter("--json prints the result, --quiet nothing; give one of them")
-    SPEECH.set(Speech.JSON if json else Speech.QUIET if quiet else Speech.PLAIN)
+    SPEECH.set(Verbosity.JSON if json else Verbosity.QUIET if quiet else Verbosity.PLAIN)
     if json:
         context.with_resource(reserve_stdout())
 
@@ -117,14 +117,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Raises:
         SystemExit: always; status 0 on success, 2 for bad input, 1 for failures outside.
     """
-    spell_what_is_lacking()
+    spell_unencodable()
     if foreign := foreign_packages():
         print(f"brushgrip: {foreign}", file=sys.stderr)
         raise SystemExit(FAILED)
     if arguments is not None:
         raise SystemExit(_run(arguments))
     status = _run(sys.argv[1:])
-    fault = fault_of_output()
+    fault = stdout_fault()
     if fault and not status:
         _print_error(f"standard output: cannot be written: {fault}")
     raise SystemExit(status if fault is None else status or FAILED)

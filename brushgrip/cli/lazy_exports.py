@@ -3,7 +3,7 @@
 from importlib import import_module
 
 _HOMES = {
-    "FrictionTrack": "brushgrip.estimation.observers_over_recordings",
+    "FrictionTrack": "brushgrip.estimation.observe_recording",
     "main": "brushgrip.cli.app",
     "write_report": "brushgrip.report.page",
 }

@@ -17,7 +17,7 @@ from brushgrip.commands.options import (
     VehicleAlone,
     option,
 )
-from brushgrip.inputs.choices import ModelObserverName, TorqueChannel
+from brushgrip.inputs.option_choices import ModelObserverName, TorqueChannel
 
 RealType = StrEnum("RealType", {"FLOAT": "float", "DOUBLE": "double"})
 Target = StrEnum("Target", {"C": "c", "FMU": "fmu", "FMU3": "fmu3", "ROS2": "ros2"})
@@ -88,21 +88,21 @@ class CodegenRequest:
 
     def run(self) -> None:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
-        from brushgrip.inputs.chosen_observer import chosen_observer, described_by, window_setting
-        from brushgrip.inputs.command_inputs import locate_inputs
-        from brushgrip.inputs.settings import chosen_tuning
+        from brushgrip.inputs.chosen_observer import chosen_observer, rig_or_vehicle_file, window_setting
+        from brushgrip.inputs.command_inputs import gather_inputs
+        from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs import observer_export
         from brushgrip.outputs.atomic import staged_directory
-        from brushgrip.outputs.console import say, show
-        from brushgrip.outputs.provenance import comment
+        from brushgrip.outputs.console import say, show_json
+        from brushgrip.outputs.provenance import origin_comment
         from observers.embedded import generate_vehicle, require_replaceable
-        from observers.embedded.cost import estimated_cost
+        from observers.embedded.instruction_count import estimated_instructions
         from observers.interfaces.factory import read_vehicle_file
         from symbolic import InvalidInputError
 
         window = window_setting(self.observer, self.window)
         tuning = chosen_tuning(self.tuning, self.tune)
-        inputs = locate_inputs(
+        inputs = gather_inputs(
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
         observer = chosen_observer(self.observer, self.torque, inputs, tuning, self.ground, **window)
@@ -110,7 +110,7 @@ class CodegenRequest:
         if self.ground is not None and not (found and found.grounds):
             raise InvalidInputError(f"--ground {self.ground}: this model knows no grounds; leave it out")
         real, tunable = observer_export.TYPES[self.real], observer_export.TUNABLE[self.tunable or ""]
-        cost = estimated_cost(observer, real, tunable)
+        cost = estimated_instructions(observer, real, tunable)
         with staged_directory(self.out) as stage:
             write = observer_export.WRITERS[self.target]
             files = write(observer, stage, real, name=self.name, tunable=tunable)
@@ -119,7 +119,7 @@ class CodegenRequest:
                 files += generate_vehicle(car, stage, real, name=self.name)
             finals = [self.out.resolve() / path.name for path in files]
             size = observer_export.state_bytes(files, self.name)
-            observer_export.append_origin(files, comment(described_by(inputs), self.model))
+            observer_export.append_origin(files, origin_comment(rig_or_vehicle_file(inputs), self.model))
             inputs.refuse_overwriting(finals)
             require_replaceable(finals)
         # After the files are there: whoever reads the first line alone has them all the same.
@@ -128,5 +128,5 @@ class CodegenRequest:
         observer_export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
         if found is not None and (taken := found.ground_taken(self.ground)):
             say(taken)
-        show({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
+        show_json({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
         say(f"wrote {', '.join(path.name for path in files)} to {self.out}")

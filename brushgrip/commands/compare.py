@@ -48,12 +48,12 @@ class CompareRequest(RecordingRequest):
     def run(self) -> None:
         """Write the comparison of methods, and say what it says."""
         from brushgrip.comparison.cases import author_files, check_references, make_cases
-        from brushgrip.comparison.method_scores import compare, summarise
+        from brushgrip.comparison.error_and_calculation_time import compare_methods, summarise
         from brushgrip.comparison.methods import default_methods, trained_methods
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
         from brushgrip.estimation.suspicious_recordings import implausibility_lines
         from brushgrip.outputs.atomic import check_png_name, is_same_file, staged_files, write_utf8
-        from brushgrip.outputs.console import progress, say, show, warn
+        from brushgrip.outputs.console import progress, say, show_json, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment
         from brushgrip.pictures.box_plots import draw_boxes
         from brushgrip.wording.formatting import json_text
@@ -79,7 +79,7 @@ class CompareRequest(RecordingRequest):
             methods += trained_methods(make_cases(training, self.author, ()))
         with staged_files(finals) as stages:
             with progress() as report:
-                results = compare(cases, methods, report)
+                results = compare_methods(cases, methods, report)
             summaries = summarise(results, methods)
             document = comparison_dict(results, summaries) | {KEY: made}
             staged = dict(zip(finals, stages, strict=True))
@@ -92,6 +92,6 @@ class CompareRequest(RecordingRequest):
             if self.picture is not None:
                 draw_boxes(staged[self.picture], results, [row.method for row in summaries])
         print_comparison(results, summaries)
-        show(document)
+        show_json(document)
         if finals:
             say(f"wrote {', '.join(map(str, finals))}")

@@ -17,7 +17,7 @@ from brushgrip.commands.options import (
     VehicleFile,
     file_option,
 )
-from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.option_choices import ObserverName
 
 if TYPE_CHECKING:
     from brushgrip.running.batch import EstimateOutcome
@@ -96,9 +96,9 @@ class EstimateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
-        from brushgrip.estimation.observers_over_recordings import chosen_aligning, observer_factory
+        from brushgrip.estimation.observe_recording import aligning_torque_model, observer_factory
         from brushgrip.inputs.command_inputs import staged_tables
-        from brushgrip.inputs.settings import chosen_tuning
+        from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
         from brushgrip.running.batch import (
             EstimateTask,
@@ -107,11 +107,12 @@ class EstimateRequest(GroundRequest):
             summary_csv,
             task_submission,
         )
-        from brushgrip.wording.remarks import with_early_ends
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
-        aligning = chosen_aligning(by_direction=self.by_direction, stiffness_state=self.stiffness_state)
+        aligning = aligning_torque_model(
+            by_direction=self.by_direction, stiffness_state=self.stiffness_state
+        )
         observer_factory(self.observer, tuning, aligning)
         alone = len(self.recordings) == 1 and self.summary is None
         finals = other_outputs(self.out, self.summary, self.picture, alone=alone)
@@ -149,19 +150,17 @@ class EstimateRequest(GroundRequest):
             if alone and (fault := outcomes[0].fault):
                 raise fault
             if self.summary:
-                rows = with_early_ends([outcome.row for outcome in outcomes])
-                outcomes = [replace(one, row=row) for one, row in zip(outcomes, rows, strict=True)]
-                write_utf8(stages[0], summary_csv(rows))
+                write_utf8(stages[0], summary_csv([outcome.row for outcome in outcomes]))
         self._say(outcomes, finals, inputs.found())
 
     def _say(
         self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path], found: "FoundModel | None"
     ) -> None:
         """Print what was estimated; recordings that could not be are a fault."""
-        from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.report.printed import say_grounds
+        from brushgrip.outputs.console import print_table, say, show_json
+        from brushgrip.report.printed_results import say_ground_values
         from brushgrip.wording.diagnosis_in_words import taken_from_model
-        from brushgrip.wording.remarks import (
+        from brushgrip.wording.recording_remarks import (
             friction_of_grounds,
             friction_range,
             printed_rows,
@@ -174,7 +173,7 @@ class EstimateRequest(GroundRequest):
         if found is not None:
             say(f"From {self.model}: {taken_from_model(found)}.")
         grounds = {str(row["recording"]): str(row["ground"]) or None for row in rows if not row["fault"]}
-        say_grounds(grounds, found)
+        say_ground_values(grounds, found)
         if len(rows) == 1 and not self.summary:
             for line in outcomes[0].lines:
                 say(line)
@@ -191,7 +190,7 @@ class EstimateRequest(GroundRequest):
                 say(counts)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
-        show(rows)
+        show_json(rows)
         if faults:
             raise InvalidInputError(
                 f"{len(faults)} of {len(rows)} recordings could not be estimated; the first is"

@@ -40,7 +40,7 @@ class FetchRequest:
     def run(self) -> None:
         """Bring the published measurements to where recordings are looked for."""
         from brushgrip.inputs.recordings import download_folder
-        from brushgrip.outputs.console import say, show
+        from brushgrip.outputs.console import say, show_json
         from brushgrip.published import fetch, friction_damper
 
         if self.which is Published.FRICTION_DAMPER:
@@ -52,5 +52,5 @@ class FetchRequest:
         else:
             folder = self.out or download_folder()
             files = fetch.fetch(folder, say=say)
-        show({"folder": str(folder), "files": [str(path) for path in files]})
+        show_json({"folder": str(folder), "files": [str(path) for path in files]})
         say(f"{len(files)} file{'s' * (len(files) != 1)} in {folder}")

@@ -9,7 +9,7 @@ from brushgrip.commands.options import ChannelMap, OutJson, RigFile, VehicleFile
 if TYPE_CHECKING:
     from brushgrip.inputs.command_inputs import Inputs
     from identification.steering.full_slide_calibration import TyresResult
-    from identification.steering.plates import PlatesResult
+    from identification.steering.gear_friction_on_plates import PlatesResult
     from symbolic import Vehicle
 
 USUAL_TOLERANCE = 0.05
@@ -109,12 +109,12 @@ class IdentifyRequest:
 
     def _run_car(self, vehicle: Path, recordings: list[str]) -> None:
         """Write what recordings on plates, or on ground of known friction, tell of a car."""
-        from brushgrip.inputs.command_inputs import locate_inputs
+        from brushgrip.inputs.command_inputs import gather_inputs
         from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
-        from brushgrip.outputs.console import print_table, say, show
+        from brushgrip.outputs.console import print_table, say, show_json
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text
-        from brushgrip.wording.formatting import json_text, listed, percent, quantity
+        from brushgrip.wording.formatting import json_text, listed, percent, value_with_std
         from identification import read_vehicle
         from identification.steering.full_slide_calibration import TyresResult
         from symbolic import InvalidInputError
@@ -123,7 +123,7 @@ class IdentifyRequest:
         finals = [path for path in (self.out, written) if path]
         if self.out and written and is_same_file(self.out, written):
             raise InvalidInputError(f"{written}: --write-vehicle and --out must name different files")
-        inputs = locate_inputs(recordings, vehicle=vehicle, channel_map=self.channel_map)
+        inputs = gather_inputs(recordings, vehicle=vehicle, channel_map=self.channel_map)
         inputs.refuse_overwriting(finals)
         key, title = ("plates", "Steering, wheels on plates") if self.plates else ("tyres", "Tyres")
         car = read_vehicle(vehicle)
@@ -137,20 +137,20 @@ class IdentifyRequest:
                 held_for = {"slide_factor": f"{on}, load {car.front_axle_load:g} N"}
                 text = identified_vehicle_text(vehicle, car, result, {} if self.plates else held_for)
                 write_utf8(stages[-1], text)
-        rows = [(name, quantity(one)) for name, one in result.parameters.items()]
+        rows = [(name, value_with_std(one)) for name, one in result.parameters.items()]
         if isinstance(result, TyresResult):
             rows.append(("unexplained, of full slide (rms)", percent(result.rest)))
         print_table(title, ("", "value ± standard deviation"), rows)
         self._say_assumed(car, result)
         if finals:
             say(f"wrote {listed(list(map(str, finals)))}")
-        show(document)
+        show_json(document)
 
     def _say_assumed(self, car: "Vehicle", result: "PlatesResult | TyresResult") -> None:
         """Print what a result rests on, and what it holds for."""
         from brushgrip.outputs.console import say, warn
         from identification.steering.full_slide_calibration import TyresResult
-        from identification.steering.plates import PLATE_FRICTION, slide_force
+        from identification.steering.gear_friction_on_plates import PLATE_FRICTION, slide_force
 
         if not isinstance(result, TyresResult):
             say(
@@ -179,9 +179,9 @@ class IdentifyRequest:
     def _identified(self, car: "Vehicle", inputs: "Inputs") -> "PlatesResult | TyresResult":
         """What recordings on plates, or on ground of known friction, tell of a car."""
         from brushgrip.inputs.command_inputs import require_brakes_known
-        from identification.reading.car import read_rack
+        from identification.reading.car_recordings import read_rack
         from identification.steering.full_slide_calibration import identify_tyres
-        from identification.steering.plates import identify_on_plates
+        from identification.steering.gear_friction_on_plates import identify_on_plates
 
         if self.plates:
             racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
@@ -193,13 +193,13 @@ class IdentifyRequest:
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""
         import identification
-        from brushgrip.inputs.command_inputs import locate_inputs
+        from brushgrip.inputs.command_inputs import gather_inputs
         from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
-        from brushgrip.outputs.console import say, show
+        from brushgrip.outputs.console import say, show_json
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import declared_rig, identified_rig_text
         from brushgrip.pictures.free_decay_fit import draw_free_decay
-        from brushgrip.report.printed import print_free_decay
+        from brushgrip.report.printed_results import print_free_decay
         from brushgrip.wording.formatting import free_decay_document, json_text, listed
         from identification.thesis import estimate_by_decrement
         from symbolic import BrushgripError, InvalidInputError
@@ -213,7 +213,7 @@ class IdentifyRequest:
         if written and any(is_same_file(written, other) for other in results):
             raise InvalidInputError(f"{written}: --write-rig and --out must name different files")
         finals = [*results, *([written] if written else [])]
-        inputs = locate_inputs(recordings, rig=self.rig, channel_map=self.channel_map)
+        inputs = gather_inputs(recordings, rig=self.rig, channel_map=self.channel_map)
         inputs.refuse_overwriting(finals)
         decays = inputs.decays()
         declared = declared_rig(decays, self.rig) if written else None
@@ -231,4 +231,4 @@ class IdentifyRequest:
         print_free_decay(result, decrement)
         if finals:
             say(f"wrote {listed(list(map(str, finals)))}")
-        show(document)
+        show_json(document)

@@ -19,10 +19,10 @@ from brushgrip.commands.options import (
     file_option,
     option,
 )
-from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.option_choices import ObserverName
 
 if TYPE_CHECKING:
-    from brushgrip.live.sender import Sender
+    from brushgrip.live.sender import FrictionSender
     from brushgrip.live.session import Session
 
 
@@ -94,14 +94,14 @@ class LiveRequest:
 
     def run(self) -> None:
         """Follow the source until it is told to end."""
-        from brushgrip.live.sender import DATABASE, Sender
+        from brushgrip.live.sender import DATABASE, FrictionSender
         from brushgrip.outputs.atomic import staged_file, write_utf8
 
         if self.send_dbc is not None:
             with staged_file(self.send_dbc) as stage:
                 write_utf8(stage, DATABASE)
         with ExitStack() as stack:
-            senders = [stack.enter_context(closing(Sender(spec))) for spec in self.send or ()]
+            senders = [stack.enter_context(closing(FrictionSender(spec))) for spec in self.send or ()]
             self._run(self._session(tuple(senders)))
 
     def _run(self, session: "Session") -> None:
@@ -120,25 +120,25 @@ class LiveRequest:
             if session.begun:
                 self._conclude(session)
 
-    def _session(self, senders: "tuple[Sender, ...]") -> "Session":
+    def _session(self, senders: "tuple[FrictionSender, ...]") -> "Session":
         from dataclasses import replace
 
-        from brushgrip.estimation.observers_over_recordings import observer_factory
-        from brushgrip.inputs.command_inputs import locate_inputs
-        from brushgrip.inputs.settings import chosen_limits, chosen_tuning, share_of
+        from brushgrip.estimation.observe_recording import observer_factory
+        from brushgrip.inputs.command_inputs import gather_inputs
+        from brushgrip.inputs.option_values import chosen_limits, chosen_tuning, parse_share
         from brushgrip.live.adviser import Adviser
         from brushgrip.live.session import Session
-        from brushgrip.live.session_setup import follow
+        from brushgrip.live.session_setup import source_and_estimator
 
-        inputs = locate_inputs(
+        inputs = gather_inputs(
             rig=self.rig, vehicle=self.vehicle, model=self.model, channel_map=self.channel_map,
             effects=self.effects,
         )  # fmt: skip
         signals = replace(inputs.signals, dbc=self.dbc or inputs.signals.dbc)
         factory = observer_factory(self.observer, chosen_tuning(self.tuning, self.tune))
         limits = chosen_limits(self.limit)
-        adviser = None if self.target is None else Adviser(share_of(self.target), limits)
-        opened, estimator = follow(
+        adviser = None if self.target is None else Adviser(parse_share(self.target), limits)
+        opened, estimator = source_and_estimator(
             self.source, replace(inputs, signals=signals), factory, speed=self.speed, ground=self.ground,
             adviser=adviser,
         )  # fmt: skip
@@ -148,7 +148,7 @@ class LiveRequest:
         """The page, until it is interrupted; the source is opened once it is there."""
         import webbrowser
 
-        from brushgrip.live.page import serve
+        from brushgrip.live.page import serve_page
         from brushgrip.outputs.console import say
 
         def opened(address: str) -> None:
@@ -157,26 +157,26 @@ class LiveRequest:
             if not self.no_browser:
                 webbrowser.open(address)
 
-        serve(session, self.host, self.port, opened)
+        serve_page(session, self.host, self.port, opened)
 
     def _print(self, session: "Session") -> None:
         """A line a second, until the source ends."""
         import time
 
-        from brushgrip.live.session_state import line_of
+        from brushgrip.live.session_state import state_line
         from brushgrip.outputs.console import say
 
         while not (state := session.state()).ended:
-            say(line_of(state))
+            say(state_line(state))
             time.sleep(1.0)
 
     def _conclude(self, session: "Session") -> None:
-        from brushgrip.live.session_state import line_of
-        from brushgrip.outputs.console import say, show
+        from brushgrip.live.session_state import state_line
+        from brushgrip.outputs.console import say, show_json
 
         state = session.state()
-        say(line_of(state))
+        say(state_line(state))
         say(", ".join(f"{number} {name}" for name, number in state.counts.items()))
         for path in session.recorded:
             say(f"wrote {path}")
-        show({"counts": state.counts, "wrote": [str(path) for path in session.recorded]})
+        show_json({"counts": state.counts, "wrote": [str(path) for path in session.recorded]})

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from brushgrip.inputs.choices import ObserverName, TorqueChannel, TuningPreset
+from brushgrip.inputs.option_choices import ObserverName, TorqueChannel, TuningPreset
 
 if TYPE_CHECKING:
     from brushgrip.inputs.command_inputs import Inputs
@@ -181,10 +181,10 @@ class RecordingRequest:
     effects: EffectModules = None
 
     def inputs(self, more: Sequence[str] = (), **options: Any) -> "Inputs":
-        """The recordings, then those of `more`, with what else is read; see `locate_inputs`."""
-        from brushgrip.inputs.command_inputs import locate_inputs
+        """The recordings, then those of `more`, with what else is read; see `gather_inputs`."""
+        from brushgrip.inputs.command_inputs import gather_inputs
 
-        return locate_inputs(
+        return gather_inputs(
             [*self.recordings, *more],
             rig=self.rig,
             channel_map=self.channel_map,

@@ -18,7 +18,7 @@ from brushgrip.commands.options import (
     file_option,
     option,
 )
-from brushgrip.inputs.choices import ModelObserverName, TorqueChannel
+from brushgrip.inputs.option_choices import ModelObserverName, TorqueChannel
 
 if TYPE_CHECKING:
     from identification import SignalSource
@@ -83,13 +83,13 @@ class PlanRequest:
     def run(self) -> None:
         """Write the path and say how far to turn on each ground."""
         from brushgrip.inputs.chosen_observer import chosen_observer
-        from brushgrip.inputs.command_inputs import locate_inputs, staged_tables
-        from brushgrip.inputs.settings import (
+        from brushgrip.inputs.command_inputs import gather_inputs, staged_tables
+        from brushgrip.inputs.option_values import (
             chosen_limits,
             chosen_tuning,
-            frictions_of,
-            load_of,
-            share_of,
+            parse_frictions,
+            parse_share,
+            wheel_load,
         )
         from brushgrip.outputs.atomic import write_utf8
         from brushgrip.outputs.console import progress
@@ -98,16 +98,16 @@ class PlanRequest:
         from observers import AligningTorque, plan
         from observers.planning.plan import MUS
 
-        limits, target = chosen_limits(self.limit), share_of(self.target)
-        mus = MUS if self.mu is None else frictions_of(self.mu)
+        limits, target = chosen_limits(self.limit), parse_share(self.target)
+        mus = MUS if self.mu is None else parse_frictions(self.mu)
         tuning = chosen_tuning(self.tuning, self.tune)
-        inputs = locate_inputs(
+        inputs = gather_inputs(
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
         observer = chosen_observer(self.observer, self.torque, inputs, tuning)
         if self.vehicle is None and observer.channel == "M_z":
             observer = replace(observer, measurement_model=AligningTorque(stiffness=True))
-        F_N = load_of(self.vehicle, self.load)
+        F_N = wheel_load(self.vehicle, self.load)
         finals = [] if self.out is None else [self.out, self.out.with_suffix(".png")]
         settings = {
             "target": target, "limits": vars(limits), "load": F_N, "mu": list(mus),
@@ -126,11 +126,11 @@ class PlanRequest:
 
     def _say(self, planned: "Plan", finals: list[Path], angle: "SignalSource") -> None:
         """Print what the plan tells on each ground; a target that is missed on one is a fault."""
-        from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.outputs.plan_texts import plan_document, rows_by_ground, turning
+        from brushgrip.outputs.console import print_table, say, show_json
+        from brushgrip.outputs.plan_texts import plan_document, rows_by_ground, turning_instruction
         from symbolic import BrushgripError
 
-        say(turning(planned, self.vehicle, angle))
+        say(turning_instruction(planned, self.vehicle, angle))
         of, unit = ("handwheel, ", "deg") if self.vehicle else ("", "rad")
         headings = ("mu", f"{of}travel [{unit}]", "time [s]", f"{of}angle [{unit}]", "sigma/mu")
         title = f"until sigma/mu is {planned.target:.1%} (95 % band ± {2 * planned.target:.0%} of mu)"
@@ -144,7 +144,7 @@ class PlanRequest:
             say(reason)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
-        show(plan_document(planned))
+        show_json(plan_document(planned))
         if planned.reasons:
             missed = (mu for mu, at in zip(planned.mus, planned.reached, strict=True) if at is None)
             raise BrushgripError(

@@ -25,15 +25,15 @@ class SimulateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
-        from brushgrip.estimation.simulated_torque import (
+        from brushgrip.estimation.predicted_torque import (
             model_and_values,
-            simulated_torque,
+            predicted_torque,
             values_in_words,
         )
         from brushgrip.inputs.command_inputs import staged_tables
         from brushgrip.outputs.atomic import table_path, write_utf8
-        from brushgrip.outputs.console import say, show
-        from brushgrip.report.printed import say_grounds
+        from brushgrip.outputs.console import say, show_json
+        from brushgrip.report.printed_results import say_ground_values
         from brushgrip.wording.formatting import csv_text
         from symbolic import InvalidInputError
 
@@ -46,11 +46,11 @@ class SimulateRequest(GroundRequest):
             recordings, found = inputs.recordings(torque_required=False), inputs.found()
             models = [model_and_values(recording, found, self.mu) for recording in recordings]
             for recording, (model, values), stage in zip(recordings, models, stages, strict=True):
-                torque = simulated_torque(recording, model, values, found)
+                torque = predicted_torque(recording, model, values, found)
                 write_utf8(stage, csv_text({"t": recording.t, "M_z": torque}))
         for recording, (_, values) in zip(recordings, models, strict=True):
             say(values_in_words(recording, values, found, self.mu))
-        say_grounds({recording.name: recording.ground for recording in recordings}, found)
+        say_ground_values({recording.name: recording.ground for recording in recordings}, found)
         for final in finals:
             say(f"wrote {final}")
-        show({"wrote": list(map(str, finals))})
+        show_json({"wrote": list(map(str, finals))})

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from brushgrip.inputs.command_inputs import Inputs
 from identification import Recording
-from identification.thesis import PublishedFriction, aligned, published_file, read_published_friction
+from identification.thesis import AuthorEstimate, aligned, author_estimate_file, read_author_estimate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 
@@ -33,7 +33,7 @@ class Case:
     recording: Recording
     declared: float  # Friction coefficient that errors refer to [1]; a reference, not the truth.
     origin: str  # Of that coefficient.
-    author: PublishedFriction | None  # The author's estimate, if any.
+    author: AuthorEstimate | None  # The author's estimate, if any.
     span: slice  # Samples from the beginning of the turn on, or those of the author's estimate.
     settled: NDArray[np.bool_]  # True where the error is taken.
 
@@ -59,8 +59,8 @@ class Case:
 
 def make_case(recording: Recording, author_folder: Path | None, declared: float | None = None) -> Case:
     """A case for a recording, with the author's estimate where the folder has one."""
-    file = None if author_folder is None else published_file(author_folder, recording.name)
-    author = None if file is None or not file.exists() else read_published_friction(file)
+    file = None if author_folder is None else author_estimate_file(author_folder, recording.name)
+    author = None if file is None or not file.exists() else read_author_estimate(file)
     if author is None:
         first, last = _beginning(recording), recording.t.size
     else:
@@ -116,7 +116,7 @@ def check_references(declared: Sequence[float], recordings: int, author: Path | 
 def author_files(recordings: Iterable[Path], author: Path | None) -> list[Path]:
     """The estimates of [Györök 2022] that may be read along with these recordings."""
     folders = {path.parent for path in recordings} if author is None else {author}
-    return [path for folder in folders for path in folder.glob(published_file(Path(), "*").name)]
+    return [path for folder in folders for path in folder.glob(author_estimate_file(Path(), "*").name)]
 
 
 def _beginning(recording: Recording) -> int:
@@ -129,7 +129,7 @@ def _beginning(recording: Recording) -> int:
 
 
 def _declared(
-    recording: Recording, author: PublishedFriction | None, given: float | None
+    recording: Recording, author: AuthorEstimate | None, given: float | None
 ) -> tuple[float, str]:
     if given is not None:
         return given, "--declared"

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from brushgrip.comparison.cases import Case
-from brushgrip.estimation.observers_over_recordings import (
+from brushgrip.estimation.observe_recording import (
     ObserverFactory,
     model_observer,
     mu_eff_or_mu,
@@ -17,9 +17,9 @@ from brushgrip.estimation.observers_over_recordings import (
     run_arguments,
     run_observer,
 )
-from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.option_choices import ObserverName
 from identification import FoundModel, Recording
-from identification.thesis import Activation, Design, FrictionNetwork, label_mean, train
+from identification.thesis import Activation, FrictionNetwork, NetworkDesign, label_mean, train_network
 from observers import Ekf, RootObserver, ZoneHistory, run, zone_history
 from observers.embedded import NativeObserver, compile_native
 from symbolic import Model, Rig, compiler
@@ -142,18 +142,22 @@ def all_inputs(recording: Recording) -> Array:
     return np.column_stack([inputs, rig.e * ones, *state, rig.a * ones, k * ones, analytic.mu])
 
 
-def neural_network(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:
+def neural_network(
+    recordings: Sequence[Recording], design: NetworkDesign | None = None
+) -> FrictionNetwork:
     """The neural network of [Györök 2022], section 4.1, trained on recordings with a declared mu."""
-    return train(recordings, angle_and_torque_inputs, design, name="neural network")
+    return train_network(recordings, angle_and_torque_inputs, design, name="neural network")
 
 
-def corrected_root(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:
+def network_corrected_root(
+    recordings: Sequence[Recording], design: NetworkDesign | None = None
+) -> FrictionNetwork:
     """Root solve with a correcting network: scientific machine learning, [Györök 2022], section 4.2.
 
     The activation is always tanh, the best in section 4.2.
     """
-    tanh = replace(design or Design(), activation=Activation.TANH)
-    return train(recordings, all_inputs, tanh, base=ANALYTIC, name="root and network")
+    tanh = replace(design or NetworkDesign(), activation=Activation.TANH)
+    return train_network(recordings, all_inputs, tanh, base=ANALYTIC, name="root and network")
 
 
 def trained_methods(training: Sequence[Case]) -> list[Method]:
@@ -161,7 +165,7 @@ def trained_methods(training: Sequence[Case]) -> list[Method]:
     labelled = [
         replace(case.recording, tyre=replace(case.recording.tyre, mu=case.declared)) for case in training
     ]
-    return [neural_network(labelled), corrected_root(labelled), label_mean(labelled)]
+    return [neural_network(labelled), network_corrected_root(labelled), label_mean(labelled)]
 
 
 def _zones(recording: Recording) -> ZoneHistory:

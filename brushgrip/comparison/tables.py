@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from brushgrip.comparison.cases import SETTLED
-from brushgrip.comparison.method_scores import PUBLISHED, CaseScores, MethodSummary
+from brushgrip.comparison.error_and_calculation_time import PUBLISHED, CaseScores, MethodSummary
 from brushgrip.outputs.console import print_table, print_text
-from symbolic.compilation.operating_system import processor
+from symbolic.compilation.operating_system import processor_description
 
 NOTE = (
     "RMSE of the effective friction μ_eff (μ on the declared model) against the declared μ, from"
@@ -73,7 +73,9 @@ def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]
     return {
         "settled": SETTLED,
         "machine": {
-            "processor": processor("model name") or platform.processor() or platform.machine(),
+            "processor": processor_description("model name")
+            or platform.processor()
+            or platform.machine(),
             "python": platform.python_version(),
         },
         "published": [asdict(row) for row in PUBLISHED],

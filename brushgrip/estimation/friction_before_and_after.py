@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.budget import friction_budget
+from brushgrip.estimation.friction_budget import friction_budget
 from brushgrip.estimation.friction_over_load import at_load, common_load
-from brushgrip.estimation.observers_over_recordings import (
+from brushgrip.estimation.observe_recording import (
     FrictionTrack,
     friction_track,
     has_aligning_torque,
     observe,
     observer_factory,
 )
-from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction

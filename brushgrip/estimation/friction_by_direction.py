@@ -8,7 +8,7 @@ from math import copysign, nan
 
 import numpy as np
 
-from brushgrip.wording.friction import WAYS, last_usable, with_95_band
+from brushgrip.wording.friction_in_words import WAYS, last_usable, with_95_band
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Observer, Status
 from symbolic.array_alias import Array
 
@@ -81,11 +81,11 @@ def single_friction(observer: Observer) -> Observer:
     return observer
 
 
-def with_checked_scale(estimates: Estimates, single: Estimates) -> Estimates:
-    """Friction by direction, not informed before the one of `single` is, nor where that is suspect."""
-    found = np.logical_or.accumulate(single.informed)
-    status = estimates.status | np.where(found, 0, int(Status.ACQUIRING))
-    status |= single.status & int(Status.SUSPECT)
+def gated_by_single_friction(by_direction: Estimates, single_estimates: Estimates) -> Estimates:
+    """Friction by direction, not informed before the single one is, nor where that is suspect."""
+    found = np.logical_or.accumulate(single_estimates.informed)
+    status = by_direction.status | np.where(found, 0, int(Status.ACQUIRING))
+    status |= single_estimates.status & int(Status.SUSPECT)
     checked = status & UNCHECKED == 0
-    informed, usable = estimates.informed & checked, estimates.usable & checked
-    return replace(estimates, status=status, informed=informed, usable=usable)
+    informed, usable = by_direction.informed & checked, by_direction.usable & checked
+    return replace(by_direction, status=status, informed=informed, usable=usable)

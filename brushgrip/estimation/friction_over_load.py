@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgrip.wording.remarks import OVER_LOAD
+from brushgrip.wording.recording_remarks import OVER_LOAD
 from identification import FoundModel, Recording
 from observers import Estimates
 from symbolic.array_alias import Array

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgrip.wording.friction import LACKING
+from brushgrip.wording.friction_in_words import LACKING
 from identification import Recording
-from identification.reading.signal_map import USUAL_RATIO, SignalSource, mending_map
+from identification.reading.signal_map import USUAL_RATIO, SignalSource, corrected_map
 from identification.reading.units import factor_of
 from identification.reading.units_by_magnitude import unit_of_period
 
@@ -77,7 +77,7 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
         changed["psi"], ratio = _angle(recording)
     elif changed:
         ratio = ""
-    return why + (f": {mending_map(recording.sources, changed)}" if changed else "") + ratio + counter
+    return why + (f": {corrected_map(recording.sources, changed)}" if changed else "") + ratio + counter
 
 
 def _if_scaled(recording: Recording, torque: str, scale: float) -> str:
@@ -86,16 +86,16 @@ def _if_scaled(recording: Recording, torque: str, scale: float) -> str:
         return FOR_K
     source, angle = _source(recording, torque), _source(recording, "psi")
     of_hand = f"if psi is the steering wheel's, without a ratio yet: --steering-ratio {USUAL_RATIO}; "
-    shaft = mending_map(recording.sources, {torque: source.geared(torque)})
+    shaft = corrected_map(recording.sources, {torque: source.geared(torque)})
     told = f"; {'' if source.ratio else of_hand}if the torque is of its shaft: {shaft}{source.for_ratio}"
     if scale >= MIN_SCALE:
         return told
     if angle.unit is None:
         degrees = {"psi": replace(angle, unit="deg")}
-        told += f"; if psi is in degrees: {mending_map(recording.sources, degrees)}"
+        told += f"; if psi is in degrees: {corrected_map(recording.sources, degrees)}"
     other = "N m" if source.unit else "kN m"
     entry = {torque: replace(source, unit=other.replace(" ", ""))}
-    return f"{told}; if the torque is in {other}: {mending_map(recording.sources, entry)}"
+    return f"{told}; if the torque is in {other}: {corrected_map(recording.sources, entry)}"
 
 
 def in_channels(recording: Recording, text: str) -> str:
@@ -103,7 +103,7 @@ def in_channels(recording: Recording, text: str) -> str:
     source = _source(recording, "M")
     turned = {"M_z": replace(source, factor=-source.factor)}
     others = {column: one for column, one in recording.sources.items() if column != "M"}
-    return text.replace("--map M_z=-M", mending_map(others, turned))
+    return text.replace("--map M_z=-M", corrected_map(others, turned))
 
 
 def _if_t_counts_samples(recording: Recording) -> str:

@@ -8,21 +8,21 @@ from numpy.typing import NDArray
 
 from brushgrip.estimation.friction_by_direction import single_friction
 from brushgrip.estimation.map_correction import TIME, causes_with_map
-from brushgrip.estimation.observers_over_recordings import (
+from brushgrip.estimation.observe_recording import (
     ObserverFactory,
     angle_without_imputed,
     has_aligning_torque,
     samples_of,
     torque_channel,
 )
-from brushgrip.wording.friction import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
+from brushgrip.wording.friction_in_words import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
-from identification.reading.sensor_end import sensor_end
-from identification.reading.sensor_range import (
+from identification.reading.declared_sensor_range import (
     greatest_friction,
     share_beyond_range,
-    within_range,
+    within_declared_range,
 )
+from identification.reading.sensor_saturation import sensor_saturation
 from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.protocol import MAX_SAMPLE_PERIOD
@@ -39,7 +39,7 @@ MAX_REPLAYED_SAMPLES = 20_000
 
 def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
-    used = map(within_range, recordings)
+    used = map(within_declared_range, recordings)
     return [f"{r.name}: {suspects}" for r in used if (suspects := _suspects(r))]
 
 
@@ -181,7 +181,7 @@ def beyond_range(recording: Recording) -> str:
 
 def unstated_range(recording: Recording) -> str:
     """That the sensor of the torque seems to end, where no range is declared; empty if it does not."""
-    end = None if recording.standstills is not None else sensor_end(recording)
+    end = None if recording.standstills is not None else sensor_saturation(recording)
     if end is None:
         return ""
     return (

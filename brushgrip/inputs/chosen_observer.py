@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from brushgrip.inputs.command_inputs import Inputs
-from brushgrip.inputs.settings import ChosenTuning
+from brushgrip.inputs.option_values import ChosenTuning
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, car_observer, from_files, tuning_for
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.factory import read_vehicle_file
@@ -29,7 +29,7 @@ def window_setting(observer: str, window: int | None) -> dict[str, int]:
     return {"window": window}
 
 
-def described_by(inputs: Inputs) -> Path:
+def rig_or_vehicle_file(inputs: Inputs) -> Path:
     """The file that describes the rig or the car."""
     if (described := inputs.rig or inputs.vehicle) is None:
         raise InvalidInputError("--rig and --vehicle are both missing; name one of them")
@@ -45,7 +45,7 @@ def chosen_observer(
     **settings: Any,
 ) -> ModelObserver:
     """The observer of this name for a torque, "M_z" or "M"; settings are further fields of it."""
-    kind, described, (tuning, by_hand) = KINDS[name], described_by(inputs), chosen or (None, None)
+    kind, described, (tuning, by_hand) = KINDS[name], rig_or_vehicle_file(inputs), chosen or (None, None)
     if inputs.vehicle is None:
         measured = AligningTorque() if torque == "M_z" else SteeringTorque()
         return from_files(

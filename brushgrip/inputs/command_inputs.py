@@ -12,7 +12,7 @@ import numpy as np
 
 from brushgrip.inputs.recordings import (
     grounds_by_name,
-    locate,
+    locate_recordings,
     refuse_overwriting,
     shares_samples,
     unique_labels,
@@ -21,8 +21,8 @@ from brushgrip.inputs.user_effects import effect_files, user_effects
 from brushgrip.outputs.atomic import staged_files, write_utf8
 from brushgrip.outputs.provenance import (
     Provenance,
-    files_behind,
-    is_behind,
+    files_of_model,
+    is_one_of,
     provenance_file,
     provenance_of,
     warn_of_another_rig,
@@ -40,8 +40,8 @@ from identification import (
     read_signals,
     read_vehicle,
 )
-from identification.reading.chosen_map import with_steering_ratio
-from identification.reading.file_content import read_bytes
+from identification.reading.bytes_and_text import read_bytes
+from identification.reading.map_for_file import with_steering_ratio
 from identification.reading.readers import files_beside
 from identification.reading.shortened_recordings import trimmed
 from identification.reading.signal_map import parse_maps
@@ -111,8 +111,8 @@ class Inputs:
         """
         if self.model is None:
             return None
-        found, files = read_model(self.model, effects=self.effects), files_behind(self.model)
-        same = {label for label in self.paths.keys() & found.own if is_behind(self.paths[label], files)}
+        found, files = read_model(self.model, effects=self.effects), files_of_model(self.model)
+        same = {label for label in self.paths.keys() & found.own if is_one_of(self.paths[label], files)}
         own, rig = ({n: v for n, v in of.items() if n in same} for of in (found.own, found.rig))
         return replace(found, own=own, rig=rig)
 
@@ -147,7 +147,7 @@ class Inputs:
         return provenance_of(self.files, rig, self.model, self.signals.to_dict(), **settings)
 
 
-def locate_inputs(
+def gather_inputs(
     recordings: Sequence[str] = (),
     *,
     rig: Path | None = None,
@@ -171,7 +171,7 @@ def locate_inputs(
         )
     warn_of_another_rig(rig, model)
     own = user_effects(effects)
-    located = [locate(name, of_car=vehicle is not None) for name in recordings]
+    located = [locate_recordings(name, of_car=vehicle is not None) for name in recordings]
     if twice := next((two for two in combinations(located, 2) if two[0].samefile(two[1])), None):
         raise _twice(*twice)
     signals = SignalMap() if (described := rig or vehicle) is None else read_signals(described)

@@ -32,7 +32,7 @@ class Adviser:
         Where the target is reached, the old plan counts no more before the new one knows of it.
         """
         if self._reached and not self._judged:
-            return reached(self._target)
+            return target_reached_text(self._target)
         return self._text
 
     def begin(self, observer: Observer) -> None:
@@ -87,7 +87,7 @@ def _is_lost(estimate: Estimate) -> bool:
     return not estimate.usable and bool(estimate.status & LOST)
 
 
-def reached(target_deviation: float) -> str:
+def target_reached_text(target_deviation: float) -> str:
     """That the deviation over friction that was wanted is reached."""
     return f"friction is known to {target_deviation:.1%}, stop turning"
 
@@ -95,7 +95,7 @@ def reached(target_deviation: float) -> str:
 def advice_text(advice: Advice, psi: float, target_deviation: float) -> str:
     """An advice in a sentence, by the angle now [rad] and the deviation over friction wanted [1]."""
     if advice.finished:
-        return reached(target_deviation)
+        return target_reached_text(target_deviation)
     if advice.stopped:
         return f"stop turning: {advice.reason}"
     left = degrees(advice.toward - psi)

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.live.mapped_columns import Columns, Row
+from brushgrip.live.mapped_columns import MappedColumns, Row
 from brushgrip.live.sources import MAX_MESSAGES_AT_ONCE, WAIT
-from identification.reading.formats.can import is_extended, read_database, within_range
+from identification.reading.formats.can import is_extended, read_database, within_signal_range
 from identification.reading.formats.opening import import_library
 
 MAX_SKEW = 0.1
@@ -26,7 +26,7 @@ class CanSource:
 
     waits = False
 
-    def __init__(self, interface: str, channel: str, dbc: Path, columns: Columns) -> None:
+    def __init__(self, interface: str, channel: str, dbc: Path, columns: MappedColumns) -> None:
         """Join the bus; an OSError where there is none."""
         self.refused, self.fault = 0, ""
         can, database = import_library("can", "can", dbc), read_database(dbc)
@@ -89,7 +89,7 @@ class CanSource:
             last, pause = self._came.get(column, (now, 0.0))
             self._came[column] = now, pause if self._is_silent(column, now) else max(pause, now - last)
             value = float(content[signal.name])
-            usable = bool(within_range(signal, np.array(value)))
+            usable = bool(within_signal_range(signal, np.array(value)))
             self._values[column] = value * factor if usable else np.nan
             if column in (self._angle, self._torque):
                 self._new[column] = now

@@ -4,8 +4,8 @@ import logging
 from collections.abc import Mapping
 from math import inf
 
-from identification.reading.channel_matching import map_hint, match_channel
-from identification.reading.chosen_map import fitting_map, unit_by_name
+from identification.reading.channels_by_name import map_hint, match_channel
+from identification.reading.map_for_file import map_for_file, unit_by_name
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_VALUES, possible_columns
 from identification.reading.units import unit_of_name
@@ -26,7 +26,7 @@ def out_of_range(row: Row) -> list[str]:
     return [n for n, size in sizes.items() if abs(row[n]) > size or (n == "F_N" and row[n] <= 0)]
 
 
-class Columns:
+class MappedColumns:
     """The columns that a map finds among the names of a source."""
 
     def __init__(self, where: str, signals: SignalMap, *, car: bool) -> None:
@@ -43,7 +43,7 @@ class Columns:
     def find(self, units: Mapping[str, str], *, by_part: bool = False) -> dict[str, tuple[str, float]]:
         """Name and factor to SI of each column, by the unit of each name; its last part may do."""
         names, found = list(units), {}
-        signals = fitting_map(self._where, self._signals, names)
+        signals = map_for_file(self._where, self._signals, names)
         for column in possible_columns(self._needed):
             source = signals.of(column)
             name = match_channel(self._where, source.channel.split("/")[-1], names, by_part=by_part)

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.live.ring import Points
+from brushgrip.live.estimate_ring import RingPoints
 from brushgrip.live.session import Session
 from brushgrip.live.session_state import State, friction_of, usability_of
-from brushgrip.wording.friction import with_95_band
+from brushgrip.wording.friction_in_words import with_95_band
 from observers.estimates import BAND_STDS
 from symbolic import InvalidInputError
 
@@ -46,7 +46,7 @@ COLUMNS = (
 )
 
 
-class View:
+class LiveView:
     """View of a session in one browser; `newest` is the time of its newest point [s]."""
 
     def __init__(self, session: Session) -> None:
@@ -80,10 +80,10 @@ class View:
         self.words.text = friction_html(state, self._session.estimator.columns)
         self.button.label = "Stop recording" if self._session.recording else "Record"
 
-    def _columns(self, new: Points) -> dict[str, Any]:
+    def _columns(self, new: RingPoints) -> dict[str, Any]:
         """The last point of every `GRID`, the newest one among them."""
         last = np.diff(np.floor(new.t / GRID), append=np.inf) != 0
-        new = Points(new.end, new.fields[last], new.recorded[last])
+        new = RingPoints(new.end, new.fields[last], new.recorded[last])
         mu_eff, std = new.of("mu_eff"), new.of("mu_eff_std")
         known = np.isfinite(mu_eff)
         mu, std = np.where(known, mu_eff, new.of("mu")), np.where(known, std, new.of("mu_std"))
@@ -146,7 +146,7 @@ def friction_html(state: State, recorded_columns: tuple[str, ...]) -> str:
     )
 
 
-def serve(session: Session, host: str, port: int, opened: Callable[[str], None]) -> None:
+def serve_page(session: Session, host: str, port: int, opened: Callable[[str], None]) -> None:
     """Serve the page until the process is interrupted; `opened` is called with its address."""
     try:
         application, function, server = (
@@ -157,7 +157,7 @@ def serve(session: Session, host: str, port: int, opened: Callable[[str], None])
         raise InvalidInputError("the page needs Bokeh; pip install 'brushgrip[live]'") from None
 
     def show(document: Any) -> None:
-        view = View(session)
+        view = LiveView(session)
         document.title, document.template = "brushgrip live", import_module("jinja2").Template(HEAD)
         document.add_root(view.layout())
         view.update()

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from brushgrip.estimation.suspicious_recordings import load_outside
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
-from identification.reading.car import require_steering, to_mean_wheel
 from identification.reading.car_plausibility import rack_signals, require_plausible_car
+from identification.reading.car_recordings import require_steering, to_mean_wheel
 from identification.reading.rack_derivatives import RackDifferentiator, RackInstant
 from identification.reading.signal_map import ANGLES, NO_MAP, SignalMap
 from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
 from identification.reading.yaw_rate import require_rate_of_angle
 from observers import Estimate, Loop, Observer, Sample, Status
-from observers.interfaces.car import HOLDING
+from observers.interfaces.car_observer import HOLDING
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Vehicle
 

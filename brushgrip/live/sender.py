@@ -37,7 +37,7 @@ CM_ SG_ {IDENTIFIER} usable "Act on friction while this is 1 and the counter adv
 """The DBC file of the frames."""
 
 
-def frame_of(state: State, counter: int) -> bytes:
+def can_frame(state: State, counter: int) -> bytes:
     """The eight bytes of a state; friction that the frame cannot hold is unknown, and not usable."""
     numbers = [value / SCALE if isfinite(value) else UNKNOWN for value in friction_of(state.estimate)]
     mu, std = (round(number) if 0 <= number < UNKNOWN - 1 else UNKNOWN for number in numbers)
@@ -47,7 +47,7 @@ def frame_of(state: State, counter: int) -> bytes:
     return struct.pack("<HHBBH", mu, std, usable + 2 * less, counter % 256, status)
 
 
-def datagram_of(state: State) -> bytes:
+def json_datagram(state: State) -> bytes:
     """A state as a JSON object; null for what is not known."""
     mu, std = (value if isfinite(value) else None for value in friction_of(state.estimate))
     t = state.t if isfinite(state.t) else None
@@ -56,21 +56,21 @@ def datagram_of(state: State) -> bytes:
     return json.dumps(told).encode()
 
 
-class Sender:
+class FrictionSender:
     """Sends states, at most one every `INTERVAL`; what cannot be sent is left out."""
 
-    def __init__(self, spec: str) -> None:
+    def __init__(self, destination: str) -> None:
         """Join a bus, `can:INTERFACE:CHANNEL`, or aim at a port, `udp:PORT` or `udp:HOST:PORT`."""
-        kind, _, rest = spec.partition(":")
+        kind, _, rest = destination.partition(":")
         self._send: Callable[[State], None]
         self.close: Callable[[], None]
         try:
-            self._send = {"udp": self._datagrams, "can": self._frames}[kind](spec, rest)
+            self._send = {"udp": self._datagrams, "can": self._frames}[kind](destination, rest)
         except InvalidInputError:
             raise
         except Exception as error:  # Every interface has errors of its own.
             raise InvalidInputError(
-                f"--send {spec}: allowed: udp:HOST:PORT, can:INTERFACE:CHANNEL; {error}"
+                f"--send {destination}: allowed: udp:HOST:PORT, can:INTERFACE:CHANNEL; {error}"
             ) from None
         self._counter, self._last = 0, 0.0
 
@@ -82,13 +82,13 @@ class Sender:
         self._last, self._counter = now, self._counter + 1
         self._send(state)
 
-    def _datagrams(self, spec: str, rest: str) -> Callable[[State], None]:
-        address, sender = address_of(spec, rest), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    def _datagrams(self, destination: str, rest: str) -> Callable[[State], None]:
+        address, sender = address_of(destination, rest), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         sender.setblocking(False)
 
         def send(state: State) -> None:
             with suppress(OSError):
-                sender.sendto(datagram_of(state), address)
+                sender.sendto(json_datagram(state), address)
 
         self.close = sender.close
         return send
@@ -99,7 +99,7 @@ class Sender:
         bus = can.Bus(interface=interface, channel=channel)
 
         def send(state: State) -> None:
-            data = frame_of(state, self._counter)
+            data = can_frame(state, self._counter)
             message = can.Message(arbitration_id=IDENTIFIER, data=data, is_extended_id=False)
             with suppress(can.CanError, OSError):
                 bus.send(message, timeout=0)

@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.live.adviser import Adviser
+from brushgrip.live.estimate_ring import EstimateRing, RingPoints
 from brushgrip.live.mapped_columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
-from brushgrip.live.ring import Points, Ring
 from brushgrip.live.row_estimation import Point, RowEstimator
 from brushgrip.live.session_state import LastUsable, State
 from brushgrip.live.sources import WAIT, Source
-from brushgrip.live.timestamps import TimestampFilter, arrival
+from brushgrip.live.timestamps import TimestampFilter, arrival_time
 from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
 
@@ -58,7 +58,7 @@ class Session:
         The source is opened again where it is lost. A file to record to is written from the beginning.
         Listeners are told the state after every batch, and now and then without; they must not block.
         """
-        self.ring, self.estimator = Ring(CAPACITY), estimator
+        self.ring, self.estimator = EstimateRing(CAPACITY), estimator
         self._open, self._adviser, self._listeners = open_source, adviser, listeners
         self._file, self.recording = record, record is not None
         self._recorder: Recorder | None = None
@@ -101,7 +101,7 @@ class Session:
 
     def state(self) -> State:
         """How the session stands now."""
-        estimate, age = self._newest, arrival() - self._came
+        estimate, age = self._newest, arrival_time() - self._came
         recorder, ended = self._recorder, self._ended and not self._waiting
         # Nobody turns any more, or no turning makes friction known.
         idle = ended or age >= OLD or not self.plausible
@@ -168,7 +168,7 @@ class Session:
                     return
             room = MAX_QUEUED_SAMPLES - len(self._waiting)
             self._counts["lost"] += max(len(rows) - room, 0)
-            self._waiting.extend(zip(repeat(arrival()), rows[:room], strict=False))
+            self._waiting.extend(zip(repeat(arrival_time()), rows[:room], strict=False))
             if rows:
                 self._arrived.set()
 
@@ -263,7 +263,7 @@ class Session:
                 return
             self._write(self.ring.since(0, self._stretch))
 
-    def _write(self, points: Points) -> None:
+    def _write(self, points: RingPoints) -> None:
         if self._recorder is None:
             return
         said = points.fields[:, -len(ESTIMATE) :]

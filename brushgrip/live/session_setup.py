@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.observers_over_recordings import ObserverFactory
+from brushgrip.estimation.observe_recording import ObserverFactory
 from brushgrip.estimation.suspicious_recordings import weaker_direction
 from brushgrip.inputs.command_inputs import Inputs
-from brushgrip.inputs.recordings import locate
+from brushgrip.inputs.recordings import locate_recordings
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.can_source import CanSource
-from brushgrip.live.mapped_columns import Columns
+from brushgrip.live.mapped_columns import MappedColumns
 from brushgrip.live.row_estimation import CarStandstillEstimator, RowEstimator, WheelRowEstimator
 from brushgrip.live.session_state import address_of
 from brushgrip.live.sources import FileSource, LineSource, Source, UdpSource
@@ -25,7 +25,7 @@ from observers import Observer
 from symbolic import FoundModel, InvalidInputError, Rig, Tyre, Vehicle, rig_of
 
 
-def follow(
+def source_and_estimator(
     spec: str,
     inputs: Inputs,
     factory: ObserverFactory,
@@ -38,12 +38,12 @@ def follow(
     if not 0 < speed < np.inf:
         raise InvalidInputError(f"--speed must be finite and greater than 0, got {speed:g}")
     where, table = spec.removeprefix("replay:"), None
-    columns = Columns(where, inputs.signals, car=inputs.vehicle is not None)
+    columns = MappedColumns(where, inputs.signals, car=inputs.vehicle is not None)
     if spec != "-" and not spec.startswith(("udp:", "can:")):
         needed = ("t",) if inputs.vehicle else required_columns(torque_required=False)
-        located = locate(where, of_car=inputs.vehicle is not None)
+        located = locate_recordings(where, of_car=inputs.vehicle is not None)
         table = read_table(located, needed, READERS, inputs.signals)
-    open_source = opener(spec, columns, inputs.signals.dbc, table, speed)
+    open_source = source_opener(spec, columns, inputs.signals.dbc, table, speed)
     found = inputs.found()
     if inputs.vehicle is not None:
         vehicle = read_vehicle(inputs.vehicle)
@@ -85,8 +85,8 @@ def _stub(rig: Rig, tyre: Tyre, torque: str, ground: str | None) -> Recording:
     )  # fmt: skip
 
 
-def opener(
-    spec: str, columns: Columns, dbc: Path | None, table: Table | None, speed: float
+def source_opener(
+    spec: str, columns: MappedColumns, dbc: Path | None, table: Table | None, speed: float
 ) -> Callable[[], Source]:
     """What opens a source, again where it is lost; a file, of content `table`, runs at `speed`."""
     kind, _, rest = spec.partition(":")

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import isfinite, nan
 
-from brushgrip.wording.friction import CONTRADICTED, with_95_band
+from brushgrip.wording.friction_in_words import CONTRADICTED, with_95_band
 from observers import Estimate, Status
 from symbolic import InvalidInputError
 
@@ -41,7 +41,7 @@ def usability_of(state: State) -> str:
     return "usable" if state.usable else "not usable"
 
 
-def line_of(state: State) -> str:
+def state_line(state: State) -> str:
     """A state on one line."""
     friction = ""
     if state.estimate is not None:

@@ -13,8 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
-from brushgrip.live.mapped_columns import Columns, Row
-from brushgrip.live.timestamps import arrival
+from brushgrip.live.mapped_columns import MappedColumns, Row
+from brushgrip.live.timestamps import arrival_time
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of
 from identification.reading.table import Table
 from identification.reading.units import UNITS, is_unit, unit_of_name
@@ -147,7 +147,7 @@ class FileSource:
 class _TextSource:
     """Lines of text as samples; what cannot be read is counted."""
 
-    def __init__(self, columns: Columns) -> None:
+    def __init__(self, columns: MappedColumns) -> None:
         self.refused, self.fault = 0, ""
         self._columns, self._values_of = columns, LineParser()
 
@@ -156,7 +156,7 @@ class _TextSource:
         for line in lines:
             try:
                 if values := self._values_of(line.decode()):
-                    rows.append({"t": arrival(), **self._columns(values)})
+                    rows.append({"t": arrival_time(), **self._columns(values)})
             except ValueError as error:  # Also of letters, and of columns that are missing.
                 self.refused, self.fault = self.refused + 1, str(error)
         return rows
@@ -167,7 +167,7 @@ class UdpSource(_TextSource):
 
     waits = False
 
-    def __init__(self, address: tuple[str, int], columns: Columns) -> None:
+    def __init__(self, address: tuple[str, int], columns: MappedColumns) -> None:
         """Listen at an address."""
         super().__init__(columns)
         with ExitStack() as stack:
@@ -198,7 +198,7 @@ class LineSource(_TextSource):
 
     waits = True
 
-    def __init__(self, file: int, columns: Columns) -> None:
+    def __init__(self, file: int, columns: MappedColumns) -> None:
         """Read from a descriptor."""
         super().__init__(columns)
         self._file, self._rest = file, b""

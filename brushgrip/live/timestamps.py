@@ -17,13 +17,13 @@ MAX_START_TIME = 1e6
 """Times that begin beyond it, as those since 1970, are counted from the first sample [s]."""
 
 
-def arrival() -> float:
+def arrival_time() -> float:
     """The time of a sample that comes now [s], by a clock that goes on while the machine sleeps."""
     clock = getattr(time, "CLOCK_BOOTTIME", None)  # Linux alone has one
     return time.monotonic() if clock is None else time.clock_gettime(clock)
 
 
-class Timed(NamedTuple):
+class TimedRow(NamedTuple):
     """A row with its time, and whether it begins a stretch without memory of what was before."""
 
     row: Row
@@ -40,7 +40,7 @@ class TimestampFilter:
         self._origin = 0.0
         self._jumped: Row | None = None
 
-    def __call__(self, row: Row) -> list[Timed]:
+    def __call__(self, row: Row) -> list[TimedRow]:
         """The rows that may be used with one more; one beyond a gap waits for a second behind it."""
         t = row.get("t", float("nan"))
         if not (isfinite(t) and abs(t) < MAX_TIME):
@@ -62,10 +62,10 @@ class TimestampFilter:
         self.wrong += jumped is not None
         return []
 
-    def _begin(self, row: Row) -> Timed:
+    def _begin(self, row: Row) -> TimedRow:
         self._origin = row["t"] if abs(row["t"]) > MAX_START_TIME else 0.0
-        return Timed(self._next(row).row, True)
+        return TimedRow(self._next(row).row, True)
 
-    def _next(self, row: Row) -> Timed:
+    def _next(self, row: Row) -> TimedRow:
         self._last = row["t"]
-        return Timed({**row, "t": row["t"] - self._origin}, False)
+        return TimedRow({**row, "t": row["t"] - self._origin}, False)

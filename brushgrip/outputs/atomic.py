@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from symbolic import InvalidInputError
-from symbolic.compilation.temporary_folder import temporary_folder
+from symbolic.compilation.self_cleaning_folder import temporary_folder
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsed
 from rich.progress import Progress as ProgressBar
 from rich.table import Column, Table
 
-from brushgrip.outputs.verbosity import RESULT, SPEECH, Speech
+from brushgrip.outputs.verbosity import RESULT, SPEECH, Verbosity
 from brushgrip.wording.formatting import json_text
 from symbolic.errors import printable
 
@@ -25,13 +25,13 @@ _SECONDS_BETWEEN_LINES = 10.0
 
 def say(text: str) -> None:
     """One line on standard output, not wrapped, so that a path stays whole."""
-    if SPEECH.get() is Speech.PLAIN:
+    if SPEECH.get() is Verbosity.PLAIN:
         Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
 
 
-def show(document: Mapping[str, Any] | Sequence[Any]) -> None:
+def show_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
     """The result of a command as JSON on standard output, where that is wanted."""
-    if SPEECH.get() is Speech.JSON:
+    if SPEECH.get() is Verbosity.JSON:
         # ASCII, so that it is the same on every terminal; what is not finite is null.
         print(json.dumps(json.loads(json_text(document)), indent=2), file=RESULT.get(), flush=True)
 
@@ -71,7 +71,7 @@ def _column_widths(columns: Sequence[Sequence[str]], room: int) -> list[int]:
 
 
 def _screen() -> Console:
-    return Console(highlight=False, markup=False, quiet=SPEECH.get() is not Speech.PLAIN)
+    return Console(highlight=False, markup=False, quiet=SPEECH.get() is not Verbosity.PLAIN)
 
 
 def warn(text: str) -> None:
@@ -83,7 +83,7 @@ def warn(text: str) -> None:
 def progress() -> Iterator[Progress]:
     """A bar on a terminal, elsewhere a plain line now and then, with the time since the beginning."""
     screen = Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
-    if SPEECH.get() is Speech.QUIET:
+    if SPEECH.get() is Verbosity.QUIET:
         yield lambda *_: None
         return
     if not screen.is_terminal:

@@ -19,7 +19,7 @@ def plan_csv(plan: Plan, vehicle: Path | None, F_N: float) -> str:
     if vehicle is None:
         columns["F_N"] = np.full(path.t.size, F_N)
     else:
-        columns["handwheel"] = handwheel(path.psi, vehicle)
+        columns["handwheel"] = handwheel_angle(path.psi, vehicle)
     for mu, forecast in zip(plan.mus, plan.forecasts, strict=True):
         columns[f"deviation_{mu:g}"] = np.where(forecast.usable, forecast.deviation, np.nan)
     table = np.column_stack([*columns.values()])
@@ -28,20 +28,24 @@ def plan_csv(plan: Plan, vehicle: Path | None, F_N: float) -> str:
     return "\n".join(lines) + "\n"
 
 
-def handwheel(psi: Array, vehicle: Path) -> Array:
+def handwheel_angle(psi: Array, vehicle: Path) -> Array:
     """The angle of the handwheel [rad] at which the wheels of a car have an angle [rad]."""
     car = read_vehicle_file(vehicle)
     ways = np.linspace(-car.rack_travel, car.rack_travel, 2001)
     return np.interp(psi, mean_angle(car, ways), ways) / car.rack_gain
 
 
-def turning(plan: Plan, vehicle: Path | None, angle: SignalSource) -> str:
+def turning_instruction(plan: Plan, vehicle: Path | None, angle: SignalSource) -> str:
     """Where the wheel, and what is read or held in its place, turns back, and how fast it may turn."""
     turns = ", ".join(f"{turn:.3f}" for turn in plan.turns)
     turned = f"{turns} rad at {plan.path.rate:.3f} rad/s at most"
     channel, unit = f"channel {angle.channel}", angle.unit or "rad"
     if vehicle is not None:
-        channel, unit, angles = "the handwheel", "degrees", np.degrees(handwheel(plan.turns, vehicle))
+        channel, unit, angles = (
+            "the handwheel",
+            "degrees",
+            np.degrees(handwheel_angle(plan.turns, vehicle)),
+        )
     elif (scale := angle.scale("psi", "rad")) != 1:
         angles = plan.turns / scale
     else:
@@ -67,7 +71,7 @@ def plan_document(plan: Plan, vehicle: Path | None = None) -> dict[str, Any]:
     """The plan as JSON values, turns of the wheel [rad] or of a handwheel [deg]; None for never."""
     path, grounds = plan.path, []
     turn = np.append(path.begin, path.psi)
-    turn = turn if vehicle is None else np.degrees(handwheel(turn, vehicle))
+    turn = turn if vehicle is None else np.degrees(handwheel_angle(turn, vehicle))
     travel, angle = np.cumsum(np.abs(np.diff(turn))), np.abs(turn[1:] - turn[0])
     for mu, at, forecast in zip(plan.mus, plan.reached, plan.forecasts, strict=True):
         reached = None if at is None else (travel[at], path.t[at], angle[: at + 1].max())

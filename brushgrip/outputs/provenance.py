@@ -13,7 +13,7 @@ from typing import Any
 
 from brushgrip.outputs.console import warn
 from brushgrip.outputs.verbosity import COMMAND_LINE
-from identification.reading.file_content import require_readable
+from identification.reading.bytes_and_text import require_readable
 from identification.reading.rigfile import read_rig
 from symbolic import InvalidInputError, rig_from_tables
 from symbolic.errors import printable
@@ -75,7 +75,7 @@ def provenance_file(out: Path) -> Path:
     return out.with_name(f"{out.stem}.{KEY}.json")
 
 
-def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[str, ...]:
+def require_same_run(document: Path, provenance: Provenance, *, force: bool) -> tuple[str, ...]:
     """Refuses a folder of another run's results; else files that the same run wrote there."""
     try:
         if not document.is_file() or document.stat().st_size > _MAX_FILE_SIZE:
@@ -84,7 +84,7 @@ def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
         there = {}
     there = there if isinstance(there, dict) else {}
-    plain = json.loads(json.dumps(made))
+    plain = json.loads(json.dumps(provenance))
     if not force and any(there.get(key) != plain[key] for key in _SAME):
         when = f" of {there['time_utc']}" if isinstance(there.get("time_utc"), str) else ""
         raise InvalidInputError(
@@ -95,7 +95,7 @@ def require_same_run(document: Path, made: Provenance, *, force: bool) -> tuple[
     return tuple(n for n in plain_names if Path(n).name == n and n not in ("", "..") and n.isprintable())
 
 
-def files_behind(model: Path) -> frozenset[tuple[str, str]]:
+def files_of_model(model: Path) -> frozenset[tuple[str, str]]:
     """Names and digests of what a model was found from; empty where its file does not tell them."""
     try:
         told = json.loads(model.read_bytes())[KEY]["inputs"]
@@ -104,7 +104,7 @@ def files_behind(model: Path) -> frozenset[tuple[str, str]]:
         return frozenset()
 
 
-def is_behind(path: Path, files: frozenset[tuple[str, str]]) -> bool:
+def is_one_of(path: Path, files: frozenset[tuple[str, str]]) -> bool:
     """Whether a file is one of these, by its name and its content."""
     return (printable(path.name), digest_of(path)) in files
 
@@ -134,16 +134,16 @@ def remove_earlier(folder: Path, names: Sequence[str], kept: Sequence[str]) -> N
             (folder / name).unlink()
 
 
-def comment(rig: Path, model: Path | None) -> str:
+def origin_comment(rig: Path, model: Path | None) -> str:
     """A comment in C that says what code was made from; it has no date, so that code stays the same."""
     files = [_file(path) for path in (rig, model) if path is not None]
     lines = [f"   {file['name']}: SHA-256 {file['sha256']}" for file in files]
     return "\n".join(["/* Made by brushgrip from", *lines, "*/", ""])
 
 
-def markdown_comment(made: Provenance) -> str:
+def markdown_comment(provenance: Provenance) -> str:
     """Provenance as a comment at the end of a Markdown file, which a page does not show."""
-    told = json.dumps({KEY: dict(made)}, ensure_ascii=False, indent=2)
+    told = json.dumps({KEY: dict(provenance)}, ensure_ascii=False, indent=2)
     # Nothing in it ends the comment.
     return f"\n<!--\n{told.replace('>', chr(92) + 'u003e')}\n-->\n"
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
-from identification.reading.file_content import read_bytes
+from identification.reading.bytes_and_text import read_bytes
 from identification.reading.rigfile import rig_text, signals_section
 from identification.steering.full_slide_calibration import TyresResult
-from identification.steering.plates import PlatesResult
+from identification.steering.gear_friction_on_plates import PlatesResult
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.parameters import EVEN
 from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of

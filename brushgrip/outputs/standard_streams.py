@@ -32,7 +32,7 @@ REMARKS: ContextVar[set[object] | None] = ContextVar("REMARKS", default=None)
 """Remarks on files that a command has made; None where no command runs."""
 
 
-def is_new(record: logging.LogRecord) -> bool:
+def is_first_remark(record: logging.LogRecord) -> bool:
     """Whether a remark on a file, all but the file's name, is the command's first such."""
     made, text = REMARKS.get(), (record.msg, *tuple(record.args or ())[1:])
     if made is None or text in made:
@@ -42,10 +42,10 @@ def is_new(record: logging.LogRecord) -> bool:
 
 
 for _name in ("readers", "recordings"):
-    logging.getLogger(f"identification.reading.{_name}").addFilter(is_new)
+    logging.getLogger(f"identification.reading.{_name}").addFilter(is_first_remark)
 
 
-def spell_what_is_lacking() -> None:
+def spell_unencodable() -> None:
     """Have standard output and error spell the signs that their encoding lacks, instead of failing."""
     codecs.register_error("brushgrip", _spelt)
     for stream in (sys.stdout, sys.stderr):
@@ -66,7 +66,7 @@ def _spelling(sign: str) -> str:
     return _SPELT.get(sign) or plain or sign.encode("unicode_escape").decode("ascii")
 
 
-def fault_of_output() -> str | None:
+def stdout_fault() -> str | None:
     """Reason why standard output cannot be written, and is given up; None for none."""
     try:
         sys.stdout.flush()

@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import TextIO
 
 
-class Speech(StrEnum):
+class Verbosity(StrEnum):
     """What goes to standard output, and whether progress goes to standard error."""
 
     PLAIN = "plain"
@@ -20,7 +20,7 @@ class Speech(StrEnum):
     """Nothing, and no progress; what went wrong is said all the same."""
 
 
-SPEECH: ContextVar[Speech] = ContextVar("SPEECH", default=Speech.PLAIN)
+SPEECH: ContextVar[Verbosity] = ContextVar("SPEECH", default=Verbosity.PLAIN)
 """The speech of the command that runs."""
 COMMAND_LINE: ContextVar[tuple[str, ...]] = ContextVar("COMMAND_LINE", default=())
 """Arguments of the command that runs."""

@@ -24,9 +24,9 @@ from brushgrip.pictures.style import (
 from brushgrip.wording.formatting import (
     candidate_outcome,
     candidate_reason,
+    effect_words,
     listed,
     percent,
-    plain,
     signed,
 )
 from identification import Candidate, Diagnosis, Proposal, Series, Signatures
@@ -167,7 +167,7 @@ def draw_candidates(path: Path, diagnosis: Diagnosis) -> None:
         errors = [100 * candidate.holdout_nrmse for candidate in candidates]
         colours = [_colour(diagnosis, candidate) for candidate in candidates]
         axes.barh(range(len(candidates)), errors, color=colours, height=0.7)
-        axes.set_yticks(range(len(candidates)), [plain(c.name) for c in candidates])
+        axes.set_yticks(range(len(candidates)), [effect_words(c.name) for c in candidates])
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
         share = diagnosis.before.summary()["holdout_torque_nrmse"]
@@ -210,7 +210,7 @@ def _remarks(axes: Axes, diagnosis: Diagnosis) -> None:
     for row, candidate in enumerate(diagnosis.candidates):
         text, name = "", candidate.name
         if name in added[1:] and candidate.delta_bic >= 0:
-            before = listed([plain(one) for one in added[: added.index(name)]])
+            before = listed([effect_words(one) for one in added[: added.index(name)]])
             text = f"helps once {before} is in the model"
         elif row < first and not candidate_outcome(diagnosis, name):
             text = candidate_reason(diagnosis, candidate)
@@ -258,7 +258,9 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
             (proposal.rival_torque, proposal.rival, BEFORE, 2.0),
             (proposal.torque, proposal.found, AFTER, 1.0),
         ):
-            artists += torques.plot(manoeuvre.t, torque, color=colour, lw=width, label=plain(name))
+            artists += torques.plot(
+                manoeuvre.t, torque, color=colour, lw=width, label=effect_words(name)
+            )
         torques.set_ylabel("aligning torque\n$M_z$ [N m]")
         difference.plot(manoeuvre.t, proposal.torque - proposal.rival_torque, color=MEASURED)
         difference.set_ylabel("difference\n[N m]")

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, picture
 from identification.loop_plot import matplotlib_text
 from observers.estimates import BAND_STDS

@@ -8,7 +8,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from brushgrip.pictures.style import AFTER, BEFORE, legend_above, picture
-from brushgrip.wording.formatting import listed, plain
+from brushgrip.wording.formatting import effect_words, listed
 from identification import Curve, Diagnosis, FoundFamily
 
 _DECADE = 10.0
@@ -45,5 +45,7 @@ def _curve(axes: Axes, family: FoundFamily, curve: Curve) -> list[Artist]:
     unit = "" if curve.y_unit == "1" else f" [{curve.y_unit}]"
     axes.set_xlabel(f"{curve.x_name} [{curve.x_unit}]")
     axes.set_ylabel(f"{curve.y_name}{unit}")
-    axes.set_title(f"{plain(family.name)}: {listed([plain(name) for name in family.effects])}")
+    axes.set_title(
+        f"{effect_words(family.name)}: {listed([effect_words(name) for name in family.effects])}"
+    )
     return artists

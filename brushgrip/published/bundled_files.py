@@ -4,9 +4,9 @@ from pathlib import Path
 from shutil import copytree, ignore_patterns
 
 import brushgrip
-from brushgrip.inputs.command_inputs import Inputs, locate_inputs
+from brushgrip.inputs.command_inputs import Inputs, gather_inputs
 from brushgrip.outputs.atomic import staged_directory
-from brushgrip.outputs.console import say, show
+from brushgrip.outputs.console import say, show_json
 from symbolic import InvalidInputError
 
 RIG = "rig.toml"
@@ -22,7 +22,7 @@ def demo_inputs() -> tuple[Inputs, int]:
     folder = demo_folder()
     training = sorted(folder.glob("train*.csv"))
     names = [str(path) for path in (*training, *sorted(folder.glob("holdout*.csv")))]
-    return locate_inputs(names, rig=folder / RIG, ground=[GROUND]), len(training)
+    return gather_inputs(names, rig=folder / RIG, ground=[GROUND]), len(training)
 
 
 def demo_folder() -> Path:
@@ -52,4 +52,4 @@ def copy_examples(out: Path) -> None:
         copytree(rig, stage / SIMULATED, ignore=leave, dirs_exist_ok=True)
     scripts = sorted(str(path) for path in out.glob("*.py"))
     say(f"wrote {len(scripts)} examples to {out}; python {out / FIRST} runs one")
-    show({"wrote": scripts})
+    show_json({"wrote": scripts})

@@ -88,7 +88,7 @@ def fetch_runs(
                 continue
             say(f"{number}/{len(published)} {name}")
             channels = _copied(Path(local), name, local_sibling) if local else download(address, name)
-            if digest_of(channels) != digest:
+            if channels_digest(channels) != digest:
                 kind, place = (InvalidInputError, local) if local else (FetchError, address)
                 raise kind(f"{name}: the values from {place} are not the published ones; nothing kept")
             arrays: dict[str, Any] = dict(channels)
@@ -96,14 +96,14 @@ def fetch_runs(
     return [destination / f"{name}.npz" for name in published]
 
 
-def digest_of(channels: dict[str, Array]) -> str:
+def channels_digest(channels: dict[str, Array]) -> str:
     """SHA-256 of the values, little-endian doubles, channel after channel as in `CHANNELS`."""
     content = b"".join(np.asarray(channels[name], dtype="<f8").tobytes() for name in CHANNELS)
     return hashlib.sha256(content).hexdigest()
 
 
 def _is_whole(path: Path, digest: str) -> bool:
-    return path.is_file() and digest_of(_loaded(path)) == digest
+    return path.is_file() and channels_digest(_loaded(path)) == digest
 
 
 def _loaded(path: Path) -> dict[str, Array]:

@@ -11,28 +11,30 @@ import identification
 from brushgrip.estimation import friction_before_and_after
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.outputs.atomic import write_utf8
-from brushgrip.outputs.console import progress, say, show
+from brushgrip.outputs.console import progress, say, show_json
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, remove_earlier
-from brushgrip.report.findings_and_reservations import simulated_warning
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
-from brushgrip.report.printed import print_diagnosis
+from brushgrip.report.printed_results import print_diagnosis
+from brushgrip.report.validity_and_missing_effects import simulated_warning
 from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
+from identification.selection.trial import RANKING_STEP, thin_for_ranking
 from identification.selection.trial_runner import submit_of
-from identification.selection.trials import RANKING_STEP, thin
 from observers.interfaces.factory import MODEL_FILE
 
 DIAGNOSIS, MODEL = "diagnosis.json", MODEL_FILE
 
 
-def results_in(folder: Path) -> list[Path]:
+def result_files_in(folder: Path) -> list[Path]:
     """Files of a folder that a diagnosis may write."""
     return [folder / DIAGNOSIS, folder / MODEL, folder / PAGE, *folder.resolve().glob("*.png")]
 
 
 def thinning_note(recordings: Sequence[Recording]) -> str:
     """What of these recordings the search leaves out while it ranks candidates; empty for nothing."""
-    whole, thinned = (sum(r.t.size for r in some) for some in (recordings, map(thin, recordings)))
+    whole, thinned = (
+        sum(r.t.size for r in some) for some in (recordings, map(thin_for_ranking, recordings))
+    )
     if thinned == whole:
         return ""
     return (
@@ -49,7 +51,7 @@ def diagnose_and_write(
     folder: Path,
     searched: Parts,
     estimated: Parts,
-    made: Provenance,
+    provenance: Provenance,
     executor: Executor | None,
     notes: Sequence[str] = (),
     **options: Any,
@@ -65,9 +67,9 @@ def diagnose_and_write(
         report("estimating friction", 0, 1)
         outcome = friction_before_and_after.friction_by_both_models(*estimated, result, submit)
     result = replace(result, notes=(*notes, *result.notes))
-    model = json.loads(model_text(result)) | {KEY: dict(made)}
+    model = json.loads(model_text(result)) | {KEY: dict(provenance)}
     write_utf8(folder / MODEL, json_text(model))
-    told = {**made, "model": {"name": MODEL, "sha256": digest_of(folder / MODEL)}}
+    told = {**provenance, "model": {"name": MODEL, "sha256": digest_of(folder / MODEL)}}
     write_report(folder, result, outcome.compared if outcome else (), outcome, told, submit)
     content = result.to_dict() | {
         "friction": outcome.to_dict() if outcome else None,
@@ -89,5 +91,5 @@ def clean_up_and_print(
     remove_earlier(out, earlier, written)
     remove_stale_pictures(out, written)
     print_diagnosis(diagnosis, outcome, simulated_warning(content[KEY]))
-    show(content)
+    show_json(content)
     say(f"report: {out / PAGE}")

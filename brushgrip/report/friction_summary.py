@@ -6,14 +6,14 @@ from itertools import chain, combinations
 import numpy as np
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, mean_figures
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction import OF_SCALE, meaning, with_95_band
+from brushgrip.wording.friction_in_words import OF_SCALE, status_in_words, with_95_band
 from identification import Diagnosis
 from observers import Status
 from observers.planning.uncertainty_budget import REST, SLOPE
-from observers.quality.friction_across_recordings import order_by_chance
-from observers.quality.tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
+from observers.quality.friction_across_recordings import kendall_load_test
+from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
 
 IN_PLAIN_WORDS = {
     SLOPE: "that the tyre may be stiffer or softer than its parameters say",
@@ -85,9 +85,9 @@ def usable_until(track: FrictionTrack) -> str:
         since = f"from {track.t[first]:.1f} s"
     if at == end:
         return f"{since} to the end{gaps}"
-    why = meaning(track.last_status)
+    why = status_in_words(track.last_status)
     if at is None and track.usable.any() and not track.changes.size:
-        return f"{_lasted(track)}, but contradicted later: {meaning(Status.INCONSISTENT)}"
+        return f"{_lasted(track)}, but contradicted later: {status_in_words(Status.INCONSISTENT)}"
     if at is None and track.usable.any():
         since = f"{track.changes[-1]:.1f} s"
         return f"{_lasted(track)}, but not since a new ground was noticed at {since}: {why}"
@@ -96,24 +96,24 @@ def usable_until(track: FrictionTrack) -> str:
     return f"{since} to {track.t[at]:.1f} of {track.t[end]:.1f} s{gaps}; then {why}"
 
 
-def order_with_load(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
+def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     """That friction goes with the load from recording to recording, in sentences; else empty."""
     loads = median_loads(diagnosis)
     known = {
         ground: [(loads[t.name], t.mu[at]) for t, at in outcome.known_tracks(ground) if t.name in loads]
         for ground in filter(None, outcome.grounds)
     }
-    chance, falls = order_by_chance(list(known.values()))
+    chance, falls = kendall_load_test(list(known.values()))
     if chance > CHANCE:
         return ""
-    ways = {ground: order_by_chance([own]) for ground, own in known.items()}
+    ways = {ground: kendall_load_test([own]) for ground, own in known.items()}
     on = listed([ground for ground, (alone, way) in ways.items() if alone < 1 and way == falls])
     told = f", though the model found tells it{at_common_load(outcome)}" * (outcome.load is not None)
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction{told}"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
-        " whether load is the cause is not known: go by the mean of the recordings near your load, with"
-        " the ± of the ground."
+        " whether load is the cause is not known: take the recordings near your load, with the ± of the"
+        " ground."
     )
 
 
@@ -148,7 +148,7 @@ def median_loads(diagnosis: Diagnosis) -> dict[str, float]:
     return {name: float(np.median(load)) for name, load in loads.items() if load.size}
 
 
-def goes_pale(outcome: FrictionOutcome) -> bool:
+def has_unusable_gap(outcome: FrictionOutcome) -> bool:
     """Whether a track of the model found is not usable somewhere after its first usable sample."""
     tracks = outcome.tracks_of().values()
     return any((np.diff(track.usable.astype(int)) < 0).any() for track in tracks)
@@ -195,7 +195,7 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
 """Label, text and meaning of those of `FIGURES` that compare the EKF with more than itself."""
 
 
-def friction_quality(outcome: FrictionOutcome) -> tuple[list[str], list[tuple[str, ...]]]:
+def settling_and_coverage_rows(outcome: FrictionOutcome) -> tuple[list[str], list[tuple[str, ...]]]:
     """Headings and rows of a table: figures before → after for each group, and what they mean."""
     rows = []
     groups = dict(reversed(outcome.groups().items()))

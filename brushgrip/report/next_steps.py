@@ -5,16 +5,19 @@ from statistics import fmean
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import SUSPECTED
-from brushgrip.report.findings_and_reservations import stiffness_cases
 from brushgrip.report.friction_summary import band_shares
-from brushgrip.wording.diagnosis_in_words import is_unconfirmed, proposed_recordings, rest_is_larger
-from brushgrip.wording.formatting import band_decimals, listed, percent, plain, unrefitted_error
-from brushgrip.wording.friction import narrowed_by
+from brushgrip.report.validity_and_missing_effects import stiffness_cases
+from brushgrip.wording.diagnosis_in_words import (
+    is_unconfirmed,
+    proposed_recordings,
+    unexplained_is_larger,
+)
+from brushgrip.wording.formatting import band_decimals, effect_words, listed, percent, unrefitted_error
+from brushgrip.wording.friction_in_words import how_to_narrow
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
-from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.settling_and_coverage import BAND_95
-from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
+from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 
 TOLD = 0.95
 """Of a ± up to which one that is narrower is told."""
@@ -28,7 +31,7 @@ CHECKS = {
     " if something had to be repaired, record again: every figure here may change. If the rig is"
     " right and the declared stiffness is of another tyre or guessed, declare the one found (k under"
     " [tyre] in the rig file), and friction is no longer provisional; if the declared stiffness is"
-    " right too, friction stays provisional",
+    " right too, friction stays provisional, and the next step may tell why",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -38,9 +41,11 @@ PART_OF_BAND = {
     "half-length a": OF_LENGTHS,
     "caster e": OF_LENGTHS,
     "load": OF_LOAD,
-    STIFFNESS: SLOPE,
 }
-"""The part of a band that each value makes whose tolerance is assumed."""
+"""The part of a band that each value makes whose tolerance is assumed.
+
+That of k is no narrower where it is declared: it then counts what the torque's scale may be off by.
+"""
 OF_ZERO = {"torque_offset": "a zero error of the torque"}
 """What an effect is where a check at the rig may rule it out."""
 
@@ -58,30 +63,32 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         steps.append(CHECKS[diagnosis.of_car])
     never = [name for name, track in tracks.items() if track.last_usable is None]
     # A model that misses more than it has found is why friction is not known.
-    if never and not rest_is_larger(diagnosis):
+    if never and not unexplained_is_larger(diagnosis):
         steps.append(
             f"record {listed(never)} again, turning to and fro until the wheel slides both ways"
         )
     if len(diagnosis.recordings) + len(diagnosis.holdout) == 1:
         steps.append("make a second recording, without which nothing judges the result")
-    like_load = [plain(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from]
+    like_load = [
+        effect_words(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from
+    ]
     if like_load:
         steps.append(
             f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )
     steps += _for_the_model(diagnosis)
-    if unconfirmed := [plain(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
+    if unconfirmed := [effect_words(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
         steps.append(
             "fit a recording of each ground (with --holdout, leave that out), which settles whether"
             f" {listed(unconfirmed)} is there"
         )
-    weak = [plain(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
+    weak = [effect_words(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
     if weak and not steps:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
     where = f"at the rig{', on the same visit' * bool(stiffness_cases(diagnosis))}"
     to_declare = [
         f"{where}, measure {listed(names)}, and declare their tolerances, which are assumed so far"
-        f"{_at_best(outcome, *{PART_OF_BAND[name] for name in names})}"
+        f"{_at_best(outcome, *{PART_OF_BAND.get(name, '') for name in names})}"
         for note in diagnosis.notes
         if note.startswith(ASSUMED) and (names := _assumed_values(diagnosis, note))
     ][:1]
@@ -95,7 +102,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
 
 def _for_the_model(diagnosis: Diagnosis) -> list[str]:
     """What recordings would tell more of the model, or that those that judge may be others."""
-    apart, unrefitted = told_apart(diagnosis), unrefitted_error(diagnosis)
+    apart, unrefitted = what_experiments_separate(diagnosis), unrefitted_error(diagnosis)
     by_zero = all(p.rival in OF_ZERO for _, p in proposed_recordings(diagnosis).values())
     unchecked = ", if the torque's zero cannot be checked," * by_zero
     proposed = f"stands under “Next recording”, which tells {apart}"
@@ -141,7 +148,9 @@ def _assumed_values(diagnosis: Diagnosis, note: str) -> list[str]:
 def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """What narrows the ± of friction, and what no recording would settle."""
     cause = next(iter(band_shares(outcome)), "")
-    narrower = f"to narrow the ±, {narrowed_by(cause)}{_at_best(outcome, cause)}" if cause else "nothing"
+    narrower = (
+        f"to narrow the ±, {how_to_narrow(cause)}{_at_best(outcome, cause)}" if cause else "nothing"
+    )
     rest = [not_separable(e) for e in diagnosis.effects if e.experiment]
     if all(e.grade != "ambiguous" for e in diagnosis.effects):
         rest.append("no further recording is needed to find the model")
@@ -151,15 +160,15 @@ def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
 def not_separable(effect: FoundEffect) -> str:
     """That recordings do not settle which of several effects it is."""
     rivals = effect.indistinguishable_from or tuple(e.rival for e in (effect.experiment,) if e)
-    others = listed([plain(name) for name in rivals], "or")
-    return f"more recordings on this rig would not tell {plain(effect.name)} from {others}"
+    others = listed([effect_words(name) for name in rivals], "or")
+    return f"more recordings on this rig would not tell {effect_words(effect.name)} from {others}"
 
 
-def told_apart(diagnosis: Diagnosis) -> str:
+def what_experiments_separate(diagnosis: Diagnosis) -> str:
     """Which effects the proposed recordings would tell from which, and from which not."""
     proposed = proposed_recordings(diagnosis)
     pairs = [
-        f"{plain(e.name)} from {OF_ZERO.get(p.rival, plain(p.rival))}"
+        f"{effect_words(e.name)} from {OF_ZERO.get(p.rival, effect_words(p.rival))}"
         f" ({at}, {p.manoeuvre.seconds * (p.times or 1):.0f} s)"
         for at, (e, p) in proposed.items()
     ]

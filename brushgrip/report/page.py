@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.pictures.diagnosis import (
     MAX_RECORDINGS,
     draw_candidates,
@@ -24,14 +24,14 @@ from brushgrip.pictures.friction import draw_friction, draw_overview
 from brushgrip.pictures.mechanism_curves import draw_mechanisms, has_curves
 from brushgrip.pictures.style import drawn, is_drawn_by_us
 from brushgrip.report import (
-    findings_and_reservations,
     friction_summary,
     next_steps,
     plain_summary,
     tables,
+    validity_and_missing_effects,
 )
 from brushgrip.wording import diagnosis_in_words, formatting
-from brushgrip.wording import friction as friction_wording
+from brushgrip.wording import friction_in_words as friction_wording
 from identification import Diagnosis
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 
@@ -51,7 +51,7 @@ _WORDING_MODULES = (
     diagnosis_in_words,
     friction_wording,
     friction_summary,
-    findings_and_reservations,
+    validity_and_missing_effects,
     next_steps,
     plain_summary,
 )
@@ -63,7 +63,7 @@ def write_report(
     diagnosis: Diagnosis,
     friction: Sequence[FrictionTrack] = (),
     outcome: FrictionOutcome | None = None,
-    made: Mapping[str, Any] | None = None,
+    provenance: Mapping[str, Any] | None = None,
     submit: Submit = run_at_once,
 ) -> Path:
     """Writes report.html and its pictures.
@@ -73,7 +73,7 @@ def write_report(
         diagnosis: the result of the search.
         friction: estimates of friction over time to show, may be empty.
         outcome: friction before and after, recording by recording; None where none was estimated.
-        made: where the results come from, see `brushgrip.outputs.provenance`; None where nobody says.
+        provenance: of the results, see `brushgrip.outputs.provenance`; None where nobody says.
         submit: takes the drawing of pictures to processes.
 
     Returns:
@@ -85,7 +85,7 @@ def write_report(
         diagnosis=diagnosis,
         friction=friction,
         friction_outcome=outcome,
-        made=made,
+        provenance=provenance,
         residuals_shown=min(MAX_RECORDINGS, len(diagnosis.series)),
         compared=len({track.name for track in friction}),
         model=found_model(diagnosis),

@@ -2,26 +2,26 @@
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.estimation.suspicious_recordings import weaker_direction
-from brushgrip.report.findings_and_reservations import (
-    LEFT_OUT,
-    benefit,
-    error_to_quote,
-    missing_effects,
-    reservation,
-    several_mechanisms,
-    stiffness_cases,
-    validity,
-)
 from brushgrip.report.friction_summary import (
     at_common_load,
     grounds_alike,
     last_usable_friction,
-    order_with_load,
+    load_trend_in_words,
 )
 from brushgrip.report.next_steps import next_steps
+from brushgrip.report.validity_and_missing_effects import (
+    LEFT_OUT,
+    benefit_for_friction,
+    error_to_quote,
+    missing_effects,
+    several_mechanisms,
+    stiffness_cases,
+    untested_assumptions,
+    validity,
+)
 from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
-from brushgrip.wording.formatting import listed, percent, plain, sentence
-from brushgrip.wording.friction import further_recording, prediction_band
+from brushgrip.wording.formatting import effect_words, listed, percent, sentence
+from brushgrip.wording.friction_in_words import further_recording, prediction_band
 from identification import Diagnosis
 from observers import GroundFriction
 
@@ -60,7 +60,7 @@ def lines_to_send(
     steps = next_steps(diagnosis, told)
     steps = [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)]
     first, after = [text.strip() for text in "".join(steps[:1]).partition(". ")[::2]]
-    reserved = reservation(diagnosis)
+    reserved = untested_assumptions(diagnosis)
     wide = [_differences(told, ground, one) for ground, one in told.further().items()]
     also = [*wide, _weaker(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis)
@@ -68,22 +68,21 @@ def lines_to_send(
     provisional = ", provisional" * _is_provisional(diagnosis, known=known)
     friction = {f"Friction between tyre and ground{provisional}": [_friction(told)]}
     cases = _with_values(stiffness_cases(diagnosis), diagnosis, told, known=known)
-    *errors, judged = error_to_quote(diagnosis)
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
     mail = {
         "Note": [warning],
         **(friction if outcome else finding),
         "Provisional because" if provisional else "Stiffness": cases,
-        "How sure": [*_holds(told), order_with_load(told, diagnosis)] if known else reserved[:-1],
+        "How sure": [*_holds(told), load_trend_in_words(told, diagnosis)] if known else reserved[:-1],
         "To do first": [sentence(first)] if first else [],
         **finding,
-        "Torque error": [" ".join(filter(None, errors))],
         "Valid for": [valid],
+        "Torque error": [" ".join(error_to_quote(diagnosis))],
     }
     details = {
         "More on how sure": also if known else [],
         "To do then": [f"After (1), {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
-        "Before and after": [benefit(diagnosis, told), judged],
+        "Before and after": [benefit_for_friction(diagnosis, told)],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
@@ -146,13 +145,10 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
             f"{'Where a recording is named, t' if any(bands) else 'T'}he truth lies within ± in 95 of"
             " 100 cases, if model and tolerances are right."
         )
-    bound = (
-        "It is no bound of the true friction, which was not measured otherwise: an"
-        if any(bands)
-        else "An"
-    )
+    where = "It is no bound of the true friction, which was not measured otherwise: w" * any(bands)
     lines.append(
-        f"{bound} error that all recordings share, beyond the tolerances assumed, is not in it."
+        f"{where or 'W'}here the torque, or the load beyond its tolerance, reads wrong, friction is"
+        " wrong by as much, and these recordings do not show it."
     )
     return lines
 
@@ -182,7 +178,7 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
     values = [float(track.mu[at]) for track, at in outcome.known_tracks(ground)]
     return (
         f"The ±{f' on {ground}' * bool(ground)} is wide because {len(values)} recordings differ, from"
-        f" {min(values):.2f} to {max(values):.2f}, and so few do not show how far one more may be off."
+        f" {min(values):.2f} to {max(values):.2f}, and for so few it must be."
     )
 
 
@@ -210,15 +206,15 @@ def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]
     if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in ending]:
         parts.append(f"friction in {listed(early)}")
     for e in diagnosis.effects:
-        rivals = listed([plain(name) for name in (e.name, *e.indistinguishable_from)], "or")
+        rivals = listed([effect_words(name) for name in (e.name, *e.indistinguishable_from)], "or")
         if e.grade == "ambiguous" and several_mechanisms(e):
             parts.append(f"which of {rivals} it is")
-    if unconfirmed := [plain(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
+    if unconfirmed := [effect_words(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
         parts.append(f"whether {listed(unconfirmed)} is there, as only the fitted recordings demand it")
     hints = [e for e in diagnosis.effects if e.grade == "weak" and not is_unconfirmed(e)]
-    if weak := [plain(e.name) for e in hints]:
+    if weak := [effect_words(e.name) for e in hints]:
         parts.append(f"whether the weak signs of {listed(weak)} are chance")
-    if odd := [plain(e.name) for e in diagnosis.effects if e.grade == "stands_in"]:
+    if odd := [effect_words(e.name) for e in diagnosis.effects if e.grade == "stands_in"]:
         parts.append(f"what {listed(odd)} stand{'s' * (len(odd) == 1)} in for")
     if diagnosis.unexplained.present and not missing_effects(diagnosis):
         parts.append(f"what makes {percent(diagnosis.unexplained.structured)} of range")

@@ -8,29 +8,29 @@ from typing import Any
 from markupsafe import Markup
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
     at_common_load,
     changes_meanwhile,
-    friction_quality,
     last_usable_friction,
     median_loads,
+    settling_and_coverage_rows,
     usable_until,
 )
-from brushgrip.wording.diagnosis_in_words import GRADES, parameter_words_and_owner, rivals_of
+from brushgrip.wording.diagnosis_in_words import GRADES, rivals_of, split_parameter_label
 from brushgrip.wording.formatting import (
     candidate_parameters,
     candidate_reason,
-    error_columns,
-    error_figures,
+    effect_words,
     error_stages,
     listed,
-    parameters,
+    parameter_list,
     percent,
-    plain,
-    quantity,
     signed,
+    torque_error_cells,
+    torque_error_columns,
     torque_value,
+    value_with_std,
     worse_recordings,
 )
 from identification import Diagnosis, Signature
@@ -47,7 +47,7 @@ class ReportTable:
     narrow: bool = False  # No wider than its content.
 
 
-def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
+def friction_by_recording(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
     tracks, named = friction.tracks_of(), any(friction.grounds)
     loads = median_loads(diagnosis)
@@ -81,9 +81,9 @@ def latest_friction(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTa
     )
 
 
-def friction_meaning(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
+def settling_and_coverage_table(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
-    headings, rows = friction_quality(friction)
+    headings, rows = settling_and_coverage_rows(friction)
     some = any(" of " in figure for _, *figures, _ in rows for figure in figures)
     return ReportTable(
         caption="Mean over recordings: by the assumed model → by the model found"
@@ -123,8 +123,8 @@ def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
     stages = error_stages(diagnosis)
     return ReportTable(
         caption="Torque error, root mean square, in N m and in % of range; mean of recordings",
-        headings=("model", *error_columns(diagnosis).values()),
-        rows=[(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
+        headings=("model", *torque_error_columns(diagnosis).values()),
+        rows=[(label, *torque_error_cells(diagnosis, errors)) for label, errors in stages.items()],
     )
 
 
@@ -187,7 +187,7 @@ def _correlation(signature: Signature) -> str:
     return f"{value if value.strip('+−0.') else '0.00'}{mark} ({signature.band:.2f})"
 
 
-def candidates(diagnosis: Diagnosis) -> ReportTable:
+def candidates_table(diagnosis: Diagnosis) -> ReportTable:
     """Every candidate's first step."""
     return ReportTable(
         caption="Candidates, each alone in the refitted model, as ranked: fitted coarsely, to thinned"
@@ -202,7 +202,7 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
         ),
         rows=[
             (
-                *(plain(c.name), c.summary.partition(";")[0]),
+                *(effect_words(c.name), c.summary.partition(";")[0]),
                 candidate_parameters(c) or "by recording",
                 *(percent(c.holdout_nrmse), signed(c.delta_bic), candidate_reason(diagnosis, c)),
             )
@@ -212,7 +212,7 @@ def candidates(diagnosis: Diagnosis) -> ReportTable:
     )
 
 
-def effects(diagnosis: Diagnosis) -> ReportTable:
+def effects_table(diagnosis: Diagnosis) -> ReportTable:
     """The effects found."""
     return ReportTable(
         caption="In order of selection; error and ΔBIC of each beside those above it, all fitted to the"
@@ -223,8 +223,12 @@ def effects(diagnosis: Diagnosis) -> ReportTable:
         ),
         rows=[
             (
-                *(plain(e.name), GRADES[e.grade], "not known" if e.grade == "stands_in" else e.scope),
-                parameters(e.parameters),
+                *(
+                    effect_words(e.name),
+                    GRADES[e.grade],
+                    "not known" if e.grade == "stands_in" else e.scope,
+                ),
+                parameter_list(e.parameters),
                 *(percent(e.holdout_nrmse_after), signed(e.delta_bic)),
                 rivals_of(e) or "–",
             )
@@ -234,15 +238,15 @@ def effects(diagnosis: Diagnosis) -> ReportTable:
     )
 
 
-def all_parameters(diagnosis: Diagnosis) -> ReportTable:
+def parameters_table(diagnosis: Diagnosis) -> ReportTable:
     """Every parameter of the model found, those of several recordings that agree in one row."""
     held_out = tuple(f" [{name}]" for name in diagnosis.holdout)
     owners: dict[tuple[str, str], list[str]] = {}
     for name, estimate in diagnosis.parameters.items():
         if name.startswith("mu ["):  # Of the model's own law, not to be quoted.
             continue
-        label, owner = parameter_words_and_owner(name)
-        known = quantity(estimate) + " *" * name.endswith(held_out)
+        label, owner = split_parameter_label(name)
+        known = value_with_std(estimate) + " *" * name.endswith(held_out)
         text = known if estimate.std is not None else f"{known}, not determined by these recordings"
         owners.setdefault((label, text), []).append(owner)
     labels = [label for label, _ in owners]
@@ -259,22 +263,22 @@ def all_parameters(diagnosis: Diagnosis) -> ReportTable:
     )
 
 
-def command_line(made: Mapping[str, Any]) -> str:
+def command_line(provenance: Mapping[str, Any]) -> str:
     """The command that made a report, its files without their folders, which concern no reader."""
-    files = [*made["inputs"], *filter(None, (made.get("rig"), made.get("model")))]
+    files = [*provenance["inputs"], *filter(None, (provenance.get("rig"), provenance.get("model")))]
     names = {file["name"] for file in files}
 
     def without_folder(word: str) -> str:
         last = re.split(r"[/\\]", word.rstrip("/\\"))[-1]
         return last if last in names or re.match(r"[/\\~.]|[A-Za-z]:[/\\]", word) else word
 
-    words = ("".join(map(without_folder, re.split("([=,])", word))) for word in made["command"])
+    words = ("".join(map(without_folder, re.split("([=,])", word))) for word in provenance["command"])
     return " ".join(words)
 
 
-def files_read(made: Mapping[str, Any]) -> ReportTable:
+def files_read(provenance: Mapping[str, Any]) -> ReportTable:
     """Files that were read, with their digests."""
-    files = [*made["inputs"], *filter(None, (made.get("rig"), made.get("model")))]
+    files = [*provenance["inputs"], *filter(None, (provenance.get("rig"), provenance.get("model")))]
     return ReportTable(
         caption="Files that were read, and the digest of the model that was written",
         headings=("file", "SHA-256, first 16 digits"),

@@ -4,16 +4,16 @@ import csv
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.budget import STANDS, friction_budget, rests_on
+from brushgrip.estimation.friction_budget import STANDS, declared_values_in_words, friction_budget
 from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
 from brushgrip.estimation.friction_over_load import load_of_friction
-from brushgrip.estimation.observers_over_recordings import (
+from brushgrip.estimation.observe_recording import (
     Aligning,
     friction_track,
     observe,
@@ -32,23 +32,23 @@ from brushgrip.estimation.suspicious_recordings import (
     unstated_range,
     weaker_direction,
 )
-from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.command_inputs import Inputs
-from brushgrip.inputs.settings import ChosenTuning
+from brushgrip.inputs.option_choices import ObserverName
+from brushgrip.inputs.option_values import ChosenTuning
 from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
 from brushgrip.wording.formatting import csv_text
-from brushgrip.wording.friction import (
+from brushgrip.wording.friction_in_words import (
     band_parts,
     estimates_summary,
     last_usable,
     slippery_ground_note,
     unusable_samples_and_remedy,
 )
-from brushgrip.wording.remarks import BETWEEN, remark
+from brushgrip.wording.recording_remarks import BETWEEN, recording_remark, with_early_ends
 from identification import Recording, read_rig
 from identification.diagnosis.found_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers
@@ -156,7 +156,8 @@ def estimate_all(
         outcomes[futures[future]] = future.result()
         if len(outcomes) < len(tasks):
             report("estimating friction", len(outcomes), len(tasks))
-    return [outcomes[i] for i in range(len(tasks))]
+    rows = with_early_ends([outcomes[i].row for i in range(len(tasks))])
+    return [replace(outcomes[i], row=row) for i, row in enumerate(rows)]
 
 
 def estimate_one(task: EstimateTask) -> EstimateOutcome:
@@ -210,7 +211,12 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         told.append(note)
     else:
         note = "" if car.speed_recorded else STANDS
-        told += [note, "" if budget else rests_on(car.vehicle, brakes=car.brakes[int(car.stretch[at])])]
+        told += [
+            note,
+            ""
+            if budget
+            else declared_values_in_words(car.vehicle, brakes=car.brakes[int(car.stretch[at])]),
+        ]
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
         doubts += [stiffness_note(values["k"], recording), far_load(recording, found)]
@@ -222,8 +228,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     told += doubts
     note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in told if line)
-    beside = remark(estimates, cause if cause and at is None else why * (number > 0), note)
-    row = {**row_of(recording, estimates, beside), **directed}
+    beside = recording_remark(estimates, cause if cause and at is None else why * (number > 0), note)
+    row = {**summary_row(recording, estimates, beside), **directed}
     return EstimateOutcome(row=row, lines=tuple(lines))
 
 
@@ -236,7 +242,7 @@ def _read(inputs: Inputs) -> Recording:
     return recording
 
 
-def row_of(recording: Recording, estimates: Estimates, beside: str = "") -> Row:
+def summary_row(recording: Recording, estimates: Estimates, beside: str = "") -> Row:
     """The row of a recording that has been estimated."""
     at, measured = last_usable(estimates), estimates.measured
     count = max(1, int(measured.sum()))

@@ -5,14 +5,14 @@ from dataclasses import replace
 from string import ascii_uppercase
 
 from brushgrip.wording.formatting import (
+    effect_words,
     judged_error_percentages,
     judged_errors,
     listed,
     percent,
-    plain,
-    quantity,
     sentence,
     unrefitted_error,
+    value_with_std,
     with_degrees,
 )
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
@@ -52,7 +52,7 @@ def headline(diagnosis: Diagnosis) -> str:
     found = _found(diagnosis)
     if diagnosis.unexplained.present:
         rest = percent(diagnosis.unexplained.structured)
-        if rest_is_larger(diagnosis):
+        if unexplained_is_larger(diagnosis):
             found = f"Something unknown remains, {rest} of range; {found[:1].lower()}{found[1:]}"
         else:
             found = f"{found}; {rest} of range stay unexplained"
@@ -67,7 +67,7 @@ def _unrefitted(diagnosis: Diagnosis) -> str:
     return f", but {percent(error)} with nothing adjusted: there friction, lengths or load are others"
 
 
-def rest_is_larger(diagnosis: Diagnosis) -> bool:
+def unexplained_is_larger(diagnosis: Diagnosis) -> bool:
     """Whether more is unexplained than the effects found explain, or none of them is clear."""
     if not diagnosis.unexplained.present:
         return False
@@ -96,20 +96,20 @@ def _found(diagnosis: Diagnosis) -> str:
 
 
 def _plain_list(effects: list[FoundEffect]) -> str:
-    return listed([plain(effect.name) for effect in effects])
+    return listed([effect_words(effect.name) for effect in effects])
 
 
 def _family(name: str, effects: list[FoundEffect]) -> str:
     """The mechanism, then the effects that are laws of it; an effect of none by its own name."""
     if name in ("other", effects[0].name):
-        return listed([plain(effect.name) + _rivals(effect, " (or {})") for effect in effects])
-    laws = [plain(effect.name) + _rivals(effect, ", or {}") for effect in effects]
-    return f"{plain(name)} ({'; '.join(laws)})"
+        return listed([effect_words(effect.name) + _rivals(effect, " (or {})") for effect in effects])
+    laws = [effect_words(effect.name) + _rivals(effect, ", or {}") for effect in effects]
+    return f"{effect_words(name)} ({'; '.join(laws)})"
 
 
 def rivals_of(effect: FoundEffect) -> str:
     """The effects that this one may be as well; empty for none."""
-    return listed([plain(name) for name in effect.indistinguishable_from], "or")
+    return listed([effect_words(name) for name in effect.indistinguishable_from], "or")
 
 
 def _rivals(effect: FoundEffect, form: str) -> str:
@@ -182,15 +182,15 @@ def _why_weak(effect: FoundEffect) -> str:
     return f"It may be chance{figures * bool(gain or size)}."
 
 
-def parameter_words_and_owner(name: str) -> tuple[str, str]:
+def split_parameter_label(label: str) -> tuple[str, str]:
     """A parameter in words, and its owner: `effect_a.k_t [b]` as `effect a: k_t` and `b`."""
-    path, _, owner = name.partition(" [")
+    path, _, owner = label.partition(" [")
     effect, dot, own = path.rpartition(".")
-    text = f"{plain(effect)}: {own}" if dot else COMMON_NAMES.get(path, path)
+    text = f"{effect_words(effect)}: {own}" if dot else COMMON_NAMES.get(path, path)
     return text, owner.removesuffix("]")
 
 
-def use_of(diagnosis: Diagnosis, found: FoundModel) -> str:
+def use_of_model(diagnosis: Diagnosis, found: FoundModel) -> str:
     """Friction by `estimate` with the model of a diagnosis."""
     if not diagnosis.of_car:
         return f"With model.json the command estimate uses {taken_from_model(found)}."
@@ -208,13 +208,13 @@ def taken_from_model(found: FoundModel) -> str:
     scopes = {effect.name: {p.scope for p in effect.parameters} for effect in model.effects}
     own = [name for name, scope in scopes.items() if scope == {"recording"}]
     parts = [
-        plain(name) + (f" ({GRADES.get(grades[name], grades[name])})" if name in grades else "")
+        effect_words(name) + (f" ({GRADES.get(grades[name], grades[name])})" if name in grades else "")
         for name in scopes
         if name not in own
     ]
     if "k" in found.tyre:
         stiffness = ParameterEstimate(value=found.tyre["k"], std=None, unit="N/m^2")
-        parts.append(f"k = {quantity(stiffness)}")
+        parts.append(f"k = {value_with_std(stiffness)}")
     else:
         parts.append("k of the ground")
     kept = basis is not None and basis.explains_nothing
@@ -225,7 +225,7 @@ def taken_from_model(found: FoundModel) -> str:
         parts.append(f"the error that observers allow the model, {percent(share)} of {whole}")
     line = listed(parts)
     if own:
-        line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"
+        line += f"; not {listed([effect_words(name) for name in own])}, which belongs to a recording"
     if kept:
         line += "; at least the error of the assumed model, as no effect surely explains what is left"
     return f"{line}. {_standing(found)}"

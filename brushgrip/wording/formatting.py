@@ -10,10 +10,10 @@ from typing import Any, TypeGuard
 
 from numpy.typing import NDArray
 
-from identification import Candidate, Diagnosis, Errors, FreeDecay, ParameterEstimate
+from identification import Candidate, Diagnosis, FreeDecay, ParameterEstimate, TorqueErrors
 from identification.diagnosis.found_effects import UNRECORDED_LOAD
 from identification.residuals.signatures import MIN_STRUCTURE_SHARE
-from identification.thesis import DecrementEstimate
+from identification.thesis import DecrementFit
 from symbolic import EFFECTS
 
 TWO_DECIMALS_FROM = 0.02
@@ -27,7 +27,7 @@ MAX_UNREFITTED_RATIO = 2.0
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def plain(effect: str) -> str:
+def effect_words(effect: str) -> str:
     """The name of an effect, or of a family, in words."""
     words = "a load that changes with the angle" if effect == UNRECORDED_LOAD else effect
     return words.replace("_", " ").replace("friction over time", "friction over time and travel")
@@ -49,7 +49,7 @@ def sentence(text: str) -> str:
     """The text as a sentence: capital first, full stop last; the name of an effect in words."""
     name, colon, rest = text.partition(":")
     if name in EFFECTS:
-        text = plain(name) + colon + rest
+        text = effect_words(name) + colon + rest
     text = text[:1].upper() + text[1:]
     return text if not text or text[-1] in ".!?" else f"{text}."
 
@@ -80,7 +80,7 @@ def signed(value: float) -> str:
     return f"{value:+.1f}".replace("-", "−")
 
 
-def quantity(estimate: ParameterEstimate) -> str:
+def value_with_std(estimate: ParameterEstimate) -> str:
     """Value ± standard deviation with the unit, rounded to the deviation's second digit."""
     unit = (
         "" if estimate.unit in ("", "1") else f" {estimate.unit}".replace("^2", "²").replace("^3", "³")
@@ -103,10 +103,10 @@ def quantity(estimate: ParameterEstimate) -> str:
     return f"{text.replace('-', '−')}{factor}{unit}"
 
 
-def parameters(estimates: Mapping[str, ParameterEstimate], *, fitted: bool = False) -> str:
+def parameter_list(estimates: Mapping[str, ParameterEstimate], *, fitted: bool = False) -> str:
     """Several parameters in one line: name = value ± std unit; what was `fitted` has a std."""
     return "; ".join(
-        f"{name} {'not determined' if fitted and e.std is None else f'= {quantity(e)}'}"
+        f"{name} {'not determined' if fitted and e.std is None else f'= {value_with_std(e)}'}"
         for name, e in estimates.items()
     )
 
@@ -115,9 +115,9 @@ def candidate_parameters(candidate: Candidate) -> str:
     """Parameters of a candidate in one line; one at the end of its range has no deviation there."""
     own, ends = candidate.parameters, candidate.at_bound
     texts = [
-        f"{name} = {quantity(replace(own[name], std=None))} (at the end of its range)"
+        f"{name} = {value_with_std(replace(own[name], std=None))} (at the end of its range)"
         if name in ends
-        else parameters({name: own[name]}, fitted=True)
+        else parameter_list({name: own[name]}, fitted=True)
         for name in own
     ]
     return "; ".join(texts)
@@ -131,7 +131,7 @@ def judged_error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
 
 def judged_errors(diagnosis: Diagnosis) -> tuple[str, float, float]:
     """The error that judges the model: its name, and its size before and after [1], NaN for unknown."""
-    kind, key = judged_by(diagnosis)
+    kind, key = judged_error_name(diagnosis)
     before, after = (stage.summary()[key] for stage in (diagnosis.before, diagnosis.after))
     return kind, (math.nan if before is None else before), (math.nan if after is None else after)
 
@@ -147,12 +147,12 @@ def unrefitted_error(diagnosis: Diagnosis) -> float | None:
     return error if hidden else None
 
 
-def error_stages(diagnosis: Diagnosis) -> dict[str, Errors]:
+def error_stages(diagnosis: Diagnosis) -> dict[str, TorqueErrors]:
     """Errors of each stage of the model, by its name in reports."""
     return {"assumed": diagnosis.declared, "refitted": diagnosis.before, "found": diagnosis.after}
 
 
-def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
+def torque_error_columns(diagnosis: Diagnosis) -> dict[str, str]:
     """Headings of the errors in a diagnosis, by their key in a summary."""
     columns = {"torque_rmse": "training [N m]", "torque_nrmse": "training [%]"}
     if diagnosis.holdout:
@@ -165,15 +165,16 @@ def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
     return columns
 
 
-def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
-    """The errors of one stage of the model, in the order of `error_columns`."""
+def torque_error_cells(diagnosis: Diagnosis, errors: TorqueErrors) -> list[str]:
+    """The errors of one stage of the model, in the order of `torque_error_columns`."""
     figures = errors.summary()
     return [
-        (percent if "nrmse" in key else torque_value)(figures[key]) for key in error_columns(diagnosis)
+        (percent if "nrmse" in key else torque_value)(figures[key])
+        for key in torque_error_columns(diagnosis)
     ]
 
 
-def judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
+def judged_error_name(diagnosis: Diagnosis) -> tuple[str, str]:
     """The error that judges the model: its name, and its key in a summary."""
     if diagnosis.holdout:
         return "validation", "holdout_torque_nrmse"
@@ -194,7 +195,7 @@ def candidate_outcome(diagnosis: Diagnosis, candidate: str) -> str:
     for number, effect in enumerate(diagnosis.effects, start=1):
         if effect.name == candidate:
             return f"added, no. {number}"
-    rivals = [plain(e.name) for e in diagnosis.effects if candidate in e.indistinguishable_from]
+    rivals = [effect_words(e.name) for e in diagnosis.effects if candidate in e.indistinguishable_from]
     return f"indistinguishable from {listed(rivals)}" if rivals else ""
 
 
@@ -208,7 +209,7 @@ def candidate_reason(diagnosis: Diagnosis, candidate: Candidate) -> str:
     if outcome:
         return outcome
     known = EFFECTS.get(candidate.name)
-    same = [plain(e.name) for e in diagnosis.effects if known and e.family == known.family]
+    same = [effect_words(e.name) for e in diagnosis.effects if known and e.family == known.family]
     if same:
         more = " with more parameters" if known and known.flexible else ""
         return f"the same mechanism as {listed(same)}{more}; no clear gain beside it"
@@ -258,7 +259,7 @@ def _finite(content: Any) -> Any:
     return content
 
 
-def free_decay_document(result: FreeDecay, decrement: DecrementEstimate) -> dict[str, Any]:
+def free_decay_document(result: FreeDecay, decrement: DecrementFit) -> dict[str, Any]:
     """The result file of `identify`: the identification, and the method of [Györök 2022] beside it."""
     document = result.to_dict()
     for recording, vibration in zip(document["recordings"], decrement.vibrations, strict=True):

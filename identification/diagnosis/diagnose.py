@@ -12,22 +12,22 @@ from identification.diagnosis.from_search import build_diagnosis, friction_beyon
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.linear_algebra import one_thread
 from identification.fits.loss import LEAST_SQUARES, Loss
-from identification.fits.problem import torque_range
-from identification.fits.values import grounds_of
+from identification.fits.parameter_values import grounds_of
+from identification.reading.declared_sensor_range import left_out_note, within_declared_range
 from identification.reading.recordings import Recording
-from identification.reading.sensor_range import left_out_note, within_range
 from identification.reading.shortened_recordings import thin_recordings
 from identification.reading.vehicle_torques import farthest_standstill_without_gear
-from identification.residuals.signals import check_signatures
+from identification.residuals.residual_signals import check_signatures
 from identification.residuals.signatures import signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Progress, Search, silent
-from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, results_of, workers
-from identification.selection.trials import RANKING
+from identification.selection.trial import RANKING
+from identification.selection.trial_runner import Effects, TrialRunner, job_count, results_of, workers
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
 
 MIN_ANGLE_RANGE = 0.01
@@ -73,7 +73,7 @@ def diagnose(
     """
     as_read = [*recordings, *holdout]
     recordings, holdout, notes = _prepared(recordings, holdout)
-    effects, most, report = effects_named(candidates), jobs_of(jobs), progress or silent
+    effects, most, report = effects_named(candidates), job_count(jobs), progress or silent
     check_signatures(effects)
     with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(
@@ -99,7 +99,7 @@ def _prepared(
 ) -> tuple[list[Recording], list[Recording], list[str]]:
     """Both as the search takes them, and notes on what was changed."""
     beyond = left_out_note([*recordings, *holdout])
-    bound, shortened = thin_recordings([within_range(r) for r in (*recordings, *holdout)])
+    bound, shortened = thin_recordings([within_declared_range(r) for r in (*recordings, *holdout)])
     stood = [farthest_standstill_without_gear(recording) for recording in bound]
     everything = [recording for recording, _ in stood]
     _check(recordings, everything)

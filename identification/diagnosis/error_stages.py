@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.diagnosis.result_parts import Errors
+from identification.diagnosis.result_parts import TorqueErrors
 from identification.diagnosis.unrefitted_prediction import (
     friction_from_training,
     simulated_minus_measured,
@@ -16,13 +16,13 @@ from identification.diagnosis.unrefitted_prediction import (
 )
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import fit
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.fits.options import FitOptions
-from identification.fits.problem import torque_range
-from identification.fits.values import Values, ground_of, initial_guess, rig_parameters
+from identification.fits.parameter_values import Values, ground_of, initial_guess, rig_parameters
 from identification.reading.recordings import Recording
+from identification.selection.trial import RANKING, Trial, fit_own_parameters, model_of, thin_for_ranking
 from identification.selection.trial_runner import Submit, results_of
-from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
 from symbolic import ModelError, full_slide_torque
 from symbolic.array_alias import Array
 
@@ -95,7 +95,9 @@ WITHOUT_ONE = FitOptions(tolerance=1e-4)
 """For a fit that leaves one recording out; it begins at the fit of all."""
 
 
-def declared_errors(training: Sequence[Recording], holdout: Sequence[Recording], loss: Loss) -> Errors:
+def declared_errors(
+    training: Sequence[Recording], holdout: Sequence[Recording], loss: Loss
+) -> TorqueErrors:
     """Errors of the declared model with k and mu as given.
 
     Where no mu is given, it is fitted; for the errors without any fit it is that of the ground.
@@ -146,7 +148,7 @@ def errors_of(
     training: Sequence[Recording],
     holdout: Sequence[Recording],
     left_out: Mapping[str, Array],
-) -> tuple[Errors, ModelError | None]:
+) -> tuple[TorqueErrors, ModelError | None]:
     """The errors of a trial's model, and how wrong it is on what no shared parameter was fitted to."""
     unrefitted = unrefitted_residuals(trial.fitted, training, on_fitted_ground(training, holdout))
     unseen = (trial.residuals, holdout) if holdout else (left_out, training if left_out else ())
@@ -160,9 +162,9 @@ def _errors(
     holdout: Sequence[Recording],
     left_out: Mapping[str, Array],
     unrefitted: Mapping[str, Array],
-) -> Errors:
+) -> TorqueErrors:
     everything = [*training, *holdout]
-    return Errors(
+    return TorqueErrors(
         rmse={r.name: rmse_of(residuals[r.name]) for r in everything},
         nrmse=_relative(residuals, everything),
         training=tuple(r.name for r in training),
@@ -188,7 +190,7 @@ def left_out_residuals(
     """
     if len(recordings) < 2:
         return {}
-    thinned = {recording.name: thin(recording) for recording in recordings}
+    thinned = {recording.name: thin_for_ranking(recording) for recording in recordings}
     futures = {
         left.name: submit(_left_out, trial, [r for n, r in thinned.items() if n != left.name], left)
         for left in recordings

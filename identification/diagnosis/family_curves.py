@@ -11,13 +11,13 @@ import numpy as np
 from identification.diagnosis.result_parts import Curve, FoundEffect, FoundFamily
 from identification.fits.covariance import covariance
 from identification.fits.fitting import Fit
-from identification.fits.problem import label_of
-from identification.fits.values import replaced_rig
+from identification.fits.least_squares_problem import label_of
+from identification.fits.parameter_values import replaced_rig
 from identification.reading.recordings import Recording
-from identification.selection.trials import RANKING, model_of
+from identification.selection.trial import RANKING, model_of
 from symbolic import Effect, Expression, Signals, parameter_name, simulate
 from symbolic.array_alias import Array
-from symbolic.bristles import BristleTraits
+from symbolic.bristle_patch import BristleTraits
 from symbolic.slip import REST_SPEED, log_creep_factor
 
 POINTS = 60

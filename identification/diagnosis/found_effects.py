@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 
 from identification.diagnosis.found_stiffness import return_torque_note, stiffness_notes
-from identification.diagnosis.result_parts import Errors, FoundEffect, Grade
+from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
-from identification.fits.values import ParameterEstimate
+from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.residuals.residual_tests import Unexplained
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
-    advantage,
     delta_bic,
+    error_reduction,
     standard_error_by_chance,
 )
 from identification.selection.search_step import SearchStep
@@ -66,7 +66,7 @@ def found_effects(
         scope, own = _scope_and_parameters(effect, final, estimates)
         without = step.with_neither or step.before
         judged = step.after.judgement, without.judgement, DEFAULT_CRITERIA.long_block
-        (gain, _), error = advantage(*judged), standard_error_by_chance(*judged)
+        (gain, _), error = error_reduction(*judged), standard_error_by_chance(*judged)
         bic = delta_bic(step.after.fitted, without.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
@@ -202,8 +202,8 @@ def grade_of(
 
 
 def notes_on(
-    before: Errors,
-    after: Errors,
+    before: TorqueErrors,
+    after: TorqueErrors,
     fitted: Fit,
     recordings: Sequence[Recording] = (),
     own: Sequence[Fit] = (),

@@ -10,19 +10,19 @@ from identification.diagnosis.family_curves import found_families
 from identification.diagnosis.found_effects import found_effects, notes_on
 from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
 from identification.diagnosis.result import Diagnosis
-from identification.diagnosis.result_parts import Candidate, Errors, Series
+from identification.diagnosis.result_parts import Candidate, Series, TorqueErrors
 from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
-from identification.fits.values import ParameterEstimate, Values, replaced_rig
+from identification.fits.parameter_values import ParameterEstimate, Values, replaced_rig
+from identification.reading.declared_sensor_range import greatest_friction, samples_beyond_range
 from identification.reading.recordings import Recording
-from identification.reading.sensor_range import greatest_friction, samples_beyond_range
 from identification.residuals.residual_tests import unexplained
 from identification.residuals.signatures import Signatures
 from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.search_step import SearchStep
+from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
-from identification.selection.trials import Trial
 from symbolic import TOLERATED, Model, parameter_name, units_of
 from symbolic.array_alias import Array
 
@@ -31,7 +31,7 @@ def build_diagnosis(
     steps: Sequence[SearchStep],
     training: Sequence[Recording],
     holdout: Sequence[Recording],
-    declared: Errors,
+    declared: TorqueErrors,
     followed: Sequence[Signatures],
     left_out: Sequence[Mapping[str, Array]],
     proposals: Mapping[Effects, Proposal],

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from identification.diagnosis.result import Diagnosis
-from identification.reading.file_content import read_bytes
+from identification.reading.bytes_and_text import read_bytes
 from symbolic import Effect, FoundModel, model_from_tables, units_of
 from symbolic.tables.found_model_from_tables import MODEL_VERSION
-from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, naming
+from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, prefix_errors
 
 __all__ = ["FoundModel", "model_text", "read_model"]
 
@@ -56,5 +56,5 @@ def read_model(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
         InvalidInputError: the file is missing, no JSON, or lacks something; one line says what.
     """
     content = read_bytes(Path(path), MAX_MODEL_SIZE)
-    with naming(path):
+    with prefix_errors(path):
         return model_from_tables(json_of(content), effects)

@@ -6,8 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.diagnosis.result_parts import Candidate, Errors, FoundEffect, FoundFamily, Series
-from identification.fits.values import ParameterEstimate, Values
+from identification.diagnosis.result_parts import (
+    Candidate,
+    FoundEffect,
+    FoundFamily,
+    Series,
+    TorqueErrors,
+)
+from identification.fits.parameter_values import ParameterEstimate, Values
 from identification.loop_plot import matplotlib_text
 from identification.residuals.residual_tests import Unexplained
 from identification.residuals.signatures import Signatures
@@ -58,9 +64,9 @@ class Diagnosis:
 
     recordings: tuple[str, ...]
     holdout: tuple[str, ...]
-    declared: Errors
-    before: Errors
-    after: Errors
+    declared: TorqueErrors
+    before: TorqueErrors
+    after: TorqueErrors
     effects: tuple[FoundEffect, ...]
     candidates: tuple[Candidate, ...]
     unexplained: Unexplained

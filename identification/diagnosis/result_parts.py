@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from identification.experiments.proposals import Proposal
-from identification.fits.values import ParameterEstimate
+from identification.fits.parameter_values import ParameterEstimate
 from identification.loop_plot import draw_loops
 from symbolic import Scope
 from symbolic.array_alias import Array
@@ -19,7 +19,7 @@ Grade = Literal["strong", "weak", "ambiguous", "stands_in"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Errors:
+class TorqueErrors:
     """Free-run torque errors of one stage of the model.
 
     Attributes:

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from identification.fits.fitting import Fit
-from identification.fits.problem import signals_of
-from identification.fits.values import Values, complete_values, ground_of
+from identification.fits.least_squares_problem import signals_of
+from identification.fits.parameter_values import Values, complete_values, ground_of
 from identification.reading.recordings import Recording
 from symbolic import RIG_DIRECTIONS, Model, parameter_name, simulate
 from symbolic.array_alias import Array

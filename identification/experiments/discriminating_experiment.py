@@ -13,13 +13,17 @@ from functools import cache
 import numpy as np
 from scipy.optimize import least_squares
 
-from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, Manoeuvre, reach_of
+from identification.experiments.manoeuvre_within_range import (
+    SAMPLE_PERIOD,
+    SampledManoeuvre,
+    recorded_range,
+)
 from identification.experiments.manoeuvres import manoeuvres
 from identification.experiments.proposals import Proposal, fitted_sample_period, proposal_from_torques
 from identification.fits.fitting import Fit
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
-from identification.fits.problem import torque_range
-from identification.fits.values import ground_of, replaced_rig
+from identification.fits.parameter_values import ground_of, replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import parameter_name, simulate
@@ -33,7 +37,7 @@ _ROUGH, _THOROUGH = 3, 20
 class _Outcome:
     """The torques of both models in a manoeuvre [N m], and the solution of the rival's refit."""
 
-    manoeuvre: Manoeuvre
+    manoeuvre: SampledManoeuvre
     torque: Array
     rival_torque: Array
     solution: Array
@@ -64,7 +68,7 @@ def propose(
     span = float(np.mean([torque_range(r) for r in recordings]))
     truth, other = _Simulated(found, typical), _Rival(rival, typical, span)
     rough = []
-    for manoeuvre in manoeuvres(reach_of(recordings)):
+    for manoeuvre in manoeuvres(recorded_range(recordings)):
         torque = truth.torque(manoeuvre, truth.theta)[0]
         rough.append(other.refit(manoeuvre, torque, other.origin, _ROUGH))
     rough.sort(key=lambda outcome: -outcome.difference)
@@ -88,7 +92,7 @@ class _Simulated:
         values = fitted.values.of(typical)
         self.theta: Array = np.asarray(fitted.model.theta(values)).ravel()
 
-    def torque(self, manoeuvre: Manoeuvre, theta: Array) -> tuple[Array, Array]:
+    def torque(self, manoeuvre: SampledManoeuvre, theta: Array) -> tuple[Array, Array]:
         """Torque [N m] and its derivatives with respect to theta."""
         # All directions always, as in the fit: that Function is compiled already.
         directions = np.eye(theta.size)
@@ -120,7 +124,7 @@ class _Rival(_Simulated):
         """Continue a rough refit until it converges."""
         return self.refit(rough.manoeuvre, rough.torque, rough.solution, _THOROUGH)
 
-    def refit(self, manoeuvre: Manoeuvre, torque: Array, start: Array, most: int) -> _Outcome:
+    def refit(self, manoeuvre: SampledManoeuvre, torque: Array, start: Array, most: int) -> _Outcome:
         """Least squares of its torque error here and, weighted by information, of its change [1]."""
 
         @cache

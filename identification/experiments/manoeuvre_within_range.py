@@ -32,7 +32,7 @@ _LOADED = (0.01, 0.99)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reach:
+class RecordedRange:
     """Least and greatest angle [rad], fastest turning [rad/s]; least, usual and greatest load [N]."""
 
     low: float
@@ -57,7 +57,7 @@ class Reach:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Manoeuvre:
+class SampledManoeuvre:
     """An instruction in words; time [s], angle [rad], its rate [rad/s] and load [N], shape (n,)."""
 
     instruction: str
@@ -86,12 +86,12 @@ class Manoeuvre:
         return float(self.t[-1])
 
 
-def reach_of(recordings: Sequence[Recording]) -> Reach:
+def recorded_range(recordings: Sequence[Recording]) -> RecordedRange:
     """The range of angle, speed and load of these recordings."""
     speeds = np.concatenate([np.abs(r.psi_dot) for r in recordings])
     loads = np.concatenate([r.F_N for r in recordings])
     least, usual, greatest = np.quantile(loads, [_LOADED[0], 0.5, _LOADED[1]])
-    return Reach(
+    return RecordedRange(
         low=min(float(r.psi.min()) for r in recordings),
         high=max(float(r.psi.max()) for r in recordings),
         speed=float(np.quantile(speeds, MAX_RATE_QUANTILE)),
@@ -99,33 +99,44 @@ def reach_of(recordings: Sequence[Recording]) -> Reach:
     )
 
 
-class Leg(NamedTuple):
+class ManoeuvreLeg(NamedTuple):
     """A turn to an angle, from their middle as a share of the amplitude [1], or a rest there."""
 
     share: float
     seconds: float
 
 
-def turns(reach: Reach, shares: Sequence[float], speed: float, start: float | None = None) -> list[Leg]:
+def turning_legs(
+    reach: RecordedRange, shares: Sequence[float], speed: float, start: float | None = None
+) -> list[ManoeuvreLeg]:
     """Turns to shares of the amplitude at a speed [rad/s], from a start or, in a cycle, the last."""
     first = shares[-1] if start is None else start
     return [
-        Leg(to, max(abs(to - before) * reach.amplitude / speed, _QUICKEST))
+        ManoeuvreLeg(to, max(abs(to - before) * reach.amplitude / speed, _QUICKEST))
         for before, to in pairwise([first, *shares])
     ]
 
 
-def manoeuvre_of(
-    reach: Reach, instruction: str, cycle: Sequence[Leg], *, load_step: float | None = None
-) -> Manoeuvre:
+def sampled_manoeuvre(
+    reach: RecordedRange,
+    instruction: str,
+    cycle: Sequence[ManoeuvreLeg],
+    *,
+    load_step: float | None = None,
+) -> SampledManoeuvre:
     """A manoeuvre: from rest in the middle to where the cycle begins, then the cycle, again and again.
 
     The instruction is the cycle in words; load and time are added. Its first turn begins where the last
     ends. The load goes from the least to the greatest and back after every `load_step` [s], if given.
     """
     lasts = sum(leg.seconds for leg in _with_stops([*cycle, cycle[0]])) - cycle[0].seconds
-    begin = turns(reach, [cycle[-1].share], reach.speed, 0.0)
-    legs = [Leg(0, 0.5), *begin, *max(1, round(LENGTH / lasts)) * list(cycle), Leg(cycle[-1].share, 0.5)]
+    begin = turning_legs(reach, [cycle[-1].share], reach.speed, 0.0)
+    legs = [
+        ManoeuvreLeg(0, 0.5),
+        *begin,
+        *max(1, round(LENGTH / lasts)) * list(cycle),
+        ManoeuvreLeg(cycle[-1].share, 0.5),
+    ]
     legs = _with_stops(legs)
     corners = np.cumsum([0.0, *(leg.seconds for leg in legs)])
     t: Array = np.arange(int(corners[-1] / SAMPLE_PERIOD) + 1, dtype=np.float64) * SAMPLE_PERIOD
@@ -135,7 +146,7 @@ def manoeuvre_of(
     F_N, constant = np.full(t.size, usual), f", load {usual:.0f} N"
     if load_step is not None:
         F_N, constant = _softened(np.where((t // load_step) % 2 == 0, light, heavy)), ""
-    return Manoeuvre(
+    return SampledManoeuvre(
         instruction=f"{instruction}{constant}, {t[-1]:.0f} s".replace("-", "−"),
         t=t,
         psi=psi,
@@ -144,14 +155,14 @@ def manoeuvre_of(
     )
 
 
-def _with_stops(legs: Sequence[Leg]) -> list[Leg]:
+def _with_stops(legs: Sequence[ManoeuvreLeg]) -> list[ManoeuvreLeg]:
     """These legs with a stop at every reversal."""
     # Friction that depends on speed is sensitive to standstill, else shorter than a sample.
     stopped, heading = [legs[0]], 0.0
     for before, leg in pairwise(legs):
         turn = np.sign(leg.share - before.share)
         if turn * heading < 0 and stopped[-1].share != stopped[-2].share:
-            stopped.append(Leg(before.share, _STOP))
+            stopped.append(ManoeuvreLeg(before.share, _STOP))
         stopped.append(leg)
         heading = turn or heading
     return stopped
@@ -165,7 +176,7 @@ def _softened(steps: Array) -> Array:
     return np.convolve(padded, window / window.sum(), mode="valid")
 
 
-def between(reach: Reach, share: float = 1.0) -> str:
+def angles_in_words(reach: RecordedRange, share: float = 1.0) -> str:
     """An interval about the middle of the angles, in words."""
     low, high = (reach.centre + sign * share * reach.amplitude for sign in (-1, 1))
     return f"between {low:.2f} and {high:.2f} rad"

@@ -6,45 +6,47 @@ import numpy as np
 
 from identification.experiments.manoeuvre_within_range import (
     LENGTH,
-    Leg,
-    Manoeuvre,
-    Reach,
-    between,
-    manoeuvre_of,
-    turns,
+    ManoeuvreLeg,
+    RecordedRange,
+    SampledManoeuvre,
+    angles_in_words,
+    sampled_manoeuvre,
+    turning_legs,
 )
 
-Cycles = dict[str, list[Leg]]
+Cycles = dict[str, list[ManoeuvreLeg]]
 """Turns and rests of a manoeuvre, by its instruction."""
 LOAD_STEP = 2.0
 """Time between changes of the load, in manoeuvres where it changes [s]."""
 
 
-def manoeuvres(reach: Reach) -> tuple[Manoeuvre, ...]:
+def manoeuvres(reach: RecordedRange) -> tuple[SampledManoeuvre, ...]:
     """The library within reach, each about `LENGTH` long, from rest in the middle of the angles."""
     steady = _sweeps(reach) | _speeds(reach) | _rests(reach) | _loops(reach)
     return (
-        *(manoeuvre_of(reach, words, cycle) for words, cycle in steady.items()),
+        *(sampled_manoeuvre(reach, words, cycle) for words, cycle in steady.items()),
         *(
-            manoeuvre_of(reach, words, cycle, load_step=LOAD_STEP)
+            sampled_manoeuvre(reach, words, cycle, load_step=LOAD_STEP)
             for words, cycle in _loadings(reach).items()
         ),
     )
 
 
-def _sweeps(reach: Reach) -> Cycles:
+def _sweeps(reach: RecordedRange) -> Cycles:
     """Sweeps to both ends, to one, fast or slow throughout."""
     fast = reach.speed
     return {
-        f"sweep {between(reach)} at {fast:.2g} rad/s": turns(reach, [1, -1], fast),
+        f"sweep {angles_in_words(reach)} at {fast:.2g} rad/s": turning_legs(reach, [1, -1], fast),
         f"turn to and fro between {reach.centre:.2f} and {reach.high:.2f} rad at {fast / 2:.2g} rad/s": (
-            turns(reach, [1, 0], fast / 2)
+            turning_legs(reach, [1, 0], fast / 2)
         ),
-        f"sweep {between(reach, 0.5)} at {fast / 8:.2g} rad/s": turns(reach, [0.5, -0.5], fast / 8),
+        f"sweep {angles_in_words(reach, 0.5)} at {fast / 8:.2g} rad/s": turning_legs(
+            reach, [0.5, -0.5], fast / 8
+        ),
     }
 
 
-def _speeds(reach: Reach) -> Cycles:
+def _speeds(reach: RecordedRange) -> Cycles:
     """The same turn at several speeds."""
     fast, slowest = reach.speed, reach.slow
     ladder = zip((0.5, 0.5, 0.5, 0.5, 0.3), np.geomspace(fast, slowest, 5), strict=True)
@@ -54,43 +56,47 @@ def _speeds(reach: Reach) -> Cycles:
         leg
         for sign in (1.0, -1.0)
         for (start, to), pace in zip(pairwise(places), paces, strict=True)
-        for leg in turns(reach, [sign * to], pace, sign * start)
+        for leg in turning_legs(reach, [sign * to], pace, sign * start)
     ]
     slow = min(max(slowest, 4 * reach.amplitude / (LENGTH / 2)), fast / 4)
     many = max(1, int(LENGTH / 2 * fast / (4 * reach.amplitude)))
+    angles = angles_in_words(reach)
     return {
-        f"sweep {between(reach)}, {many} to and fro at {fast:.2g} rad/s and one at {slow:.2g} rad/s": [
-            *many * turns(reach, [1, -1], fast),
-            *turns(reach, [1, -1], slow),
+        f"sweep {angles}, {many} to and fro at {fast:.2g} rad/s and one at {slow:.2g} rad/s": [
+            *many * turning_legs(reach, [1, -1], fast),
+            *turning_legs(reach, [1, -1], slow),
         ],
-        f"sweep {between(reach, 0.5)}, each time slower, from {fast:.2g} to {slowest:.2g} rad/s"
-        f" (the last one {between(reach, 0.3)})": [
-            leg for share, speed in ladder for leg in turns(reach, [share, -share], speed)
+        f"sweep {angles_in_words(reach, 0.5)}, each time slower, from {fast:.2g} to {slowest:.2g} rad/s"
+        f" (the last one {angles_in_words(reach, 0.3)})": [
+            leg for share, speed in ladder for leg in turning_legs(reach, [share, -share], speed)
         ],
-        f"sweep {between(reach)} at {fast:.2g} rad/s and, while the patch slides, slow down to"
+        f"sweep {angles_in_words(reach)} at {fast:.2g} rad/s and, while the patch slides, slow down to"
         f" {slowest:.2g} rad/s for {0.15 * reach.amplitude:.2g} rad twice in each sweep": changing,
         f"turn to {reach.high:.2f} rad at {fast:.2g} rad/s and back to {reach.low:.2f} rad at"
-        f" {fast / 6:.2g} rad/s": [*turns(reach, [1], fast, -1.0), *turns(reach, [-1], fast / 6, 1.0)],
+        f" {fast / 6:.2g} rad/s": [
+            *turning_legs(reach, [1], fast, -1.0),
+            *turning_legs(reach, [-1], fast / 6, 1.0),
+        ],
     }
 
 
-def _rests(reach: Reach) -> Cycles:
+def _rests(reach: RecordedRange) -> Cycles:
     """Turn, hold, turn."""
     fast, stairs = reach.speed, [0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0]
     return {
-        f"sweep {between(reach)} at {fast:.2g} rad/s with rests of 3 s at either end": (
+        f"sweep {angles_in_words(reach)} at {fast:.2g} rad/s with rests of 3 s at either end": (
             _to_and_fro(reach, 3.0)
         ),
-        f"turn in steps of {0.5 * reach.amplitude:.2g} rad {between(reach)} at {fast:.2g} rad/s,"
+        f"turn in steps of {0.5 * reach.amplitude:.2g} rad {angles_in_words(reach)} at {fast:.2g} rad/s,"
         " resting 1.5 s after each": [
             leg
             for start, to in pairwise(stairs)
-            for leg in (*turns(reach, [to], fast, start), Leg(to, 1.5))
+            for leg in (*turning_legs(reach, [to], fast, start), ManoeuvreLeg(to, 1.5))
         ],
     }
 
 
-def _loops(reach: Reach) -> Cycles:
+def _loops(reach: RecordedRange) -> Cycles:
     """Small loops: about several centres, growing, shrinking, and during a slide."""
     fast, size = reach.speed, reach.amplitude
     pace = f"at up to {fast / 2:.2g} rad/s"
@@ -100,37 +106,41 @@ def _loops(reach: Reach) -> Cycles:
     slide = [-1 + 0.25 * i + back for i in range(1, 9) for back in (0.0, -0.15)]
     about = {
         f"oscillate by ±{share * size:.2g} rad, {times} times about each of {places} rad, {pace}": (
-            turns(reach, [c + sign * share for c in centres for sign in times * [1, -1]], fast / 2)
+            turning_legs(
+                reach, [c + sign * share for c in centres for sign in times * [1, -1]], fast / 2
+            )
         )
         for share, times in ((0.07, 8), (0.2, 4))
     }
     return about | {
         f"oscillate with an amplitude that grows from {0.05 * size:.2g} to {size:.2g} rad {pace}": (
-            turns(reach, [*growing, 0.0], fast / 2)
+            turning_legs(reach, [*growing, 0.0], fast / 2)
         ),
         f"oscillate with an amplitude that shrinks from {size:.2g} to {0.05 * size:.2g} rad {pace}": (
-            turns(reach, [*growing[::-1], 0.0], fast / 2)
+            turning_legs(reach, [*growing[::-1], 0.0], fast / 2)
         ),
         f"slide from {reach.low:.2f} to {reach.high:.2f} rad, turning back by {0.15 * size:.2g} rad"
         f" after every {0.25 * size:.2g} rad, at up to {fast:.2g} rad/s": (
-            turns(reach, [*slide[:-1], -1.0], fast)
+            turning_legs(reach, [*slide[:-1], -1.0], fast)
         ),
     }
 
 
-def _loadings(reach: Reach) -> Cycles:
+def _loadings(reach: RecordedRange) -> Cycles:
     """Steps of the load, at rest and while the wheel turns."""
     fast, (light, _, heavy) = reach.speed, reach.loads
     loads = f"load in steps of {LOAD_STEP:g} s between {light:.0f} and {heavy:.0f} N"
     return {
-        f"sweep {between(reach)} at {fast:.2g} rad/s with rests of 6 s at either end, {loads}": (
+        f"sweep {angles_in_words(reach)} at {fast:.2g} rad/s with rests of 6 s at either end, {loads}": (
             _to_and_fro(reach, 6.0)
         ),
-        f"sweep {between(reach)} at {fast / 2:.2g} rad/s, {loads}": turns(reach, [1, -1], fast / 2),
+        f"sweep {angles_in_words(reach)} at {fast / 2:.2g} rad/s, {loads}": turning_legs(
+            reach, [1, -1], fast / 2
+        ),
     }
 
 
-def _to_and_fro(reach: Reach, rest: float) -> list[Leg]:
+def _to_and_fro(reach: RecordedRange, rest: float) -> list[ManoeuvreLeg]:
     """A sweep to both ends with a rest [s] at either."""
-    to, fro = turns(reach, [1], reach.speed, -1.0), turns(reach, [-1], reach.speed, 1.0)
-    return [*to, Leg(1, rest), *fro, Leg(-1, rest)]
+    to, fro = turning_legs(reach, [1], reach.speed, -1.0), turning_legs(reach, [-1], reach.speed, 1.0)
+    return [*to, ManoeuvreLeg(1, rest), *fro, ManoeuvreLeg(-1, rest)]

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, Manoeuvre
+from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, SampledManoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import Fit
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
-from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic.array_alias import Array
@@ -40,7 +40,7 @@ class Proposal:
 
     found: str
     rival: str
-    manoeuvre: Manoeuvre
+    manoeuvre: SampledManoeuvre
     torque: Array
     rival_torque: Array
     separation: float
@@ -87,7 +87,7 @@ def proposal_from_torques(
     found: Fit,
     rival: Fit,
     recordings: Sequence[Recording],
-    manoeuvre: Manoeuvre,
+    manoeuvre: SampledManoeuvre,
     torques: tuple[Array, Array],
     criteria: SelectionCriteria,
 ) -> Proposal:

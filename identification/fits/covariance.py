@@ -17,8 +17,8 @@ from scipy.linalg.lapack import dtbtrs
 
 from identification.fits.autocorrelation import autoregression, predict_gaps, slow_part_effective_samples
 from identification.fits.fitting import Fit
+from identification.fits.least_squares_problem import shares_of_torque_range
 from identification.fits.loss import curvature, influence
-from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
 from symbolic.array_alias import Array
 
@@ -46,7 +46,7 @@ def covariance(fitted: Fit, recordings: Sequence[Recording]) -> Array:
 
     A coordinate that the data do not determine has infinite variance, and NaN with the others.
     """
-    residuals = list(over_range(fitted.residuals, recordings).values())
+    residuals = list(shares_of_torque_range(fitted.residuals, recordings).values())
     present = np.concatenate([np.isfinite(residual) for residual in residuals])
     curved = curvature(fitted.loss, np.concatenate(residuals)[present])
     prior = fitted.prior_weights**2

@@ -18,13 +18,13 @@ from functools import lru_cache, partial
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
+from identification.fits.least_squares_problem import LeastSquaresProblem, shares_of_torque_range
 from identification.fits.linear_algebra import one_thread
 from identification.fits.loss import LEAST_SQUARES, Loss, cost
 from identification.fits.options import FINE_FIT, FitOptions, Label
-from identification.fits.problem import Problem, over_range
-from identification.fits.values import Values, complete_values, initial_guess
+from identification.fits.parameter_values import Values, complete_values, initial_guess
+from identification.reading.declared_sensor_range import within_declared_range
 from identification.reading.recordings import Recording
-from identification.reading.sensor_range import within_range
 from symbolic import Model, parameter_name
 from symbolic.array_alias import Array
 
@@ -75,7 +75,9 @@ class Fit:
 
     def cost(self, recordings: Sequence[Recording]) -> float:
         """Loss summed over the samples of these recordings, which must be among those fitted [1]."""
-        return sum(cost(self.loss, r) for r in over_range(self.residuals, recordings).values())
+        return sum(
+            cost(self.loss, r) for r in shares_of_torque_range(self.residuals, recordings).values()
+        )
 
 
 @one_thread
@@ -98,9 +100,9 @@ def fit(
     Raises:
         InvalidInputError: a torque is constant, or no parameter is free.
     """
-    recordings = [within_range(recording) for recording in recordings]
+    recordings = [within_declared_range(recording) for recording in recordings]
     begin = start or initial_guess(model, recordings)
-    problem = Problem(model, recordings, complete_values(model, begin, recordings), options)
+    problem = LeastSquaresProblem(model, recordings, complete_values(model, begin, recordings), options)
     x = problem.origin()
     if options.prior_weight is None:
         weights = problem.prior_weights(np.clip(x, *problem.bounds()))
@@ -133,7 +135,9 @@ def fit(
     )
 
 
-def _solve(problem: Problem, start: Array, weights: Array, options: FitOptions) -> OptimizeResult:
+def _solve(
+    problem: LeastSquaresProblem, start: Array, weights: Array, options: FitOptions
+) -> OptimizeResult:
     """Least loss of the torque with least squares of what was declared with a tolerance."""
     low, high = problem.bounds()
     known = weights > 0

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import Fit, fit
 from identification.fits.options import FINE_FIT, FitOptions, Label
-from identification.fits.values import Values, complete_values
+from identification.fits.parameter_values import Values, complete_values
 from identification.reading.recordings import Recording
 from symbolic import TOLERATED, InvalidInputError, Model, Rig, units_of
 from symbolic.array_alias import Array

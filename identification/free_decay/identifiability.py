@@ -13,14 +13,14 @@ import numpy as np
 from scipy.special import fdtrc
 
 from identification.free_decay.likelihood import Contact, Likelihood, contact_geometry
-from identification.free_decay.noise_continuation import jackknife, solve
-from identification.free_decay.results import ContactResult, IdentifiedParameter
-from identification.free_decay.vibration import stiffness
+from identification.free_decay.noise_continuation import jackknife, maximise_likelihood
+from identification.free_decay.results import ContactPatchResult, IdentifiedParameter
 from identification.free_decay.vibration_detection import (
     MIN_DEFLECTION_STEPS,
     FreeVibration,
     without_spikes,
 )
+from identification.free_decay.vibration_model import rotational_stiffness
 from symbolic.parameters import USUAL
 
 GOOD = (0.003, 0.02)
@@ -66,7 +66,7 @@ def stiffnesses_agree(stiffnesses: Collection[StiffnessOfOneContact]) -> bool | 
 def _stiffness_of(likelihood: Likelihood, contact: Contact) -> StiffnessOfOneContact | None:
     part = Likelihood([r for r in likelihood.vibrations if contact_geometry(r) == contact])
     try:
-        solution = solve(part)
+        solution = maximise_likelihood(part)
         uncertainty = jackknife(part, solution)
     except np.linalg.LinAlgError:
         return None
@@ -80,7 +80,7 @@ def describe_identifiability(
     likelihood: Likelihood,
     k: IdentifiedParameter,
     b_t: IdentifiedParameter,
-    contacts: Sequence[ContactResult],
+    contacts: Sequence[ContactPatchResult],
     agreed: bool | None,
     noise: float,
     of_lengths: float,
@@ -134,7 +134,9 @@ def _precision(
 def _assumptions(vibrations: Sequence[FreeVibration], k: IdentifiedParameter, of_lengths: float) -> str:
     """Change of k with a, e and J_A, from the derivatives of [Györök 2022], (5.7)."""
     a, e = ca.SX.sym("a"), ca.SX.sym("e")
-    by = ca.Function("by", [a, e], [ca.gradient(ca.log(stiffness(k.value, a, e)), ca.vertcat(a, e))])
+    by = ca.Function(
+        "by", [a, e], [ca.gradient(ca.log(rotational_stiffness(k.value, a, e)), ca.vertcat(a, e))]
+    )
     slopes = np.array([by(r.decay.rig.a, r.decay.rig.e).full().ravel() for r in vibrations])
     lengths = np.array([r.decay.rig.a for r in vibrations])
     by_a, by_e = float(np.mean(slopes[:, 0] * lengths)), float(np.mean(slopes[:, 1]))
@@ -147,7 +149,7 @@ def _assumptions(vibrations: Sequence[FreeVibration], k: IdentifiedParameter, of
     )
 
 
-def _disagreement(contacts: Sequence[ContactResult], k: float) -> str:
+def _disagreement(contacts: Sequence[ContactPatchResult], k: float) -> str:
     """Least and greatest k, one contact at a time."""
     stiffnesses = sorted((c.k.value, c.a) for c in contacts if c.k is not None)
     (least, short), (most, long) = stiffnesses[0], stiffnesses[-1]

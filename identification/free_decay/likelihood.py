@@ -2,7 +2,7 @@
 
 The unknowns are k and b_t, shared by all; one slip 1/(mu F_N) for each contact; and for each recording
 the angle and the rate at its first turning point and the centre of its vibration. Propagation eliminates
-the dynamics (`identification.free_decay.vibration`).
+the dynamics (`identification.free_decay.vibration_model`).
 
 An encoder of step D shows the cell of the angle, not the angle: its error is a function of the angle,
 neither white nor independent between samples, and below one step it is the only error. So a reading
@@ -26,8 +26,13 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.special import expit
 
-from identification.free_decay.vibration import UNKNOWNS, Response, simulate_vibration, stiffness
 from identification.free_decay.vibration_detection import FreeVibration
+from identification.free_decay.vibration_model import (
+    UNKNOWNS,
+    VibrationResponse,
+    rotational_stiffness,
+    simulate_vibration,
+)
 from symbolic import full_slide_level
 from symbolic.array_alias import Array
 
@@ -47,7 +52,7 @@ _MIN_NOISE = 0.01
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Evaluation:
+class LikelihoodEvaluation:
     """The objective at one point, infinite where a wheel would not vibrate, and its derivatives.
 
     Responses are each recording's angles [rad] and their derivatives by the unknowns in their scales, in
@@ -57,7 +62,7 @@ class Evaluation:
     cost: float
     gradient: Array
     hessian: Array
-    responses: tuple[Response, ...]
+    responses: tuple[VibrationResponse, ...]
 
 
 class Likelihood:
@@ -91,7 +96,7 @@ class Likelihood:
         own = np.array([[r.peak, 0.0, r.centre] for r in self.vibrations]).ravel()
         return np.concatenate([np.ones(self.shared), own / self.scales[self.shared :]])
 
-    def evaluate(self, x: Array, noise: float) -> Evaluation:
+    def evaluate(self, x: Array, noise: float) -> LikelihoodEvaluation:
         """Objective and derivatives at x, in units of `scales`, for a scale of the noise [rad]."""
         cost, gradient, hessian = 0.0, np.zeros(x.size), np.zeros((x.size, x.size))
         responses = []
@@ -106,9 +111,11 @@ class Likelihood:
             cost += float(losses.value.sum())
             gradient[columns] += slopes.T @ losses.slope
             hessian[np.ix_(columns, columns)] += slopes.T @ (slopes * losses.curvature[:, None])
-        return Evaluation(cost=cost, gradient=gradient, hessian=hessian, responses=tuple(responses))
+        return LikelihoodEvaluation(
+            cost=cost, gradient=gradient, hessian=hessian, responses=tuple(responses)
+        )
 
-    def likeliest_noise(self, responses: Sequence[Response]) -> float:
+    def likeliest_noise(self, responses: Sequence[VibrationResponse]) -> float:
         """The most likely scale of the noise [rad]."""
 
         def cost(log_scale: float) -> float:
@@ -122,7 +129,7 @@ class Likelihood:
         most = np.log(max(abs(r.deflection) for r in self.vibrations))
         return float(np.exp(minimize_scalar(cost, bounds=(least, most), method="bounded").x))
 
-    def _response(self, recording: int, x: Array) -> Response:
+    def _response(self, recording: int, x: Array) -> VibrationResponse:
         """Angles at the samples and their derivatives by x."""
         at = self.columns(recording)
         # Without a slip among the unknowns it is 0: the patch sticks.
@@ -131,13 +138,15 @@ class Likelihood:
         unknowns[places] = self.scales[at] * x[at]
         times, samples = self._grids[recording]
         fine = simulate_vibration(times, unknowns, self._geometries[recording])
-        return Response(fine.psi[samples], fine.sensitivities[np.ix_(samples, places)] * self.scales[at])
+        return VibrationResponse(
+            fine.psi[samples], fine.sensitivities[np.ix_(samples, places)] * self.scales[at]
+        )
 
     def _scales(self) -> Array:
         """Size of every unknown, from the guesses of `find_vibration`, [Györök 2022], (5.7), (5.8)."""
         squares = np.array([r.omega**2 + r.damping**2 for r in self.vibrations])
         inertia = np.array([r.decay.inertia for r in self.vibrations])
-        per_k = np.array([stiffness(1, *contact_geometry(r)) for r in self.vibrations])
+        per_k = np.array([rotational_stiffness(1, *contact_geometry(r)) for r in self.vibrations])
         k = float(np.median(squares * inertia / per_k))
         b_t = float(np.median([2 * r.decay.inertia * r.damping for r in self.vibrations]))
         slips = []

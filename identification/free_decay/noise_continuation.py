@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
-from identification.free_decay.likelihood import Evaluation, Likelihood, neg_log_likelihood
+from identification.free_decay.likelihood import Likelihood, LikelihoodEvaluation, neg_log_likelihood
 from symbolic.array_alias import Array
 
 _MAX_FACTOR, _SAME = 3.0, 0.02
@@ -35,7 +35,7 @@ _MAX_LEVERAGE = 0.99
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Solution:
+class LikelihoodMaximum:
     """The maximum of a likelihood.
 
     Unknowns in units of its scales, scale of the noise besides the encoder's step [rad], the likelihood
@@ -44,7 +44,7 @@ class Solution:
 
     x: Array
     noise: float
-    evaluation: Evaluation
+    evaluation: LikelihoodEvaluation
     converged: bool
     steps: int
 
@@ -61,7 +61,7 @@ class JackknifeCovariance(NamedTuple):
     degrees_of_freedom: int
 
 
-def solve(likelihood: Likelihood) -> Solution:
+def maximise_likelihood(likelihood: Likelihood) -> LikelihoodMaximum:
     """The most likely unknowns; LinAlgError where the readings do not depend on one of them."""
     x, steps = likelihood.start(), 0
     first = likelihood.evaluate(x, 1.0)
@@ -79,12 +79,12 @@ def solve(likelihood: Likelihood) -> Solution:
     return replace(stage, converged=same and stage.converged, steps=steps)
 
 
-def _stage(likelihood: Likelihood, x: Array, noise: float) -> Solution:
+def _stage(likelihood: Likelihood, x: Array, noise: float) -> LikelihoodMaximum:
     """The minimum for one scale of the noise, by a trust region."""
     unit = _units(likelihood.evaluate(x, noise))
 
     @lru_cache(maxsize=2)
-    def evaluate(point: bytes) -> Evaluation:
+    def evaluate(point: bytes) -> LikelihoodEvaluation:
         return likelihood.evaluate(x + unit * np.frombuffer(point), noise)
 
     minimum = minimize(
@@ -100,7 +100,7 @@ def _stage(likelihood: Likelihood, x: Array, noise: float) -> Solution:
             "max_trust_radius": _MAX_RADIUS,
         },
     )
-    return Solution(
+    return LikelihoodMaximum(
         x=x + unit * minimum.x,
         noise=noise,
         evaluation=evaluate(minimum.x.tobytes()),
@@ -109,7 +109,7 @@ def _stage(likelihood: Likelihood, x: Array, noise: float) -> Solution:
     )
 
 
-def _units(evaluation: Evaluation) -> Array:
+def _units(evaluation: LikelihoodEvaluation) -> Array:
     """Standard deviation of each unknown if all others were known."""
     information = np.diag(evaluation.hessian)
     if not (information > 0).all():
@@ -117,7 +117,7 @@ def _units(evaluation: Evaluation) -> Array:
     return np.asarray(1 / np.sqrt(information))
 
 
-def jackknife(likelihood: Likelihood, solution: Solution) -> JackknifeCovariance:
+def jackknife(likelihood: Likelihood, solution: LikelihoodMaximum) -> JackknifeCovariance:
     """The covariance of the shared unknowns at a solution."""
     inverse = np.asarray(np.linalg.inv(solution.evaluation.hessian), dtype=np.float64)
     shared = slice(likelihood.shared)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.fits.values import ParameterEstimate
+from identification.fits.parameter_values import ParameterEstimate
 from symbolic.array_alias import Array
 
 
@@ -29,7 +29,7 @@ class IdentifiedParameter:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactResult:
+class ContactPatchResult:
     """Results of one contact.
 
     Attributes:
@@ -127,7 +127,7 @@ class FreeDecay:
     k: IdentifiedParameter
     b_t: IdentifiedParameter
     covariance: Array
-    contacts: tuple[ContactResult, ...]
+    contacts: tuple[ContactPatchResult, ...]
     contacts_agree: bool | None
     noise: float
     condition: float

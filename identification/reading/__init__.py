@@ -2,17 +2,17 @@
 
 ::
 
-    bytes       file_content      a regular file of bounded size, as bytes or as text
+    bytes       bytes_and_text           a regular file of bounded size, as bytes or as text
       |
-    channels    formats/*         open a file, list its channels, read those that are asked for: Samples
-      |                           with their unit and, where the format has one, their clock
-      |         channel_matching  which channel is which column, as a map or its name says (signal_map)
-      |         clock_and_units   columns in SI (units) and on one clock
-    Table       table             the checks of every sample, the first fault by its place in the file
+    channels    formats/*                open a file, list its channels, read those asked for:
+      |                                  `ChannelSamples`, with their unit and, if any, a clock
+      |         channels_by_name         which is which column, as a map or its name says (signal_map)
+      |         common_clock_and_units   columns in SI (units) and on one clock
+    Table       table                    the checks of every sample, the first fault by its place
       |
-      |         rigfile           values that the file declares, else those of the rig file
-      |         yaw_rate          the yaw rate where none was recorded
-    Recording   recordings        gaps filled; causal, from the first complete sample on
+      |         rigfile                  values that the file declares, else those of the rig file
+      |         yaw_rate                 the yaw rate where none was recorded
+    Recording   recordings               gaps filled; causal, from the first complete sample on
 
 `readers` is the registry: by the suffix of a file, the function that goes from bytes to `Table`. A
 reader of one's own is such a function in one file (`examples/own_reader.py`).

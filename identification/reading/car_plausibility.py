@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.reading.signal_map import SignalSource, mending_map
+from identification.reading.signal_map import SignalSource, corrected_map
 from identification.reading.table import Table
 from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
@@ -41,7 +41,7 @@ def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
         changed[column] = replace(source, factor=-source.factor)
         reasons.append(reason)
     if changed:
-        remedy = mending_map(table.sources, changed)
+        remedy = corrected_map(table.sources, changed)
         raise InvalidInputError(f"{table.path}: {'; '.join(reasons)}: {remedy}")
 
 

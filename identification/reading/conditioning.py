@@ -19,7 +19,7 @@ from identification.reading.recordings import Recording
 from identification.reading.yaw_rate import smoothed_rate
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.array_alias import Array
-from symbolic.tables.parsing import naming
+from symbolic.tables.parsing import prefix_errors
 
 CHANNELS = ("psi", "M_z", "F_N")
 """Quantities that a recording needs: yaw angle [rad], aligning torque [N m], vertical load [N]."""
@@ -247,7 +247,7 @@ def recording_from_raw(
         )
     clean = {}
     for channel in CHANNELS:
-        with naming(f"{name}: {channel}"):
+        with prefix_errors(f"{name}: {channel}"):
             clean[channel] = pipelines[channel](raw[channel])
     kinds = {(channel.rate, channel.values.size) for channel in clean.values()}
     if len(kinds) > 1:

@@ -9,8 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol
 
-from identification.reading.clock_and_units import remapped
-from identification.reading.file_content import require_readable
+from identification.reading.bytes_and_text import require_readable
+from identification.reading.common_clock_and_units import apply_map
 from identification.reading.formats.can import open_can
 from identification.reading.formats.csvfile import read_csv
 from identification.reading.formats.hdf5 import open_hdf5
@@ -105,7 +105,7 @@ def read_table(
         table = reader(path, needed, signals)
     else:
         table = reader(path, needed)
-        table = remapped(table, needed, signals) if signals else table
+        table = apply_map(table, needed, signals) if signals else table
     require_valid_samples(table, needed)
     for remark in table.remarks:
         _LOG.warning("brushgrip: %s: %s", path, remark)

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from identification.loop_plot import ALIGNING, draw_loops
-from identification.reading.car import Standstills, wheel_table
-from identification.reading.channel_matching import ChannelFile, Samples
-from identification.reading.clock_and_units import tabulate
+from identification.reading.car_recordings import Standstills, wheel_table
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples
+from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_and_signals, rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
@@ -147,10 +147,12 @@ class Recording:
         signals = parse_signals(signals) if isinstance(signals, str) else signals
         file = ChannelFile(
             names=[str(column) for column in frame.columns],
-            read=lambda column: Samples(values=np.asarray(frame[column]), unit=unit_of_name(column)),
+            read=lambda column: ChannelSamples(
+                values=np.asarray(frame[column]), unit=unit_of_name(column)
+            ),
         )
         needed = required_columns(torque_required=torque_required)
-        table = tabulate(Path(name), file, needed, signals)
+        table = table_from_channels(Path(name), file, needed, signals)
         require_valid_samples(table, needed)
         return recording_of(table, rig, name, causal=causal)
 
@@ -189,8 +191,8 @@ def read_recording(
             before the first with all three are left out, with a logged warning.
         readers: by the suffix of the file's name; `{**READERS, ".log": reader}` adds a format.
         signals: where columns come from, as read by `read_signals`, or ``psi=Angle:deg,M_z=-Mz``.
-        vehicle: the car whose steering was recorded, see `identification.reading.car`; the recording is
-            then that of its mean wheel, and rig is not used.
+        vehicle: the car whose steering was recorded, see `identification.reading.car_recordings`; the
+            recording is then that of its mean wheel, and rig is not used.
 
     Raises:
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.

@@ -4,7 +4,7 @@ import re
 from math import inf
 from pathlib import Path
 
-from identification.reading.file_content import read_bytes
+from identification.reading.bytes_and_text import read_bytes
 from identification.reading.signal_map import (
     DBC,
     SignalMap,
@@ -16,7 +16,14 @@ from identification.reading.signal_map import (
 )
 from identification.reading.table import Table
 from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
-from symbolic.tables.parsing import MAX_TABLES_SIZE, excerpt, floats, naming, shown, toml_of
+from symbolic.tables.parsing import (
+    MAX_TABLES_SIZE,
+    excerpt,
+    floats,
+    prefix_errors,
+    quoted_value,
+    toml_of,
+)
 from symbolic.tables.rig_from_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, SIGNALS, rig_and_tyre
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
@@ -37,7 +44,7 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
     """
     path = Path(path)
     content = read_bytes(path, MAX_TABLES_SIZE)
-    with naming(path):
+    with prefix_errors(path):
         return rig_from_tables(toml_of(content))
 
 
@@ -110,9 +117,9 @@ def read_signals(path: str | Path) -> SignalMap:
     """
     path = Path(path)
     content = read_bytes(path, MAX_TABLES_SIZE)
-    with naming(path):
+    with prefix_errors(path):
         given = toml_of(content).get(SIGNALS, {})
-        with naming(f"[{SIGNALS}]"):
+        with prefix_errors(f"[{SIGNALS}]"):
             sections = given if isinstance(given, list) and given else [given]
             maps = [_section(section, path.parent) for section in sections]
             return alternatives([one.signals for one in maps], [one.dbc for one in maps])
@@ -124,7 +131,7 @@ def _section(section: object, folder: Path) -> SignalMap:
     entries = dict(section)
     dbc = entries.pop(DBC, None)
     if not isinstance(dbc, str | None) or "\0" in (dbc or ""):
-        raise InvalidInputError(f"{DBC} must be the name of a file, got {shown(dbc)}")
+        raise InvalidInputError(f"{DBC} must be the name of a file, got {quoted_value(dbc)}")
     signals = {column: _signal(column, entry) for column, entry in entries.items()}
     return SignalMap(signals=signals, dbc=None if dbc is None else folder / dbc)
 
@@ -141,15 +148,16 @@ def _signal(column: str, entry: object) -> SignalSource:
         )
     unit, factor = table.get("unit"), table.get("factor", 1.0)
     if not isinstance(unit, str | None):
-        raise InvalidInputError(f"{column}: unit must be a text, got {shown(unit)}")
+        raise InvalidInputError(f"{column}: unit must be a text, got {quoted_value(unit)}")
     if isinstance(factor, str) and (fraction := _FRACTION.fullmatch(factor)):
         over = float(fraction["over"])
         factor = float(fraction["part"]) / over if over else inf
     if isinstance(factor, bool) or not isinstance(factor, int | float):
         raise InvalidInputError(
-            f'{column}: factor must be a number, or a fraction such as "1/14.8", got {shown(factor)}'
+            f'{column}: factor must be a number, or a fraction such as "1/14.8",'
+            f" got {quoted_value(factor)}"
         )
-    with naming(column):
+    with prefix_errors(column):
         return SignalSource(
             channel=table["channel"], unit=unit, factor=floats("factor", {"": factor})[""]
         )

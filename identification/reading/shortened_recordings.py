@@ -31,13 +31,13 @@ def trimmed(recording: Recording, begin: float | None, end: float | None) -> Rec
         )
     if count == t.size:
         return recording
-    part = at_samples(recording, kept)
+    part = recording_at_samples(recording, kept)
     if not kept[0]:
         _warn_of_twist(part)
     return part
 
 
-def at_samples(recording: Recording, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Recording:
+def recording_at_samples(recording: Recording, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Recording:
     """The recording at some of its samples, by a mask or by their indices in order."""
     arrays: dict[str, Any] = {
         field: value[kept] for field, value in vars(recording).items() if isinstance(value, np.ndarray)
@@ -112,7 +112,7 @@ def _thinned(recording: Recording, stride: int, turns: NDArray[np.int64]) -> Rec
     with_torque = later[np.searchsorted(later, first)]
     kept = np.where(with_torque < first + stride, with_torque, first)
     kept = np.union1d(np.minimum(kept, recording.t.size - 1), turns)
-    return at_samples(recording, np.union1d(kept, [0, recording.t.size - 1]))
+    return recording_at_samples(recording, np.union1d(kept, [0, recording.t.size - 1]))
 
 
 def _reversals(psi: Array, least: float) -> NDArray[np.int64]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
-from symbolic.tables.parsing import excerpt, naming, shown
+from symbolic.tables.parsing import excerpt, prefix_errors, quoted_value
 from symbolic.tables.rig_from_tables import SIGNALS
 
 USUAL_RATIO = 15
@@ -57,7 +57,7 @@ class SignalSource:
         if not MIN_FACTOR <= abs(self.factor) <= MAX_FACTOR:
             raise InvalidInputError(
                 f"factor must be finite and not 0, from {MIN_FACTOR:g} to {MAX_FACTOR:g} or its"
-                f" negative, got {shown(self.factor)}"
+                f" negative, got {quoted_value(self.factor)}"
             )
 
     def scale(self, column: str, unit: str) -> float:
@@ -124,7 +124,7 @@ class SignalMap:
                 raise InvalidInputError(
                     f"{excerpt(column)} is no column of a recording; allowed: {', '.join(UNITS)}, {DBC}"
                 )
-            with naming(column):
+            with prefix_errors(column):
                 signal.scale(column, "")
 
     def __bool__(self) -> bool:
@@ -187,7 +187,7 @@ def parse_signals(text: str) -> SignalMap:
                 raise InvalidInputError(f"{DBC} must be the name of a file, got {excerpt(source)}")
             dbc = Path(source)
             continue
-        with naming(f"map {excerpt(part)}"):
+        with prefix_errors(f"map {excerpt(part)}"):
             factor = float(found["factor"] or 1) * (-1 if found["sign"] == "-" else 1)
             over = float(found["over"] or 1)
             factor = factor / over if over else inf
@@ -218,12 +218,12 @@ def alternatives(
     return replace(first, others=tuple(others))
 
 
-def as_option(entries: Iterable[str]) -> str:
+def as_map_option(entries: Iterable[str]) -> str:
     """Entries of a map as the option `--map`, to be pasted into a shell."""
     return f"--map {shlex.quote(','.join(entries))}"
 
 
-def mending_map(sources: Mapping[str, SignalSource], changed: Mapping[str, SignalSource]) -> str:
+def corrected_map(sources: Mapping[str, SignalSource], changed: Mapping[str, SignalSource]) -> str:
     """What to write so that some columns come from elsewhere, with all that is mapped already.
 
     Names that `--map` cannot hold make it the first line of the file that has [signals].
@@ -235,7 +235,7 @@ def mending_map(sources: Mapping[str, SignalSource], changed: Mapping[str, Signa
         if "," in source.channel or one is None or one["channel"] != source.channel:
             text = ", ".join(toml_entry(column, source) for column, source in given.items())
             return f"first line of the file with [signals], in its place: {SIGNALS} = {{ {text} }}"
-    return as_option(entries.values())
+    return as_map_option(entries.values())
 
 
 def toml_entry(column: str, source: SignalSource) -> str:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.signal_map import SignalSource, mending_map
+from identification.reading.signal_map import SignalSource, corrected_map
 from identification.reading.units import UNITS, unit_by_size
 from identification.reading.units_by_magnitude import infer_units_and_sign, unit_of_period
 from symbolic import InvalidInputError
@@ -22,7 +22,7 @@ MIN_TIME_STEP = 1e-6
 REQUIRED_COLUMNS = ("t", "psi", "M_z", "F_N")
 OPTIONAL_COLUMNS = ("psi_dot", "M")
 CAR_COLUMNS = ("rack", "handwheel", "F_rack", "T_bar", "T_motor", "brake", "speed")
-"""Columns of a car beside the time, see `identification.reading.car`."""
+"""Columns of a car beside the time, see `identification.reading.car_recordings`."""
 DECAY_COLUMNS = ("t", "psi")
 """Columns that a recording of a free vibration needs."""
 MAX_VALUES = {
@@ -43,7 +43,7 @@ MAX_VALUES = {
 """A number beyond these is a fault of the file."""
 
 
-class Fault(NamedTuple):
+class TableFault(NamedTuple):
     """One faulty sample, and what is wrong with it."""
 
     sample: int
@@ -71,7 +71,7 @@ class Table:
     path: Path
     columns: Mapping[str, Array]
     declared: Mapping[str, float]
-    faults: Sequence[Fault]
+    faults: Sequence[TableFault]
     place: Callable[[int | str], str]
     tolerances: Mapping[str, float] = field(default_factory=dict)
     ground: str | None = None
@@ -168,7 +168,7 @@ def _too_large(table: Table, name: str, values: Array) -> _Check:
 
 def _no_load(table: Table, F_N: Array) -> _Check:
     source = table.source("F_N")
-    turned = mending_map(table.sources, {"F_N": replace(source, factor=-source.factor)})
+    turned = corrected_map(table.sources, {"F_N": replace(source, factor=-source.factor)})
     remedy = "" if (F_N > 0).any() else f"; if it counts the other way: {turned}"
     return F_N <= 0, lambda at: f"F_N = {F_N[at]:g} N; a vertical load is greater than 0{remedy}"
 
@@ -214,4 +214,4 @@ def _other_unit(table: Table, column: str) -> str:
     if stated and column not in geared:
         return ""
     of_hand = "if it is the steering wheel's in degrees" if geared else "if it is in another unit"
-    return f"; {of_hand}: {mending_map(table.sources, changed)}{source.for_ratio if geared else ''}"
+    return f"; {of_hand}: {corrected_map(table.sources, changed)}{source.for_ratio if geared else ''}"

@@ -111,7 +111,7 @@ def stated_unit(attributes: Mapping[str, Any]) -> Any:
     return next((text for key, text in attributes.items() if key.lower() in ("unit", "units")), "")
 
 
-def bare_name(name: str) -> str:
+def name_without_unit(name: str) -> str:
     """A heading without its unit."""
     found = _WITH_UNIT.fullmatch(name)
     return (found[1] if found and found[1] else name).strip()

@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.reading.car import Standstills
+from identification.reading.car_recordings import Standstills
 from identification.reading.recordings import Recording
-from identification.reading.shortened_recordings import at_samples
+from identification.reading.shortened_recordings import recording_at_samples
 from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_to_full_lock
@@ -66,7 +66,7 @@ def farthest_standstill_without_gear(recording: Recording) -> tuple[Recording, s
     rig, tyre = rig_of(car.vehicle, brakes=(brakes := car.brakes[number]))
     alone = replace(car, brakes=(brakes,))
     own = replace(recording, rig=rig, tyre=tyre, standstills=alone)
-    stood = at_samples(own, np.flatnonzero(car.stretch == number))
+    stood = recording_at_samples(own, np.flatnonzero(car.stretch == number))
     note = (
         f"{recording.name}: of {numbers.size} standstills that from {stood.t[0]:.6g} to"
         f" {stood.t[-1]:.6g} s, in which it was steered farthest, is diagnosed"

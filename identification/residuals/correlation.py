@@ -20,7 +20,7 @@ from scipy.special import fdtri
 
 from identification.fits.autocorrelation import lagged_products
 from identification.fits.fitting import Fit
-from identification.fits.problem import torque_range
+from identification.fits.least_squares_problem import torque_range
 from identification.reading.recordings import Recording
 from symbolic.array_alias import Array
 
@@ -33,7 +33,7 @@ MIN_REMAINING_SHARE = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Rows:
+class ResidualRows:
     """The residuals of all recordings in one column, zero where missing.
 
     Attributes:
@@ -81,13 +81,13 @@ class Rows:
         return np.hstack(blocks)
 
 
-def rows_of(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> Rows:
+def residual_rows(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> ResidualRows:
     """The residuals of these recordings in one column."""
     ends = np.cumsum([0, *(r.t.size for r in recordings)]).tolist()
     torque_ranges = tuple(torque_range(r) for r in recordings)
     over = [residuals[r.name] / span for r, span in zip(recordings, torque_ranges, strict=True)]
     stacked = np.concatenate(over)
-    return Rows(
+    return ResidualRows(
         residual=np.nan_to_num(stacked),
         present=np.isfinite(stacked),
         places={r.name: slice(*ends[i : i + 2]) for i, r in enumerate(recordings)},
@@ -119,7 +119,7 @@ def additional_basis(columns: Array, directions: Array) -> Array:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Noise:
+class ResidualNoise:
     """A process with the autocorrelation of the residuals.
 
     Attributes:
@@ -130,7 +130,7 @@ class Noise:
         counts: samples of each recording.
     """
 
-    rows: Rows
+    rows: ResidualRows
     lags: Array
     correlation: Array
     energies: Array
@@ -155,7 +155,7 @@ class Noise:
         return np.where(self.rows.present[:, None], product, 0.0)
 
 
-def noise_of(rows: Rows) -> Noise:
+def residual_noise(rows: ResidualRows) -> ResidualNoise:
     """The process of which these residuals, less their means, may be a sample."""
     centred = orthogonal_part(rows.residual, orthonormal_basis(rows.means()))
     longest = max(
@@ -172,7 +172,7 @@ def noise_of(rows: Rows) -> Noise:
         total += np.interp(lags, step * np.arange(n), products * pairs[0] / n, right=0.0)
         energies.append(float(np.sum(centred[place] ** 2) + mean * pairs[0]))
         counts.append(int(pairs[0]))
-    return Noise(
+    return ResidualNoise(
         rows=rows,
         lags=lags,
         correlation=total / max(float(total[0]), 1e-300),
@@ -182,7 +182,7 @@ def noise_of(rows: Rows) -> Noise:
 
 
 def correlation(
-    columns: Array, absorbed: Array, noise: Noise, degrees_of_freedom: float = 1e9
+    columns: Array, absorbed: Array, noise: ResidualNoise, degrees_of_freedom: float = 1e9
 ) -> tuple[float, float, Array]:
     """Partial correlation of the residual with columns.
 

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from identification.fits.autocorrelation import autocorrelation_time, autoregression, predict_gaps
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
-from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from identification.residuals.signatures import MIN_STRUCTURE_SHARE, Signatures
 from symbolic.array_alias import Array

@@ -11,16 +11,16 @@ from identification.fits.fitting import Fit
 from identification.reading.recordings import Recording
 from identification.residuals.correlation import (
     CONFIDENCE,
-    Noise,
-    Rows,
+    ResidualNoise,
+    ResidualRows,
     additional_basis,
     correlation,
-    noise_of,
     orthogonal_part,
     orthonormal_basis,
-    rows_of,
+    residual_noise,
+    residual_rows,
 )
-from identification.residuals.signals import (
+from identification.residuals.residual_signals import (
     RESIDUAL_SIGNALS,
     Signal,
     check_signatures,
@@ -192,7 +192,7 @@ def signatures(
     """
     candidates = tuple(effects)
     check_signatures(candidates)
-    rows = rows_of(residuals, recordings)
+    rows = residual_rows(residuals, recordings)
     adjusted = rows.sensitivities(fits)
     absorbed = _Absorbed(
         adjusted=orthonormal_basis(adjusted),
@@ -203,7 +203,7 @@ def signatures(
     for signal in RESIDUAL_SIGNALS:
         each = rows.columns([signal.of(motion) for motion in motions])
         columns[signal] = each if signal.differs_by_recording else each.sum(axis=1, keepdims=True)
-    noise = noise_of(rows)
+    noise = residual_noise(rows)
     added = fits[0].model.effects if fits else ()
     marginal = _correlate(columns, absorbed, noise, candidates, added)
     return Signatures(
@@ -233,7 +233,7 @@ class _Absorbed:
 def _correlate(
     columns: Mapping[Signal, Array],
     absorbed: _Absorbed,
-    noise: Noise,
+    noise: ResidualNoise,
     effects: Sequence[Effect],
     added: Sequence[Effect],
 ) -> tuple[Signature, ...]:
@@ -262,7 +262,7 @@ def _correlate(
 def _followed(
     columns: Mapping[Signal, Array],
     absorbed: _Absorbed,
-    rows: Rows,
+    rows: ResidualRows,
     marginal: tuple[Signature, ...],
     effects: Sequence[Effect],
     added: Sequence[Effect],
@@ -279,11 +279,11 @@ def _followed(
         followed.append(max(candidates, key=lambda s: abs(s.correlation)))
         absorbed = absorbed.extended(columns[by_name[followed[-1].signal]])
         remaining = replace(rows, residual=orthogonal_part(rows.residual, absorbed.adjusted))
-        every = _correlate(columns, absorbed, noise_of(remaining), effects, added)
+        every = _correlate(columns, absorbed, residual_noise(remaining), effects, added)
     return tuple(followed)
 
 
-def _autocorrelation(noise: Noise) -> Autocorrelation:
+def _autocorrelation(noise: ResidualNoise) -> Autocorrelation:
     """The pooled autocorrelation, over at most a quarter of the longest recording."""
     last = min(MAX_LAG, float(noise.lags[-1]) / 4)
     lags_used = slice(1, max(2, int(np.searchsorted(noise.lags, last, side="right"))))

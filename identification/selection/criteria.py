@@ -7,10 +7,10 @@ import numpy as np
 
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import Fit, last_effect_at_bound
+from identification.fits.least_squares_problem import shares_of_torque_range
 from identification.fits.loss import influence
-from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
-from identification.selection.trials import Judgement, Trial
+from identification.selection.trial import Judgement, Trial
 from symbolic import Effect, InvalidInputError
 
 
@@ -92,7 +92,7 @@ def addition_justified(
     falls = error_falls(richer.judgement, present.judgement, criteria)
     if not (falls and present.nrmse**2 - richer.nrmse**2 > criteria.resolution**2):
         return False
-    mean, error = advantage(richer.judgement, present.judgement, criteria.long_block)
+    mean, error = error_reduction(richer.judgement, present.judgement, criteria.long_block)
     predicted = richer.held_out is not None and sum(richer.fitted.own) == sum(present.fitted.own)
     allowed = criteria.strong if predicted and mean > criteria.clear * error else 0.0
     return delta_bic(richer.fitted, present.fitted, training) < allowed
@@ -122,7 +122,7 @@ def family_already_present(effects: Sequence[Effect]) -> bool:
     return last in {*others} - {None, "other"}
 
 
-def removal_justified(
+def backward_step_justified(
     poorer: Trial,
     present: Trial,
     training: Sequence[Recording],
@@ -151,7 +151,7 @@ def exchange_justified(
 
 def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> bool:
     """Whether the judged data distinguish the best trial from another one."""
-    mean, error = advantage(best.judgement, other.judgement, criteria.block)
+    mean, error = error_reduction(best.judgement, other.judgement, criteria.block)
     lower = other.nrmse - best.nrmse > criteria.least_gain * best.nrmse
     return mean > criteria.clear * error and lower
 
@@ -164,12 +164,12 @@ def overfits_judging_recordings(trial: Trial, other: Trial, training: Sequence[R
 
 def error_falls(after: Judgement, before: Judgement, criteria: SelectionCriteria) -> bool:
     """Whether the judged error falls by the least share, and by more than chance."""
-    mean, error = advantage(after, before, criteria.block)
+    mean, error = error_reduction(after, before, criteria.block)
     lower = after.nrmse < (1 - criteria.least_gain) * before.nrmse
     return lower and mean > criteria.gain_standard_errors * error
 
 
-def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float, float]:
+def error_reduction(better: Judgement, worse: Judgement, block: float) -> tuple[float, float]:
     """Fall of the mean of (error / range)^2, and its standard error over blocks [s], inf for one."""
     difference = worse.block_errors(block) - better.block_errors(block)
     n = difference.size
@@ -177,7 +177,7 @@ def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float,
 
 
 def standard_error_by_chance(better: Judgement, worse: Judgement, block: float) -> float:
-    """Standard error of `advantage` from the cross term 2 s r alone.
+    """Standard error of `error_reduction` from the cross term 2 s r alone.
 
     r is the residual of the better model and s what it takes off that of the other; squares fall by
     s^2 + 2 s r. s^2 may also vary between blocks, as an effect may act in only a few, and that is not
@@ -197,7 +197,7 @@ def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> floa
     degrees of freedom that the data decide, see `effective_parameters`, and its squared distance from
     the declared value in standard deviations is added. Negative speaks for the richer model.
     """
-    shares = over_range(richer.residuals, recordings)
+    shares = shares_of_torque_range(richer.residuals, recordings)
     n = effective_samples({name: influence(richer.loss, share) for name, share in shares.items()})
     gain = np.log(richer.cost(recordings) / poorer.cost(recordings))
     parameters = effective_parameters(richer) - effective_parameters(poorer)

@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 from identification.fits.fitting import Fit
-from identification.fits.values import Values, initial_guess
+from identification.fits.parameter_values import Values, initial_guess
 from identification.reading.recordings import Recording
-from identification.selection.trials import Trial, TrialTask, model_of, trial_of
+from identification.selection.trial import Trial, TrialTask, model_of, trial_of
 from symbolic import Model
 
 FORMAT = 5

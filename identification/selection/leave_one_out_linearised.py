@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit
+from identification.fits.least_squares_problem import shares_of_torque_range, torque_range
 from identification.fits.linear_algebra import one_thread
-from identification.fits.problem import over_range, torque_range
-from identification.fits.values import ground_of
+from identification.fits.parameter_values import ground_of
 from identification.reading.recordings import Recording
 from symbolic import parameter_name
 from symbolic.array_alias import Array
@@ -31,7 +31,7 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         return dict(fitted.residuals)
     owners = np.array([owner or "" for owner, _ in fitted.labels])
     shared = ~np.array(fitted.own)
-    relative = over_range(fitted.residuals, recordings)
+    relative = shares_of_torque_range(fitted.residuals, recordings)
     present = {name: np.isfinite(share) for name, share in relative.items()}
     stacked = np.concatenate([share[present[name]] for name, share in relative.items()])
     # The recording of each row.

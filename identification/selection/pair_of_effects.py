@@ -6,14 +6,14 @@ from dataclasses import replace
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     SelectionCriteria,
-    advantage,
     delta_bic,
+    error_reduction,
     family_already_present,
     forward_step_justified,
 )
 from identification.selection.search_step import SearchStep, rank_for_confirmation
+from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects, TrialRunner, values_for
-from identification.selection.trials import Trial
 
 DEMANDED, FIRSTS = -6.0, 2
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773);
@@ -65,7 +65,7 @@ def steps_to_pair(
     for candidate in ranked[: 1 + criteria.runners_up]:
         pair = candidate.trial
         both = runner.run_fine(pair.effects, pair.values)
-        mean, error = advantage(both.judgement, before.judgement, criteria.long_block)
+        mean, error = error_reduction(both.judgement, before.judgement, criteria.long_block)
         worth = forward_step_justified(both, before, runner.training, criteria, declared)
         if not worth or mean <= CLEAR * error:
             continue

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from identification.fits.fitting import last_effect_at_bound
-from identification.fits.values import Values
+from identification.fits.parameter_values import Values
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     SelectionCriteria,
@@ -12,8 +12,8 @@ from identification.selection.criteria import (
     family_already_present,
     overfits_judging_recordings,
 )
+from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
-from identification.selection.trials import Trial
 from symbolic import Effect
 
 
@@ -80,7 +80,7 @@ def with_effect(effects: Effects, effect: Effect) -> Effects:
     return (*kept, effect)
 
 
-def without(effects: Effects, removed: Effect) -> Effects:
+def without_effect(effects: Effects, removed: Effect) -> Effects:
     """The effects but for one."""
     return tuple(effect for effect in effects if effect != removed)
 

@@ -16,11 +16,11 @@ from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
     SelectionCriteria,
+    backward_step_justified,
     distinguishable,
     exchange_justified,
     family_already_present,
     forward_step_justified,
-    removal_justified,
 )
 from identification.selection.journal import Journal
 from identification.selection.pair_of_effects import promising_pairs, steps_to_pair
@@ -29,10 +29,10 @@ from identification.selection.search_step import (
     SearchStep,
     rank_for_confirmation,
     with_effect,
-    without,
+    without_effect,
 )
-from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, values_for, workers
-from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
+from identification.selection.trial import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
+from identification.selection.trial_runner import Effects, TrialRunner, job_count, values_for, workers
 from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
@@ -153,15 +153,15 @@ class Search:
         """
         effects = present.fine.effects
         label = f"trying to do without one of {', '.join(present.fine.names)}"
-        sets = [without(effects, removed) for removed in effects[:-1]]
+        sets = [without_effect(effects, removed) for removed in effects[:-1]]
         sets += [
-            (*without(effects, law), member)
+            (*without_effect(effects, law), member)
             for law in effects
             for member in self.candidates
             if law.flexible and member.family == law.family and member not in effects
         ]
         trials = self._rank(present, sets, label)
-        return self._replaced(present, trials, removal_justified)
+        return self._replaced(present, trials, backward_step_justified)
 
     def _exchange(self, present: _PresentModel, additions: Sequence[Trial]) -> SearchStep | None:
         """Exchange one effect for one of the candidates that gained most, though not enough."""
@@ -174,7 +174,7 @@ class Search:
             exchanged
             for effect in helpful[: self.criteria.exchanges]
             for removed in effects
-            if not family_already_present(exchanged := (*without(effects, removed), effect))
+            if not family_already_present(exchanged := (*without_effect(effects, removed), effect))
         ]
         return self._replaced(present, self._rank(present, sets, label), exchange_justified)
 
@@ -292,7 +292,7 @@ def search(
         InvalidInputError: a candidate is unknown, named twice, or processes cannot import its class.
         BrushgripError: a process ended before its work was done.
     """
-    effects, count = effects_named(candidates), jobs_of(jobs)
+    effects, count = effects_named(candidates), job_count(jobs)
     with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(
             training=training, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=count

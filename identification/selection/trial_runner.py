@@ -12,10 +12,17 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from identification.fits.loss import Loss
-from identification.fits.values import Values
+from identification.fits.parameter_values import Values
 from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
-from identification.selection.trials import Precision, Trial, TrialTask, model_of, run_trial, thin
+from identification.selection.trial import (
+    Precision,
+    Trial,
+    TrialTask,
+    model_of,
+    run_trial,
+    thin_for_ranking,
+)
 from identification.selection.worker_processes import WorkerProcesses
 from symbolic import BrushgripError, Effect, InvalidInputError
 
@@ -49,12 +56,12 @@ class TrialRunner:
     @cached_property
     def thinned_training(self) -> Sequence[Recording]:
         """The training recordings on which candidates are ranked."""
-        return [thin(recording) for recording in self.training]
+        return [thin_for_ranking(recording) for recording in self.training]
 
     @cached_property
     def thinned_holdout(self) -> Sequence[Recording]:
         """The held-out ones."""
-        return [thin(recording) for recording in self.holdout]
+        return [thin_for_ranking(recording) for recording in self.holdout]
 
     def run_fine(self, effects: Effects, start: Values | None = None) -> Trial:
         """A trial on the whole recordings."""
@@ -158,7 +165,7 @@ def results_of(futures: Mapping[Key, Future[Any]]) -> dict[Key, Any]:
     return {key: future.result() for key, future in futures.items()}
 
 
-def jobs_of(jobs: int | None) -> int:
+def job_count(jobs: int | None) -> int:
     """How many things to do at a time: so many, or one per core."""
     return jobs or os.cpu_count() or 1
 
@@ -192,7 +199,7 @@ def workers(
 @contextmanager
 def processes(jobs: int | None) -> Iterator[WorkerProcesses | None]:
     """So many processes, None for one per core; with one job none, the work stays in this process."""
-    if (count := jobs_of(jobs)) == 1:
+    if (count := job_count(jobs)) == 1:
         yield None
         return
     pool = WorkerProcesses(count)

@@ -21,7 +21,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from symbolic import BrushgripError
-from symbolic.compilation.operating_system import deaf_children, terminate_main_thread
+from symbolic.compilation.operating_system import children_ignore_interrupts, terminate_main_thread
 
 GRACE = 3.0
 """Time that a process has to clean up before it is killed [s]."""
@@ -99,7 +99,7 @@ class _Worker:
         context = get_context("spawn")
         self.connection, other = context.Pipe()
         self.process = context.Process(target=_serve, args=(other,), daemon=True)
-        with deaf_children():
+        with children_ignore_interrupts():
             self.process.start()
         # From here on only the process holds the other end, and its end shows.
         other.close()

@@ -17,8 +17,8 @@ import numpy as np
 
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, fit
-from identification.fits.problem import signals_of
-from identification.fits.values import ParameterEstimate
+from identification.fits.least_squares_problem import signals_of
+from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.car_plausibility import require_unclipped
 from identification.reading.recordings import Recording
 from identification.reading.vehicle_torques import farthest_standstill_without_gear

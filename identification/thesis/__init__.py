@@ -1,24 +1,30 @@
 """Methods of [Györök 2022] for comparison: FFT and decrement, networks, towing, published estimates."""
 
-from identification.thesis.friction_network import Activation, Design, FrictionNetwork, label_mean, train
-from identification.thesis.published_friction import (
-    PublishedFriction,
+from identification.thesis.author_estimate import (
+    AuthorEstimate,
     aligned,
-    published_file,
-    read_published_friction,
+    author_estimate_file,
+    read_author_estimate,
 )
-from identification.thesis.stiffness_by_fft_and_decrement import DecrementEstimate, estimate_by_decrement
+from identification.thesis.friction_network import (
+    Activation,
+    FrictionNetwork,
+    NetworkDesign,
+    label_mean,
+    train_network,
+)
+from identification.thesis.stiffness_by_fft_and_decrement import DecrementFit, estimate_by_decrement
 
 __all__ = [
     "Activation",
-    "DecrementEstimate",
-    "Design",
+    "AuthorEstimate",
+    "DecrementFit",
     "FrictionNetwork",
-    "PublishedFriction",
+    "NetworkDesign",
     "aligned",
+    "author_estimate_file",
     "estimate_by_decrement",
     "label_mean",
-    "published_file",
-    "read_published_friction",
-    "train",
+    "read_author_estimate",
+    "train_network",
 ]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from identification.fits.values import ParameterEstimate
+from identification.fits.parameter_values import ParameterEstimate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 

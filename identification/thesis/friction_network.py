@@ -35,7 +35,7 @@ class Activation(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Design:
+class NetworkDesign:
     """A network and its training; the defaults are those of [Györök 2022] except for the layers.
 
     Attributes:
@@ -114,10 +114,10 @@ def label_mean(recordings: Sequence[Recording]) -> LabelMean:
     return LabelMean(mu=float(np.concatenate([_labels(one) for one in recordings]).mean()))
 
 
-def train(
+def train_network(
     recordings: Sequence[Recording],
     inputs: Inputs,
-    design: Design | None = None,
+    design: NetworkDesign | None = None,
     *,
     base: int | None = None,
     name: str = "neural network",
@@ -137,7 +137,7 @@ def train(
     Raises:
         InvalidInputError: scikit-learn is missing, a recording declares no mu, or there is too little.
     """
-    design = design or Design()
+    design = design or NetworkDesign()
     rows = np.vstack([inputs(one) for one in recordings])
     target = np.concatenate([_labels(one) for one in recordings])
     if len(target) < MIN_LABELLED_SAMPLES:
@@ -167,7 +167,7 @@ def _labels(recording: Recording) -> Array:
     return np.full(recording.t.size, recording.tyre.mu)
 
 
-def _regressor(design: Design) -> Any:
+def _regressor(design: NetworkDesign) -> Any:
     try:
         from sklearn.compose import TransformedTargetRegressor
         from sklearn.neural_network import MLPRegressor

@@ -16,8 +16,8 @@ import numpy as np
 
 from identification.free_decay.likelihood import contact_geometry
 from identification.free_decay.recording import Decay
-from identification.free_decay.vibration import stiffness
 from identification.free_decay.vibration_detection import FreeVibration, find_vibration
+from identification.free_decay.vibration_model import rotational_stiffness
 from symbolic.array_alias import Array
 
 _FINE = 0.01
@@ -39,7 +39,7 @@ class DecrementVibration:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DecrementEstimate:
+class DecrementFit:
     """Parameters from the frequencies and decrements of all recordings.
 
     Attributes:
@@ -63,17 +63,17 @@ class DecrementEstimate:
         }
 
 
-def estimate_by_decrement(decays: Sequence[Decay]) -> DecrementEstimate:
+def estimate_by_decrement(decays: Sequence[Decay]) -> DecrementFit:
     """Fit (5.7) and (5.8) to the frequencies and decrements of recordings."""
     swings = [find_vibration(decay) for decay in decays]
     vibrations = tuple(_decrement_of(one) for one in swings)
     omega_n, zeta = (np.array([getattr(v, name) for v in vibrations]) for name in ("omega_n", "zeta"))
     J_A = np.array([decay.inertia for decay in decays])
     # omega_n is sqrt(k) times this, so that least squares need no iteration.
-    per_root_k = np.sqrt([stiffness(1.0, *contact_geometry(one)) for one in swings] / J_A)
+    per_root_k = np.sqrt([rotational_stiffness(1.0, *contact_geometry(one)) for one in swings] / J_A)
     root_k = _slope_through_origin(per_root_k, omega_n)
     per_damping = 1 / (2 * root_k * per_root_k)
-    return DecrementEstimate(
+    return DecrementFit(
         vibrations=vibrations,
         k=root_k**2,
         b_t_printed=_slope_through_origin(per_damping, zeta),

@@ -14,7 +14,7 @@ from typing import Any
 
 import casadi as ca
 
-from observers.embedded.scalar_type import MATH_FUNCTIONS, Real, count_names, in_type
+from observers.embedded.scalar_type import MATH_FUNCTIONS, Real, code_in_type, count_names
 from symbolic import BrushgripError
 
 CONDITIONS = {
@@ -96,7 +96,9 @@ def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> 
     text = STATIC_FUNCTION.sub(_initialised, text)
     # Each table has a macro that gives it its prefix, and its definition; those not used are left out.
     count = count_names(text)
-    text = in_type(TABLE.sub(lambda match: match.group() if count[match[1]] > 2 else "", text), real)
+    text = code_in_type(
+        TABLE.sub(lambda match: match.group() if count[match[1]] > 2 else "", text), real
+    )
     _check(text, names, real)
     return EmbeddedCode(text=text, arg=arg, res=res, iw=iw, w=w)
 

@@ -19,13 +19,13 @@ import numpy as np
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_codegen import compact_body, compact_patch
 from observers.embedded.constants import Tunable
-from observers.embedded.generated_files import mark, release, require_usable, write_texts
+from observers.embedded.generated_files import mark, require_usable, version, write_generated
+from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_csv
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
-from observers.embedded.scalar_function import with_meanings
-from observers.embedded.scalar_type import SINGLE, Real, in_type
-from observers.embedded.templating import Body, render
+from observers.embedded.scalar_expansion import with_meanings
+from observers.embedded.scalar_type import SINGLE, Real, code_in_type
 from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.angle_derivative import FILTER_TIME_CONSTANT
 from observers.measurement.measurement_model import MIN_FIRST_LOAD, RIG
@@ -39,7 +39,7 @@ from observers.protocol import (
     FunctionObserver,
     Status,
 )
-from observers.quality.input_plausibility import START, build_evidence
+from observers.quality.input_plausibility import START, build_implausibility_evidence
 from observers.quality.sensor_limits import SLACK
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
@@ -95,7 +95,7 @@ def generate(
             constant is beyond the type, or a file that was not generated is in the way; with `tunable`,
             the observer is neither an `Ekf` nor an `Mhe`.
     """
-    return write_texts(folder, source_texts(observer, real, name, tunable=tunable)[0])
+    return write_generated(folder, source_texts(observer, real, name, tunable=tunable)[0])
 
 
 def source_texts(
@@ -121,7 +121,7 @@ def source_texts(
     }
     text = render("observer.h", terms) + render("observer.c", terms)
     digest = hashlib.sha256(text.encode()).hexdigest()[:12]
-    terms["version"] = f"brushgrip {release()} {observer.name} {real.c_type} {digest}"
+    terms["version"] = f"brushgrip {version()} {observer.name} {real.c_type} {digest}"
     terms["layout"] = digest[:8]
     templates = {
         f"{name}.h": "observer.h", f"{name}.c": "observer.c", "main.c": "main.c", "check.c": "check.c",
@@ -129,13 +129,13 @@ def source_texts(
         "CMakeLists.txt": "CMakeLists.txt", **({f"{name}.a2l": "parameters.a2l"} if tunable else {}),
     }  # fmt: skip
     texts = {file: render(template, terms) for file, template in templates.items()}
-    texts[f"{name}.c"] = with_prefix(in_type(texts[f"{name}.c"], real), name)
+    texts[f"{name}.c"] = with_prefix(code_in_type(texts[f"{name}.c"], real), name)
     texts[f"{name}.json"] = _parameters(observer, real, terms["version"], tunable)
     texts[f"{name}_vector.csv"] = reference_csv(observer, real)
     return texts, terms
 
 
-def _state_size(body: Body, real: Real, constants: int, checked: int) -> int:
+def _state_size(body: ObserverBody, real: Real, constants: int, checked: int) -> int:
     """Bytes of a state: body, output, constants, eight numbers, four integers, padded to a number."""
     size = body.bytes + (len(OUTPUT) + 8 + checked + constants) * real.size + 16
     return -(-size // real.size) * real.size
@@ -177,7 +177,7 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         ),
         "torque_meaning": TORQUE_MEANING[observer.channel],
         "uses_rate": "psi_dot" in INPUTS_OF[observer.channel],
-        "brushgrip": release(),
+        "brushgrip": version(),
         "generated": mark(),
         "casadi": ca.CasadiMeta.version(),
         "flags": STATUS_FLAGS,
@@ -193,7 +193,9 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         "informed_below": real.literal(observer.informed_below),
         "uninformed": UNINFORMED,
         "checked": getattr(observer, "is_checked", True),
-        "evidence": c_function("gather_evidence", build_evidence(observer.channel), real.c_type),
+        "evidence": c_function(
+            "gather_evidence", build_implausibility_evidence(observer.channel), real.c_type
+        ),
         "evidence_start": [
             real.literal(value) if isfinite(value) else f"({real.c_type})NAN" for value in START
         ],
@@ -217,7 +219,7 @@ def _rig_comment(observer: FunctionObserver, tunable: Tunable) -> str:
     return f"For {', '.join(given)}{later}."
 
 
-def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
+def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> ObserverBody:
     """The observer's two Functions as CasADi writes them, for any observer and model."""
     pair = (observer.initial_function, observer.step_function)
     code = embedded_code(pair, real, f"{terms['name']}_core")
@@ -225,7 +227,7 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
     calls = {
         "arg": code.arg, "res": code.res, "initial": pair[0].name(), "step": pair[1].name(),
     }  # fmt: skip
-    return Body(
+    return ObserverBody(
         core=with_meanings(code.text),
         stepping=render("stepping.c", {**terms, **calls}),
         private_fields=f"    {real.c_type} values[2][{size}]; /* before and after a sample */\n"

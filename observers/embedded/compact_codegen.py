@@ -15,29 +15,29 @@ from observers.embedded.estimators.sample_functions import (
 )
 from observers.embedded.estimators.supervision import (
     rolled_verdict,
-    supervised,
     supervision_functions,
+    with_supervision,
 )
 from observers.embedded.estimators.window import compact_window
+from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.patches.bristles import bristle_patch_code, has_bristles
 from observers.embedded.patches.exact_patch import exact_patch_code, has_corners
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_function import described, estimator_c
+from observers.embedded.scalar_expansion import estimator_c, with_description
 from observers.embedded.scalar_type import Real
-from observers.embedded.templating import Body, render
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.estimators.model_observer import ModelObserver
-from observers.measurement.linearisation import angle_is_state, directions
+from observers.measurement.linearisation import angle_is_state, slope_states
 from observers.measurement.measurement_model import CLEAN
 from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
-from observers.quality.branches import TRACK
 from observers.quality.change_by_direction import monitor_fields
 from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.hysteresis_branches import TRACK
 from observers.quality.innovation_gate import COUNTS
-from observers.quality.ratio_hypotheses import SETTINGS, hypothesis_fields
+from observers.quality.mu_over_k_hypotheses import SETTINGS, hypothesis_fields
 from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY
 
@@ -75,7 +75,7 @@ def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "")
     return patch if patch.takes_rig or tunable != "all" else None
 
 
-def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
+def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> ObserverBody:
     """The part of generated code that differs between observers."""
     observer, real, model = patch.observer, patch.real, patch.observer.measurement_model
     constants, name = Constants(observer, terms["tunable"], theta=range(len(DECLARED))), terms["name"]
@@ -93,7 +93,7 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
     texts = [estimator_c(function, real, names) for function in functions]
     if observer.acquire:
         verdict, text = rolled_verdict(observer, real, terms["tunable"])
-        texts.append(described(verdict, "verdict_of", text, names))
+        texts.append(with_description(verdict, "verdict_of", text, names))
     written = "\n".join(texts)
     functions_of_patch = re.sub(r"\bexp\(", "any_exp(", patch.functions)
     of_patch = "\n".join([functions_of_patch, *(render(name, values) for name in patch.templates)])
@@ -102,7 +102,7 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
     if observer.acquire:
         used.append("any_exp")
     elementary = render("elementary_functions.c", {**values, "used": used})
-    body = Body(
+    body = ObserverBody(
         core=elementary + render("patches/torque_places.c", values) + written + of_patch,
         stepping=stepping,
         private_fields=estimator.private_fields.replace("NAME", name),
@@ -110,12 +110,12 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
         types=render(patch.type_template, values) + estimator.types.replace("NAME", name),
         rig_at_run_time=bool(values["rig_at_run_time"]),
     )
-    return supervised(observer, real, values, body)
+    return with_supervision(observer, real, values, body)
 
 
 def _names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
     """Names of the elements of vectors, by those of the vectors."""
-    states, slopes = observer.states, directions(observer.measurement_model)
+    states, slopes = observer.states, slope_states(observer.measurement_model)
     pairs = [(row, column) for column in states for row in states]
     # Column by column: P = U D U', U being upper triangular with ones on its diagonal.
     order = {state: i for i, state in enumerate(states)}

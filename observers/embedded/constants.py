@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import casadi as ca
 
-from observers.embedded.scalar_function import scalar_function
+from observers.embedded.scalar_expansion import expand_with_constants
 from observers.estimators.model_observer import ModelObserver
 from observers.measurement.measurement_model import RIG
 from observers.patch.patch_protocol import EQUIVALENT
@@ -41,7 +41,7 @@ class Constants:
         """
         parts, last = self._parts()
         used = {given: parts[given] for given in function.name_in() if given in parts}
-        return scalar_function(name, function, used, last=last)
+        return expand_with_constants(name, function, used, last=last)
 
     def _parts(self) -> tuple[dict[str, list[Any]], ca.SX | None]:
         numbers: list[Any] = self.observer.constants.tolist()

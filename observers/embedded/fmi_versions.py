@@ -11,7 +11,7 @@ _AT = "const fmi{}ValueReference at[], size_t count"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Version:
+class FmiVersion:
     """A version of FMI.
 
     Attributes:
@@ -77,7 +77,7 @@ def _values(version: int, verb: str, types: str, more: str = "") -> tuple[tuple[
     )
 
 
-VERSION_2 = Version(
+VERSION_2 = FmiVersion(
     number=2, instance="fmi2Component", state="FMUstate", deserialize="DeSerializeFMUstate",
     real_type="Real", integer_type="Integer", array="",
     description="modelDescription.xml", library="linux64", build=False,
@@ -111,7 +111,7 @@ _DERIVATIVE = (
     f"{_AT.format(3)}, const fmi3ValueReference by[], size_t known, const fmi3Float64 seed[],"
     " size_t seeds, fmi3Float64 along[], size_t n"
 )
-VERSION_3 = Version(
+VERSION_3 = FmiVersion(
     number=3, instance="fmi3Instance", state="FMUState", deserialize="DeserializeFMUState",
     real_type="Float64", integer_type="Int32", array=", size_t values_count",
     description="modelDescription3.xml", library="x86_64-linux", build=True,

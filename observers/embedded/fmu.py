@@ -16,10 +16,10 @@ from pathlib import Path
 
 from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts
 from observers.embedded.constants import Tunable
-from observers.embedded.fmi_versions import VERSIONS, Version, base_unit, marked_unused
+from observers.embedded.fmi_versions import VERSIONS, FmiVersion, base_unit, marked_unused
 from observers.embedded.generated_files import require_replaceable
+from observers.embedded.jinja_templates import render
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.embedded.templating import render
 from observers.protocol import FunctionObserver
 from symbolic import InvalidInputError, compiler
 
@@ -39,7 +39,7 @@ DATE = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True)
-class Variable:
+class FmiVariable:
     """A variable of the model description.
 
     Attributes:
@@ -58,10 +58,10 @@ class Variable:
 
 
 INPUTS = (
-    Variable("psi", 0, "Real", "rad", "yaw (steering) angle"),
-    Variable("psi_dot", 1, "Real", "rad/s", "yaw rate; a missing one is derived from psi"),
-    *(Variable(name, 2, "Real", "N.m", meaning) for name, meaning in TORQUE_MEANING.items()),
-    Variable(
+    FmiVariable("psi", 0, "Real", "rad", "yaw (steering) angle"),
+    FmiVariable("psi_dot", 1, "Real", "rad/s", "yaw rate; a missing one is derived from psi"),
+    *(FmiVariable(name, 2, "Real", "N.m", meaning) for name, meaning in TORQUE_MEANING.items()),
+    FmiVariable(
         "F_N", 3, "Real", "N", "vertical load; missing below a twentieth of the first, and M_z with it"
     ),
 )
@@ -69,16 +69,18 @@ INPUTS = (
 TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 """Types of FMI 2.0 and what they are in 3.0."""
 OUTPUTS = (
-    Variable("mu", 4, "Real", "1", "coefficient of the model's own law; act on mu_eff"),
-    Variable("mu_std", 5, "Real", "1", "standard deviation of mu"),
-    Variable("M_z_predicted", 6, "Real", "N.m", "predicted aligning torque; NaN at first"),
-    Variable("informed", 7, "Boolean", None, "false while the estimate rests on the prior"),
-    Variable("usable", 14, "Boolean", None, "true where one may act on mu_eff: informed, no flag"),
-    Variable("mu_eff", 9, "Real", "1", "friction to act on, full slide over that of mu = 1"),
-    Variable("mu_eff_std", 10, "Real", "1", "standard deviation of mu_eff"),
-    Variable("M_slide", 11, "Real", "N.m", "torque of steady full slide, mean of both sides"),
-    Variable("nis", 12, "Real", "1", "normalised innovation squared; NaN if not measured"),
-    Variable("status", 8, "Integer", None, "0 where the sample was used, else flags as in the C header"),
+    FmiVariable("mu", 4, "Real", "1", "coefficient of the model's own law; act on mu_eff"),
+    FmiVariable("mu_std", 5, "Real", "1", "standard deviation of mu"),
+    FmiVariable("M_z_predicted", 6, "Real", "N.m", "predicted aligning torque; NaN at first"),
+    FmiVariable("informed", 7, "Boolean", None, "false while the estimate rests on the prior"),
+    FmiVariable("usable", 14, "Boolean", None, "true where one may act on mu_eff: informed, no flag"),
+    FmiVariable("mu_eff", 9, "Real", "1", "friction to act on, full slide over that of mu = 1"),
+    FmiVariable("mu_eff_std", 10, "Real", "1", "standard deviation of mu_eff"),
+    FmiVariable("M_slide", 11, "Real", "N.m", "torque of steady full slide, mean of both sides"),
+    FmiVariable("nis", 12, "Real", "1", "normalised innovation squared; NaN if not measured"),
+    FmiVariable(
+        "status", 8, "Integer", None, "0 where the sample was used, else flags as in the C header"
+    ),
 )
 
 
@@ -149,7 +151,7 @@ def _compiler() -> str:
 
 
 def _texts(
-    observer: FunctionObserver, real: Real, name: str, version: Version, *, tunable: Tunable
+    observer: FunctionObserver, real: Real, name: str, version: FmiVersion, *, tunable: Tunable
 ) -> dict[str, str]:
     """Every text of the archive, by its path."""
     texts, terms = source_texts(observer, real, name, tunable=tunable)

@@ -83,7 +83,7 @@ _BEGINNING = 16_384
 """Within so many bytes of a file its mark stands."""
 
 
-def release() -> str:
+def version() -> str:
     """The version of brushgrip; a checkout that is not installed has none."""
     try:
         return importlib.metadata.version("brushgrip")
@@ -93,7 +93,7 @@ def release() -> str:
 
 def mark() -> str:
     """The mark of a file that is generated now."""
-    return MARK.format(release=release())
+    return MARK.format(release=version())
 
 
 def require_replaceable(files: Iterable[Path]) -> None:
@@ -113,7 +113,7 @@ def require_replaceable(files: Iterable[Path]) -> None:
             )
 
 
-def write_texts(folder: str | Path, texts: Mapping[str, str]) -> list[Path]:
+def write_generated(folder: str | Path, texts: Mapping[str, str]) -> list[Path]:
     """Write texts into a folder, by the names of their files; those that it refuses see above."""
     files = [Path(folder) / name for name in texts]
     Path(folder).mkdir(parents=True, exist_ok=True)

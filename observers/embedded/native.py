@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from observers.embedded.codegen import generate
+from observers.embedded.jinja_templates import render
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.embedded.templating import render
 from observers.estimates import Estimates
 from observers.interfaces.run import as_estimates
 from observers.protocol import ESTIMATE, FunctionObserver
 from symbolic import InvalidInputError, compiler
 from symbolic.array_alias import Array
 from symbolic.compilation.operating_system import LIBRARY_SUFFIX
-from symbolic.compilation.toolchain import library_line, run_compiler
+from symbolic.compilation.toolchain import compiler_command, run_compiler
 
 COMPILER_FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")
 """The flags of a target: no instructions of one processor."""
@@ -79,7 +79,9 @@ def compile_native(observer: FunctionObserver, real: Real = SINGLE) -> NativeObs
         (folder / "run.c").write_text(render("run.c", terms), encoding="utf-8")
         library = f"{_NAME}{LIBRARY_SUFFIX}"
         try:
-            run_compiler(library_line(command, [f"{_NAME}.c", "run.c"], library, COMPILER_FLAGS), folder)
+            run_compiler(
+                compiler_command(command, [f"{_NAME}.c", "run.c"], library, COMPILER_FLAGS), folder
+            )
             return NativeObserver(real=real, library=ctypes.CDLL(str(folder / library)))
         except (OSError, subprocess.SubprocessError) as error:
             raise InvalidInputError(f"the generated C was not compiled by {command}: {error}") from None

@@ -19,7 +19,14 @@ from observers.embedded.rolled_values import (
     ValueReader,
     schedule,
 )
-from symbolic.compilation.scalar_c import Term, as_real, is_kept, number, operation, stripped
+from symbolic.compilation.scalar_c import (
+    Term,
+    as_real,
+    c_operation,
+    needs_variable,
+    number_literal,
+    unparenthesised,
+)
 
 
 def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Known) -> str:
@@ -71,7 +78,8 @@ class LoopWriter:
                     self._compute(value, "    ")
             self._loop(loops[level])
         written = [
-            f"    {result}[{j}] = {stripped(self._real_expression(o))};" for j, o in enumerate(outputs)
+            f"    {result}[{j}] = {unparenthesised(self._real_expression(o))};"
+            for j, o in enumerate(outputs)
         ]
         return "\n".join([*self.tables, *arrays, "    int32_t i;", *self.lines, *written])
 
@@ -100,7 +108,7 @@ class LoopWriter:
                 continue
             terms = [self._real_expression(operand) for operand in value.operands]
             if value.code == ca.OP_MMAX:
-                most, each = value.text, stripped(terms[0])
+                most, each = value.text, unparenthesised(terms[0])
                 found = f" {most}_at = ({self.real})i;" if value.is_placed else ""
                 sign = ">=" if found else ">"
                 self.lines.append(f"        if ({each} {sign} {most}) {{ {most} = {each};{found} }}")
@@ -115,15 +123,15 @@ class LoopWriter:
             index, vector = value.operands
             term = Term(self._text(vector, f"(int32_t){self._real_expression(index)}"))
         else:
-            term = operation(value.code, [self._term(operand) for operand in value.operands])
+            term = c_operation(value.code, [self._term(operand) for operand in value.operands])
         if value.stored:
-            self.lines.append(f"{indent}{value.text.format(i='i')} = {stripped(as_real(term))};")
+            self.lines.append(f"{indent}{value.text.format(i='i')} = {unparenthesised(as_real(term))};")
             return
         value.text, value.is_condition, value.value_if = term.text, term.is_condition, term.value_if
-        if is_kept(value.code, term, value.uses) or value.code == CHOICE:
+        if needs_variable(value.code, term, value.uses) or value.code == CHOICE:
             value.text, value.value_if = self._name(), None
             kind = "bool" if term.is_condition else self.real
-            self.lines.append(f"{indent}const {kind} {value.text} = {stripped(term.text)};")
+            self.lines.append(f"{indent}const {kind} {value.text} = {unparenthesised(term.text)};")
 
     def _term(self, value: Value) -> Term:
         return Term(self._text(value, "i"), value.is_condition, value.value_if)
@@ -133,9 +141,9 @@ class LoopWriter:
 
     def _text(self, value: Value, index: str) -> str:
         if value.constant is not None and not value.text:
-            value.text = number(float(value.constant[0]), self.real)
+            value.text = number_literal(float(value.constant[0]), self.real)
             if value.is_vector:
-                elements = ", ".join(number(float(each), self.real) for each in value.constant)
+                elements = ", ".join(number_literal(float(each), self.real) for each in value.constant)
                 table = self._name()
                 self.tables.append(
                     f"    static const {self.real} {table}[{self.length}] = {{{elements}}};"

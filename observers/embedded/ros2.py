@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from observers.embedded.codegen import source_texts
-from observers.embedded.generated_files import write_texts
+from observers.embedded.generated_files import write_generated
+from observers.embedded.jinja_templates import render
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.embedded.templating import render
 from observers.protocol import FunctionObserver
 
 
@@ -37,4 +37,4 @@ def generate_ros2(
         "CMakeLists.txt": "ros2_CMakeLists.txt",
     }  # fmt: skip
     files = kept | {file: render(template, terms) for file, template in templates.items()}
-    return write_texts(folder, files)
+    return write_generated(folder, files)

@@ -2,8 +2,8 @@
 
 CasADi writes constants as doubles and calls sqrt, not sqrtf, whatever `casadi_real` is; on a target with
 a single-precision unit every step would then run through emulated double arithmetic. The templates are
-written for double as well. `in_type` adds the type's suffix to every real literal and to every function
-of math.h, token by token.
+written for double as well. `code_in_type` adds the type's suffix to every real literal and to every
+function of math.h, token by token.
 """
 
 import re
@@ -85,7 +85,7 @@ DOUBLE = Real(
 """IEEE double precision, the same as in Python."""
 
 
-def in_type(code: str, real: Real) -> str:
+def code_in_type(code: str, real: Real) -> str:
     """C in which every real literal and every function of math.h is of one type.
 
     Raises:

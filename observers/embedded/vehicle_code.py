@@ -4,10 +4,10 @@ from pathlib import Path
 
 import casadi as ca
 
-from observers.embedded.generated_files import mark, write_texts
+from observers.embedded.generated_files import mark, write_generated
+from observers.embedded.jinja_templates import render
 from observers.embedded.own_names import with_prefix
-from observers.embedded.scalar_type import Real, in_type
-from observers.embedded.templating import render
+from observers.embedded.scalar_type import Real, code_in_type
 from symbolic.compilation.scalar_c import c_function
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import mean_angle, rack_force, rack_position
@@ -33,8 +33,8 @@ def generate_vehicle(vehicle: Vehicle, folder: str | Path, real: Real, *, name: 
         "standstill": real.literal(vehicle.standstill),
         "held": "held by the brakes" if vehicle.brakes else "free to roll about the kingpin",
     }  # fmt: skip
-    text = with_prefix(in_type(render("vehicle.h", terms), real), name)
-    return write_texts(folder, {f"{name}_vehicle.h": text})
+    text = with_prefix(code_in_type(render("vehicle.h", terms), real), name)
+    return write_generated(folder, {f"{name}_vehicle.h": text})
 
 
 def vehicle_functions(vehicle: Vehicle) -> list[ca.Function]:

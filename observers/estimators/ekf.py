@@ -18,14 +18,14 @@ from observers.estimators.step_terms import StepSample, clip_to_bounds, step_sym
 from observers.layout import Layout, Parts
 from observers.measurement.linearisation import (
     angle_is_state,
-    build_measurement,
-    build_motion,
-    directions,
+    build_linearised_measurement,
+    build_linearised_motion,
+    slope_states,
 )
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import (
-    advanced_patch,
+    advance_patch,
     memory_depends_on_tyre,
     memory_fields,
     reset_retention,
@@ -36,7 +36,7 @@ from observers.patch.update import (
 from observers.protocol import OUTPUT
 from observers.quality.change_by_direction import monitor_fields
 from observers.quality.innovation_gate import COUNTS, huber_weight, innovation_variance
-from observers.udu import add_variance, build_predict_covariance, build_update_covariance, covariance
+from observers.udu import add_variance, build_udu_prediction, build_udu_update, covariance_expression
 from symbolic.casadi_functions import named_function
 
 
@@ -65,16 +65,16 @@ class Ekf(ModelObserver):
     @property
     def estimator_layout(self) -> Layout:
         """The parts of a state, less those of the supervision."""
-        return layout(self.model, self.measurement_model)
+        return ekf_layout(self.model, self.measurement_model)
 
     @property
     def estimator_step(self) -> ca.Function:
         """One sample, without the supervision."""
-        return build_step(self.model, self.measurement_model, self.iterations)
+        return build_ekf_step(self.model, self.measurement_model, self.iterations)
 
 
 @cache
-def layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
+def ekf_layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
     """The parts of the filter's state."""
     n = len(measurement_model.states)
     return Layout(
@@ -84,7 +84,7 @@ def layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
             ("factor", n, n),
             ("last", len(CLEAN), 1),
             ("M_z", 1, 1),
-            ("slopes", len(directions(measurement_model)), 1),
+            ("slopes", len(slope_states(measurement_model)), 1),
             ("counts", len(COUNTS), 1),
             ("monitor", len(monitor_fields(measurement_model)), 1),
             ("output", len(OUTPUT), 1),
@@ -93,7 +93,7 @@ def layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
 
 
 @cache
-def build_step(
+def build_ekf_step(
     model: PatchModel, measurement_model: MeasurementModel, iterations: int = 1
 ) -> ca.Function:
     """One sample of the filter: (state, sample, constants) -> (state_next, output)."""
@@ -116,7 +116,7 @@ def _step(
     model: PatchModel, measurement_model: MeasurementModel, iterations: int
 ) -> tuple[dict[str, ca.MX], dict[str, ca.MX], dict[str, ca.MX]]:
     """Inputs and outputs of a step, and what stands between."""
-    parts = layout(model, measurement_model)
+    parts = ekf_layout(model, measurement_model)
     inputs = step_symbols(model, parts)
     before = parts.split(inputs["state"])
     sample = StepSample.of(model, measurement_model, inputs, before["last"])
@@ -124,14 +124,14 @@ def _step(
     # A measured angle does not depend on the patch at the sample itself; a measured torque does.
     follows_angle = angle_is_state(measurement_model)
     patch = before if follows_angle else _update_patch(sample, memory, predicted)
-    P = covariance(predicted_factor)
+    P = covariance_expression(predicted_factor)
     test = sample.test(before, predicted, P, patch["M_z"], patch["slopes"])
     correct = _correction(sample, predicted, predicted_factor, test)
     x, factor = correct(test["innovation"], test["H"])
     for _ in range(0 if measurement_model.is_linear else iterations - 1):
         patch = _update_patch(sample, memory, x)
         # Linearised again at the corrected states.
-        residual, H, *_ = build_measurement(measurement_model)(
+        residual, H, *_ = build_linearised_measurement(measurement_model)(
             x, patch["M_z"], patch["slopes"], sample.now, sample.rig, sample.tuning
         )
         x, factor = correct(residual - ca.dot(H, predicted - x), H)
@@ -143,7 +143,7 @@ def _step(
         variance = P[sample.at, sample.at]
         retention = reset_retention(test["reset"], variance, test["reset"] * sample.change)
         patch = {**patch, "memory_sensitivity": retention * patch["memory_sensitivity"]}
-    output = sample.output(x, covariance(factor), patch["memory"], M_z, test)
+    output = sample.output(x, covariance_expression(factor), patch["memory"], M_z, test)
     state_next = {
         **patch, "x": x, "factor": factor, "last": sample.now, "counts": test["counts_next"],
         "monitor": test["monitor_next"], "output": output,
@@ -159,12 +159,12 @@ def _step(
 def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:
     """States at the sample before it is measured, the factor of their covariance, and the memory."""
     model, measurement_model = sample.model, sample.measurement_model
-    x, A, Q, _ = build_motion(measurement_model)(
+    x, A, Q, _ = build_linearised_motion(measurement_model)(
         before["x"], before["M_z"], before["slopes"], before["last"], sample.now, sample.rig,
         sample.tuning,
     )  # fmt: skip
-    factor = build_predict_covariance(x.numel())(before["factor"], A, Q)
-    P = covariance(before["factor"])
+    factor = build_udu_prediction(x.numel())(before["factor"], A, Q)
+    P = covariance_expression(before["factor"])
     retention = sensitivity_retention(measurement_model, P, Q, before["x"], sample.now)
     return x, factor, retained_memory(model, measurement_model, before, retention)
 
@@ -172,7 +172,7 @@ def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:
 def _update_patch(sample: StepSample, memory: Parts, x: ca.MX) -> Parts:
     """Memory, M_z and slopes by the states after the sample, at the states x."""
     model = sample.measurement_model
-    patch = advanced_patch(sample.model, model, memory, x, sample.now, sample.theta, sample.rig)
+    patch = advance_patch(sample.model, model, memory, x, sample.now, sample.theta, sample.rig)
     return {**patch, "slopes": slopes_by_states(model, patch["slopes"], x)}
 
 
@@ -187,7 +187,7 @@ def _correction(
     weight = weight * huber_weight(test["innovation"], test["huber_scale"], spread)
 
     def correct(innovation: ca.MX, H: ca.MX) -> tuple[ca.MX, ca.MX]:
-        factor_next, K, _ = build_update_covariance(x.numel())(factor, H, weight)
+        factor_next, K, _ = build_udu_update(x.numel())(factor, H, weight)
         return clip_to_bounds(sample.measurement_model, x + K * innovation, sample.tuning), factor_next
 
     return correct

@@ -7,14 +7,14 @@ import casadi as ca
 from observers.layout import Layout, named, symbols, vector_of
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
-from observers.measurement.torque_error import declared_share, is_known
+from observers.measurement.torque_error import is_known, share_of_full_slide
 from observers.patch.effective_friction import output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.patch.update import tyre_states
 from observers.protocol import SAMPLE
 from observers.quality import acquisition_and_tracking
 from observers.tuning import TUNING_FIELDS
-from observers.udu import covariance
+from observers.udu import covariance_expression
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
 from symbolic.casadi_functions import named_function
 
@@ -37,7 +37,7 @@ def build_initial_state(
     signals = vector_of(SIGNALS, first)
     numbers = named(RIG, rig)
     slide = full_slide_torque(first["F_N"], numbers["a"])
-    tuning["zero_std"] = declared_share(numbers["zero_std"], slide, tuning["zero_std"])
+    tuning["zero_std"] = share_of_full_slide(numbers["zero_std"], slide, tuning["zero_std"])
     prior = measurement_model.prior(tuning, first, slide)
     mean, variance = (
         ca.vertcat(*(prior[name][i] for name in measurement_model.states)) for i in range(2)
@@ -51,7 +51,7 @@ def build_initial_state(
         share = variance[at] / variance[other]
         factor = ca.MX(P)
         factor[at, other], factor[at, at] = share, (1 - share) * variance[at]
-        P = covariance(factor)
+        P = covariance_expression(factor)
     parts = {
         "memory": model.initial(signals, theta, rig[: len(GEOMETRY)]),
         "linearisation_point": ca.vertcat(*point),
@@ -66,7 +66,9 @@ def build_initial_state(
     }
     if "own" in layout.places:
         std = tuning["zero_std"] * slide
-        parts |= acquisition_and_tracking.initial(measurement_model, first["psi"], first["F_N"], std)
+        parts |= acquisition_and_tracking.initial_supervision(
+            measurement_model, first["psi"], first["F_N"], std
+        )
     if "samples" in layout.places:
         # The rows of a window's samples continue those of a cleaned sample.
         rows = layout.places["samples"][1][0]

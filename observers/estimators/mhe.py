@@ -34,18 +34,18 @@ from functools import cache, partial
 
 import casadi as ca
 
-from observers.estimators.mhe_terms import (
+from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
-    build_backward,
-    build_forward,
-    build_prediction,
+    build_filter_step,
     build_sample_acceptance,
+    build_smoother_step,
+    build_state_prediction,
     has_not_converged,
 )
 from observers.estimators.model_observer import ModelObserver
 from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.layout import Layout, Parts, symbols
-from observers.measurement.linearisation import angle_is_state, directions
+from observers.measurement.linearisation import angle_is_state, slope_states
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.history import PatchWindow
 from observers.patch.patch_protocol import PatchModel
@@ -83,16 +83,16 @@ class Mhe(ModelObserver):
     @property
     def estimator_layout(self) -> Layout:
         """The parts of a state, less those of the supervision."""
-        return layout(self.model, self.measurement_model, self.window)
+        return mhe_layout(self.model, self.measurement_model, self.window)
 
     @property
     def estimator_step(self) -> ca.Function:
         """One sample, without the supervision."""
-        return build_window_step(self.model, self.measurement_model, self.window, self.iterations)
+        return build_mhe_step(self.model, self.measurement_model, self.window, self.iterations)
 
 
 @cache
-def layout(model: PatchModel, measurement_model: MeasurementModel, window: int) -> Layout:
+def mhe_layout(model: PatchModel, measurement_model: MeasurementModel, window: int) -> Layout:
     """The parts of the estimator's state."""
     n = len(measurement_model.states)
     return Layout(
@@ -111,17 +111,17 @@ def layout(model: PatchModel, measurement_model: MeasurementModel, window: int) 
 
 
 @cache
-def build_smoother(measurement_model: MeasurementModel, window: int) -> ca.Function:
+def build_window_smoother(measurement_model: MeasurementModel, window: int) -> ca.Function:
     """One Gauss-Newton step about x: minimiser over the window, covariance of its newest state.
 
     (mean, factor, x, M_z, slopes, samples, rig, tuning) -> (x_next, P_newest); inputs of all samples in
     columns, x (n, N).
     """
-    forward, backward = build_forward(measurement_model), build_backward(measurement_model)
+    forward, backward = build_filter_step(measurement_model), build_smoother_step(measurement_model)
     n = len(measurement_model.states)
     inputs = symbols(
         ca.MX, mean=n, factor=(n, n), x=(n, window), M_z=(1, window),
-        slopes=(len(directions(measurement_model)), window), samples=(len(ROWS), window),
+        slopes=(len(slope_states(measurement_model)), window), samples=(len(ROWS), window),
         rig=len(RIG), tuning=len(TUNING_FIELDS),
     )  # fmt: skip
     mean, factor, x, M_z, slopes, samples, rig, tuning = inputs.values()
@@ -140,11 +140,11 @@ def build_smoother(measurement_model: MeasurementModel, window: int) -> ca.Funct
 
 
 @cache
-def build_window_step(
+def build_mhe_step(
     model: PatchModel, measurement_model: MeasurementModel, window: int, iterations: int
 ) -> ca.Function:
     """One sample of the estimator: (state, sample, constants) -> (state_next, output)."""
-    parts = layout(model, measurement_model, window)
+    parts = mhe_layout(model, measurement_model, window)
     inputs = step_symbols(model, parts)
     before = parts.split(inputs["state"])
     last = before["samples"][: len(CLEAN), -1]
@@ -172,7 +172,10 @@ def build_window_step(
     factor = add_variance(
         factor, at, arrival_variance_increment(window, test["reset"], run, sample.change)
     )
-    smoother, given = build_smoother(measurement_model, window), (samples, sample.rig, sample.tuning)
+    smoother, given = (
+        build_window_smoother(measurement_model, window),
+        (samples, sample.rig, sample.tuning),
+    )
     for i in range(iterations):
         M_z, slopes = torques(history, x) if i > 0 else (M_z, slopes)
         previous = x[:, -1]
@@ -201,7 +204,7 @@ def _predict(
     torque is M_z and its slopes at the last sample.
     """
     x_last, P_last = before["x"][:, -1], before["P_newest"]
-    x, P, Q = build_prediction(sample.measurement_model)(
+    x, P, Q = build_state_prediction(sample.measurement_model)(
         x_last, P_last, *torque, last, sample.now, sample.rig, sample.tuning
     )
     retention = sensitivity_retention(sample.measurement_model, P_last, Q, x_last, sample.now)
@@ -212,7 +215,7 @@ def _arrival(
     sample: StepSample, before: Parts, samples: ca.MX, torque: tuple[ca.MX, ca.MX]
 ) -> tuple[ca.MX, ca.MX]:
     """Mean and factor of the arrival after the oldest sample, linearised at its smoothed states."""
-    mean, factor, *_ = build_forward(sample.measurement_model)(
+    mean, factor, *_ = build_filter_step(sample.measurement_model)(
         before["mean"], before["factor"], before["x"][:, 0], *torque, samples[:, 0], samples[:, 1],
         sample.rig, sample.tuning,
     )  # fmt: skip

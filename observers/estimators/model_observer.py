@@ -17,7 +17,7 @@ from observers.patch.patch_protocol import EQUIVALENT
 from observers.quality import acquisition_and_tracking
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
 from observers.quality.equivalent_patch import equivalent_patch
-from observers.quality.tolerances import with_tolerances
+from observers.quality.tuning_from_tolerances import tuning_with_tolerances
 from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.array_alias import Array
@@ -97,7 +97,9 @@ class ModelObserver(CasadiObserver):
         parts = self.estimator_layout
         if not self.acquire:
             return parts
-        return Layout((*parts.fields, *acquisition_and_tracking.layout(self.measurement_model).fields))
+        return Layout(
+            (*parts.fields, *acquisition_and_tracking.supervision_layout(self.measurement_model).fields)
+        )
 
     @property
     def step_function(self) -> ca.Function:
@@ -148,8 +150,8 @@ class ModelObserver(CasadiObserver):
 
     @property
     def effective_tuning(self) -> Tuning:
-        """The tuning with what the rig's tolerances add to it, see `observers.quality.tolerances`."""
-        return with_tolerances(self.tuning, self.rig, self.values["k"])
+        """The tuning with what tolerances add to it, see `observers.quality.tuning_from_tolerances`."""
+        return tuning_with_tolerances(self.tuning, self.rig, self.values["k"])
 
     @cached_property
     def constants(self) -> Array:

@@ -9,7 +9,7 @@ from observers.layout import Expression, Layout, Parts, named, outputs_of, symbo
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_clean, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
-from observers.measurement.torque_error import declared_share
+from observers.measurement.torque_error import share_of_full_slide
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.protocol import SAMPLE, Status
@@ -104,10 +104,10 @@ class StepSample:
         mu, F_N = ca.exp(log_mu), self.now[CLEAN.index("F_N")]
         # Dry friction in the bearings cannot be told from that of the ground.
         slide, zero = full_slide_torque(F_N, rig["a"]), ca.MX(0)
-        dry = declared_share(rig["dry_friction"], slide, DRY_FRICTION)
+        dry = share_of_full_slide(rig["dry_friction"], slide, DRY_FRICTION)
         if OTHER in self.measurement_model.states and "M_0" not in self.measurement_model.states:
             # A zero that is no state adds to friction one way and takes from it the other way.
-            zero = declared_share(rig["zero_std"], slide, tuning["zero_std"])
+            zero = share_of_full_slide(rig["zero_std"], slide, tuning["zero_std"])
         std = ca.sqrt(mu**2 * (P[self.at, self.at] + tuning["mu_floor"] ** 2) + dry**2 + zero**2)
         given = (mu, std, memory, F_N, self.theta, self.rig[: len(GEOMETRY)], rig["slide_rate"])
         effective = outputs_of(build_effective_friction(self.model), *given)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from observers.estimators.casadi_observer import CasadiObserver
-from observers.interfaces.profiles import tuning_for
+from observers.interfaces.tuning_profiles import tuning_for
 from observers.measurement.directional_friction import DirectionalFriction
 from observers.tuning import Tuning
 from symbolic import (
@@ -20,7 +20,7 @@ from symbolic import (
     rig_from_tables,
     vehicle_from_tables,
 )
-from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, naming, toml_of
+from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, prefix_errors, toml_of
 
 MODEL_FILE = "model.json"
 """Name of the model file in the folder of a diagnosis."""
@@ -61,7 +61,7 @@ def from_files(
     """
     geometry, tyre = read_rig_file(rig)
     if "measurement_model" in settings:
-        with naming(rig):
+        with prefix_errors(rig):
             settings["measurement_model"].check(geometry, Model())
     found = FoundModel(model=Model(), tyre={"k": tyre.k}, own={})
     if model is not None:
@@ -80,7 +80,7 @@ def from_files(
 
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
     """Rig and tyre of a rig file, see `symbolic.rig_from_tables`; errors as of `from_files`."""
-    with naming(path):
+    with prefix_errors(path):
         return rig_from_tables(toml_of(_content(path)))
 
 
@@ -90,7 +90,7 @@ def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundMo
     See `symbolic.model_from_tables`. It may name further effects; errors as of `from_files`.
     """
     path = model_file_in(Path(path))
-    with naming(path):
+    with prefix_errors(path):
         return model_from_tables(json_of(_content(path)), effects)
 
 
@@ -112,7 +112,7 @@ def model_file_in(path: Path) -> Path:
 
 def read_vehicle_file(path: str | Path) -> Vehicle:
     """The vehicle of a vehicle file, see `symbolic.vehicle_from_tables`; errors as of `from_files`."""
-    with naming(path):
+    with prefix_errors(path):
         return vehicle_from_tables(toml_of(_content(path)))
 
 

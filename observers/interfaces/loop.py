@@ -16,7 +16,7 @@ from observers.quality.input_plausibility import suspicions
 from observers.quality.sensor_limits import (
     SCREEN,
     beyond_limits,
-    build_screen,
+    build_input_screen,
     can_be_first,
     initial_plausibility_state,
     sample_limits_of,
@@ -30,7 +30,7 @@ AT_PSI, AT_AGE = (SCREEN.places[name][0].start for name in ("psi", "age"))
 @cache
 def _screen_within(limits: tuple[float, ...]) -> CompiledStep:
     """The check of samples, whose buffers are not pickled with a loop."""
-    return CompiledStep(build_screen(), np.array(limits))
+    return CompiledStep(build_input_screen(), np.array(limits))
 
 
 @dataclass(frozen=True, slots=True)

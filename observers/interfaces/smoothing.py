@@ -21,7 +21,7 @@ from observers.compiled_step import compiled_stretch, first_sample, run_stretche
 from observers.estimates import Estimates
 from observers.estimators.ekf import Ekf
 from observers.interfaces.run import run, samples_and_start
-from observers.measurement.linearisation import build_motion, state_index
+from observers.measurement.linearisation import build_linearised_motion, state_index
 from observers.measurement.measurement_model import RIG
 from observers.protocol import UNINFORMED, Status
 from observers.udu import covariance_of
@@ -141,7 +141,7 @@ def _motions(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
     rig, tuning = observer.constants[at : at + len(RIG)], observer.effective_tuning.vector
     numbers = [ca.repmat(ca.DM(part), 1, between) for part in (rig, tuning)]
     before = [ca.DM(part[:, :-1]) for part in (x, M_z, slopes, last)]
-    results = build_motion(observer.measurement_model).map(between)(
+    results = build_linearised_motion(observer.measurement_model).map(between)(
         *before, ca.DM(last[:, 1:]), *numbers
     )
     predicted, A, Q = (result.full() for result in results[:3])

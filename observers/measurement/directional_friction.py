@@ -51,9 +51,9 @@ class DirectionalFriction(AligningTorque):
         """Names of the states."""
         return (*super().states, OTHER)
 
-    def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
+    def prior(self, tuning: Parts, first: Parts, slide_torque: Expression) -> dict[str, Moments]:
         """Mean and variance of every state."""
-        prior = super().prior(tuning, first, slide)
+        prior = super().prior(tuning, first, slide_torque)
         mean, variance = prior["log_mu"]
         return prior | {OTHER: (mean, variance + ASYMMETRY**2)}
 

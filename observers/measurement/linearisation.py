@@ -1,7 +1,7 @@
 """Motion and measurement of one sample for any measurement model, linearised.
 
 Each Function is built from the expressions of a measurement model with casadi's Jacobians. M_z enters
-linearised, M_z + slopes (x - x_0), with slopes by the states in `directions`.
+linearised, M_z + slopes (x - x_0), with slopes by the states in `slope_states`.
 """
 
 from functools import cache
@@ -24,14 +24,14 @@ def state_index(measurement_model: MeasurementModel, name: str = "log_mu") -> in
     return measurement_model.states.index(name)
 
 
-def directions(measurement_model: MeasurementModel) -> tuple[str, ...]:
+def slope_states(measurement_model: MeasurementModel) -> tuple[str, ...]:
     """The states that M_z depends on, in the order of its slopes: the angle first, then the tyre's."""
     return tuple(name for name in ("psi", *TYRE) if name in measurement_model.states)
 
 
 def _selection(measurement_model: MeasurementModel) -> ca.SX:
-    """Selection matrix (n, d) from the order of `directions` to that of the states."""
-    names = directions(measurement_model)
+    """Selection matrix (n, d) from the order of `slope_states` to that of the states."""
+    names = slope_states(measurement_model)
     selection = ca.SX.zeros(len(measurement_model.states), len(names))
     for j, name in enumerate(names):
         selection[state_index(measurement_model, name), j] = 1
@@ -47,7 +47,7 @@ def _symbols(measurement_model: MeasurementModel, *names: str) -> dict[str, ca.S
     sizes = {
         "x": len(measurement_model.states),
         "M_z": 1,
-        "slopes": len(directions(measurement_model)),
+        "slopes": len(slope_states(measurement_model)),
         "last": len(CLEAN),
         "now": len(CLEAN),
         "rig": len(RIG),
@@ -65,7 +65,7 @@ def build_clean(measurement_model: MeasurementModel) -> ca.Function:
 
 
 @cache
-def build_motion(measurement_model: MeasurementModel) -> ca.Function:
+def build_linearised_motion(measurement_model: MeasurementModel) -> ca.Function:
     """(x, M_z, slopes, last, now, rig, tuning) -> (x_next, A, Q, b): to the sample now, from the last.
 
     A (n, n) is the derivative of x_next by x, Q (n,) the variances on the way, b = x_next - A x.
@@ -84,7 +84,7 @@ def build_motion(measurement_model: MeasurementModel) -> ca.Function:
 
 
 @cache
-def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
+def build_linearised_measurement(measurement_model: MeasurementModel) -> ca.Function:
     """The measurement of the sample now.
 
     (x, M_z, slopes, now, rig, tuning) -> (innovation, H, weight, expected, huber_scale, independent).

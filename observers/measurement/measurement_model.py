@@ -6,7 +6,7 @@ ln mu is far less skewed than that of mu, and mu stays positive.
 `AligningTorque`, as on the rig: the angle is known, M_z = h(history of the angle, mu) + M_0 is measured,
 and the states are random walks.
 
-`SteeringTorque` of `observers.measurement.wheel_yaw_dynamics`, as in electric power steering: M drives
+`SteeringTorque` of `observers.measurement.steering_torque`, as in electric power steering: M drives
 the wheel and the angle is measured.
 """
 
@@ -116,8 +116,8 @@ class MeasurementModel(Hashable, Protocol):
     def check(self, rig: Rig, model: Model) -> None:
         """Raise InvalidInputError where the rig lacks a value or the model an effect too many."""
 
-    def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
-        """Mean and variance of every state before the sample `first`; `slide` is 3/8 F_N a [N m]."""
+    def prior(self, tuning: Parts, first: Parts, slide_torque: Expression) -> dict[str, Moments]:
+        """Mean and variance of every state before the sample `first`; slide_torque: 3/8 F_N a [N m]."""
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
         """The sample with missing values imputed from the `last` one, and whether one was."""
@@ -144,26 +144,28 @@ def impute_load(sample: Parts, last: Parts) -> tuple[Expression, Expression, Exp
     return ca.if_else(missing, last["F_N"], sample["F_N"]), missing, too_small
 
 
-def random_walk(
-    x: Parts, slide: Expression, dt: Expression, tuning: Parts
+def predict_random_walk(
+    x: Parts, slide_torque: Expression, dt: Expression, tuning: Parts
 ) -> tuple[dict[str, Any], Any]:
     """The states that are random walks, after dt, and the variances of their increments."""
     fade = ca.exp(-dt / tuning["zero_time"])
     after, variance = {"log_mu": x["log_mu"]}, {"log_mu": dt * tuning["mu_walk"] ** 2}
     if "M_0" in x:
         after["M_0"] = fade * x["M_0"]
-        variance["M_0"] = dt * fade * (tuning["zero_walk"] * slide) ** 2
+        variance["M_0"] = dt * fade * (tuning["zero_walk"] * slide_torque) ** 2
     if "stiffness" in x:
         after["stiffness"] = x["stiffness"]
         variance["stiffness"] = dt * tuning["stiffness_walk"] ** 2
     return after, variance
 
 
-def random_walk_prior(tuning: Parts, states: tuple[str, ...], slide: Expression) -> dict[str, Moments]:
+def random_walk_prior(
+    tuning: Parts, states: tuple[str, ...], slide_torque: Expression
+) -> dict[str, Moments]:
     """Mean and variance of the states that are random walks."""
     prior = {
         "log_mu": (ca.log(tuning["mu"]), log_mu_prior_variance(tuning)),
-        "M_0": (0, (tuning["zero_std"] * slide) ** 2),
+        "M_0": (0, (tuning["zero_std"] * slide_torque) ** 2),
         "stiffness": (1, tuning["stiffness_std"] ** 2),
     }
     return {name: prior[name] for name in states if name in prior}
@@ -220,10 +222,12 @@ class AligningTorque:
         declared = sensor_variance(values)
         if not self.torque_state:
             return before, sample["psi"], M_z, declared
-        slide = full_slide_torque(ca.if_else(is_known(sample["F_N"]), sample["F_N"], 0), values["a"])
-        stated = (named(TUNING_FIELDS, tuning)["noise"] * slide) ** 2
+        slide_torque = full_slide_torque(
+            ca.if_else(is_known(sample["F_N"]), sample["F_N"], 0), values["a"]
+        )
+        stated = (named(TUNING_FIELDS, tuning)["noise"] * slide_torque) ** 2
         usual = ca.if_else(is_known(values["noise"]), declared, stated)
-        after = update_noise(before, M_z, dt, usual, (SENSOR * slide) ** 2)
+        after = update_noise(before, M_z, dt, usual, (SENSOR * slide_torque) ** 2)
         # That of one sample, from that of `REFERENCE_STEP`.
         seen = after["variance"] * ca.fmax(1, REFERENCE_STEP / dt)
         return after, sample["psi"], M_z, ca.fmax(declared, seen)
@@ -231,10 +235,10 @@ class AligningTorque:
     def check(self, rig: Rig, model: Model) -> None:
         """Any rig and any model will do."""
 
-    def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
+    def prior(self, tuning: Parts, first: Parts, slide_torque: Expression) -> dict[str, Moments]:
         """Mean and variance of every state."""
         del first
-        return random_walk_prior(tuning, self.states, slide)
+        return random_walk_prior(tuning, self.states, slide_torque)
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
         """Where the angle is missing, the patch does not turn; there the torque is ignored.
@@ -260,7 +264,7 @@ class AligningTorque:
     ) -> tuple[Parts, Parts]:
         """All states are random walks."""
         del M_z, last
-        return random_walk(x, self._full_slide(now, rig), now["dt"], tuning)
+        return predict_random_walk(x, self._full_slide(now, rig), now["dt"], tuning)
 
     def measurement(
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
@@ -277,15 +281,15 @@ class AligningTorque:
         unsure: Expression = 0,
     ) -> Measurement:  # fmt: skip
         """The measurement of a torque; unsure is a deviation of what is expected that lasts [N m]."""
-        slide, dt = self._full_slide(now, rig), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
+        slide_torque, dt = self._full_slide(now, rig), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
         independent = independent_share(now["travel"], tuning["error_travel"])
-        noise, error = sensor_noise_variance(rig, tuning, slide), model_error_variance(x, tuning)
-        lasting = error + (unsure / slide) ** 2
+        noise, error = sensor_noise_variance(rig, tuning, slide_torque), model_error_variance(x, tuning)
+        lasting = error + (unsure / slide_torque) ** 2
         variance = lasting * dt + REFERENCE_STEP * noise * independent
         return Measurement(
             expected=expected,
             measured=now["M_z"],
-            precision=dt * independent / (variance * slide**2),
-            huber_scale=huber_scale(x, tuning, noise) * slide**2 + unsure**2,
+            precision=dt * independent / (variance * slide_torque**2),
+            huber_scale=huber_scale(x, tuning, noise) * slide_torque**2 + unsure**2,
             independent=independent,
         )

@@ -107,9 +107,9 @@ class RackForce(AligningTorque):
             log_mu=True, M_0=self.zero, stiffness=self.stiffness, gear=self.friction > 0
         )
 
-    def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
+    def prior(self, tuning: Parts, first: Parts, slide_torque: Expression) -> dict[str, Moments]:
         """Mean and variance of every state."""
-        return super().prior(tuning, first, slide) | {"gear": (1, self.gear_spread**2)}
+        return super().prior(tuning, first, slide_torque) | {"gear": (1, self.gear_spread**2)}
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
         """As where the aligning torque is measured, with the gear's presliding and its torque."""

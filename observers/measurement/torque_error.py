@@ -41,16 +41,18 @@ def forgetting_factor(share: Expression, memory: float) -> Expression:
     return 1 - share / memory
 
 
-def sensor_noise_variance(rig: Parts, tuning: Parts, slide: Expression) -> Expression:
+def sensor_noise_variance(rig: Parts, tuning: Parts, slide_torque: Expression) -> Expression:
     """Variance of the sensor's white error in 10 ms, divided as in `model_error_variance` [1]."""
     known = is_known(rig["noise"])
-    return ca.if_else(known, (ca.if_else(known, rig["noise"], 0) / slide) ** 2, tuning["noise"] ** 2)
+    return ca.if_else(
+        known, (ca.if_else(known, rig["noise"], 0) / slide_torque) ** 2, tuning["noise"] ** 2
+    )
 
 
-def declared_share(value: Expression, slide: Expression, otherwise: Expression) -> Expression:
+def share_of_full_slide(value: Expression, slide_torque: Expression, default: Expression) -> Expression:
     """A value of the rig over full slide at mu = 1 [1], or another share where it is unknown."""
     known = is_known(value)
-    return ca.if_else(known, ca.if_else(known, value, 0) / slide, otherwise)
+    return ca.if_else(known, ca.if_else(known, value, 0) / slide_torque, default)
 
 
 def sensor_variance(rig: Parts) -> Expression:
@@ -63,10 +65,10 @@ def model_error_variance(x: Parts, tuning: Parts) -> Expression:
 
     It is 0 where the tuning states no model error. The error is a share of full slide at the present mu.
     """
-    return ca.if_else(is_stated(tuning), model_error_std(x, tuning) ** 2, 0)
+    return ca.if_else(states_model_error(tuning), model_error_std(x, tuning) ** 2, 0)
 
 
-def is_stated(tuning: Parts) -> Expression:
+def states_model_error(tuning: Parts) -> Expression:
     """Whether the tuning states an error of the model beside the noise."""
     return ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
 

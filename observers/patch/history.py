@@ -12,16 +12,16 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Parts
-from observers.measurement.linearisation import directions, state_index
+from observers.measurement.linearisation import slope_states, state_index
 from observers.measurement.measurement_model import MeasurementModel
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import (
-    advanced_patch,
-    build_torque,
+    advance_patch,
+    build_patch_torque,
+    estimated_tyre_parameters,
     memory_fields,
     retained_memory,
     slopes_by_states,
-    tyre_parameters,
 )
 from symbolic import GEOMETRY, SIGNALS
 
@@ -37,7 +37,7 @@ class PatchWindow:
     @property
     def blocks(self) -> tuple[tuple[str, int, int], ...]:
         """Names, rows and columns of the parts of one sample; `angle_slope` is psi and dM_z/dpsi."""
-        angle = [("angle_slope", 2, 1) for name in directions(self.measurement_model) if name == "psi"]
+        angle = [("angle_slope", 2, 1) for name in slope_states(self.measurement_model) if name == "psi"]
         return (
             *memory_fields(self.model, self.measurement_model),
             ("patch_signals", len(SIGNALS), 1),
@@ -66,9 +66,9 @@ class PatchWindow:
         """
         model, measurement_model = self.model, self.measurement_model
         memory = retained_memory(model, measurement_model, self.newest(parts), retention)
-        added = advanced_patch(model, measurement_model, memory, x, now, theta, rig)
-        if "psi" in directions(measurement_model):
-            slope = added["slopes"][directions(measurement_model).index("psi")]
+        added = advance_patch(model, measurement_model, memory, x, now, theta, rig)
+        if "psi" in slope_states(measurement_model):
+            slope = added["slopes"][slope_states(measurement_model).index("psi")]
             added["angle_slope"] = ca.vertcat(x[state_index(measurement_model, "psi")], slope)
         older = self.without_oldest(parts)
         return {name: ca.horzcat(older[name], added[name]) for name, *_ in self.blocks}
@@ -89,7 +89,7 @@ class PatchWindow:
         """
         count = min(x.shape[1], parts["memory"].shape[1])
         missing = x.shape[1] - count
-        slopes_missing = ca.MX.zeros(len(directions(self.measurement_model)), missing)
+        slopes_missing = ca.MX.zeros(len(slope_states(self.measurement_model)), missing)
         if count == 0:
             return ca.MX.zeros(1, missing), slopes_missing
         x = x[:, :count]
@@ -97,7 +97,9 @@ class PatchWindow:
         angle_slope = stored.pop("angle_slope", None)
         constant = (ca.repmat(vector, 1, count) for vector in (theta, rig[: len(GEOMETRY)]))
         torques = _build_torques(self.model, self.measurement_model, count)
-        M_z, slopes = torques(*stored.values(), tyre_parameters(self.measurement_model, x), *constant)
+        M_z, slopes = torques(
+            *stored.values(), estimated_tyre_parameters(self.measurement_model, x), *constant
+        )
         if angle_slope is not None:
             psi, slope = x[state_index(self.measurement_model, "psi"), :], angle_slope[1, :]
             M_z = M_z + slope * (psi - angle_slope[0, :])
@@ -111,5 +113,5 @@ class PatchWindow:
 @cache
 def _build_torques(model: PatchModel, measurement_model: MeasurementModel, count: int) -> ca.Function:
     """The torques of several samples; one Function for all windows of that length."""
-    torque = build_torque(model, measurement_model)
+    torque = build_patch_torque(model, measurement_model)
     return torque.map(count) if count > 1 else torque

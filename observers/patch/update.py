@@ -19,7 +19,7 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named, outputs_of, symbols, vector_of
 from observers.measurement.directional_friction import EXCHANGED, OTHER
-from observers.measurement.linearisation import TYRE, directions, state_index
+from observers.measurement.linearisation import TYRE, slope_states, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.patch_protocol import PatchModel
 from symbolic import GEOMETRY, SIGNALS
@@ -50,7 +50,7 @@ def memory_depends_on_tyre(model: PatchModel, measurement_model: MeasurementMode
 
 
 @cache
-def build_patch_update(model: PatchModel, measurement_model: MeasurementModel) -> ca.Function:
+def build_linearised_patch_update(model: PatchModel, measurement_model: MeasurementModel) -> ca.Function:
     """(*fields, signals, tyre, theta, geometry) -> (*fields_next, patch_signals, M_z, slopes).
 
     fields as in `memory_fields`; signals as in `symbolic.SIGNALS`, patch_signals those that reach the
@@ -71,7 +71,7 @@ def build_patch_update(model: PatchModel, measurement_model: MeasurementModel) -
     by_angle = ca.vertcat(
         ca.MX(size, 1), ca.DM.eye(len(SIGNALS))[:, SIGNALS.index("psi")], ca.MX(count, 1)
     )
-    angles = [by_angle for name in directions(measurement_model) if name == "psi"]
+    angles = [by_angle for name in slope_states(measurement_model) if name == "psi"]
     slopes = ca.jtimes(ca.vertcat(memory_next, M_z), arguments, ca.horzcat(*angles, by_tyre))
     sensitivity = [seeds] if depends else []
     flat = ca.Function(
@@ -112,15 +112,15 @@ def retained_memory(
     return memory
 
 
-def advanced_patch(
+def advance_patch(
     model: PatchModel, measurement_model: MeasurementModel, memory: Parts, x: ca.MX, now: ca.MX,
     theta: ca.MX, rig: ca.MX,
 ) -> dict[str, ca.MX]:  # fmt: skip
     """Memory, patch_signals, M_z and slopes after a cleaned sample `now`, at the states x (n,)."""
     results = outputs_of(
-        build_patch_update(model, measurement_model), *memory.values(),
-        signals_with_states(measurement_model, x, now), tyre_parameters(measurement_model, x), theta,
-        rig[: len(GEOMETRY)],
+        build_linearised_patch_update(model, measurement_model), *memory.values(),
+        signals_with_states(measurement_model, x, now), estimated_tyre_parameters(measurement_model, x),
+        theta, rig[: len(GEOMETRY)],
     )  # fmt: skip
     return {name.removesuffix("_next"): result for name, result in results.items()}
 
@@ -133,7 +133,7 @@ def _symbols(model: PatchModel, measurement_model: MeasurementModel, **own: int)
 
 
 @cache
-def build_torque(model: PatchModel, measurement_model: MeasurementModel) -> ca.Function:
+def build_patch_torque(model: PatchModel, measurement_model: MeasurementModel) -> ca.Function:
     """(*fields, patch_signals, tyre, theta, geometry) -> (M_z, slopes), of a memory already advanced.
 
     slopes (t,) are by the tyre alone.
@@ -202,23 +202,23 @@ def theta_at(
     return vector_of(model.coordinates, rows)
 
 
-def tyre_parameters(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:
+def estimated_tyre_parameters(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:
     """mu, and k over its nominal value where it is a state, of states (n,) or a row of them (n, N)."""
     rows = {name: x[state_index(measurement_model, name), :] for name in tyre_states(measurement_model)}
     return ca.vertcat(*((rows | {"log_mu": ca.exp(rows["log_mu"])}).values()))
 
 
 def tyre_jacobian(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:
-    """The derivative of `tyre_parameters` by its own states, element by element."""
+    """The derivative of `estimated_tyre_parameters` by its own states, element by element."""
     mu = ca.exp(x[state_index(measurement_model), :])
     ones = ca.MX.ones(len(tyre_states(measurement_model)) - 1, x.shape[1])
     return ca.vertcat(mu, ones)
 
 
 def slopes_by_states(measurement_model: MeasurementModel, slopes: ca.MX, x: ca.MX) -> ca.MX:
-    """Slopes (d,) by the angle and the tyre's parameters as slopes by the states in `directions`."""
+    """Slopes (d,) by the angle and the tyre's parameters as slopes by the states in `slope_states`."""
     scale = tyre_jacobian(measurement_model, x)
-    angles = len(directions(measurement_model)) - len(tyre_states(measurement_model))
+    angles = len(slope_states(measurement_model)) - len(tyre_states(measurement_model))
     return slopes * ca.vertcat(ca.MX.ones(angles, x.shape[1]), scale)
 
 

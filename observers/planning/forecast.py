@@ -21,10 +21,10 @@ from observers.estimators.step_terms import DRY_FRICTION
 from observers.layout import ObserverState
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import AligningTorque
-from observers.planning.path import SteeringPath
+from observers.planning.steering_path import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
-from observers.quality.tolerances import friction_floor
+from observers.quality.tuning_from_tolerances import friction_floor
 from symbolic import full_slide_torque
 from symbolic.array_alias import Array
 
@@ -103,7 +103,9 @@ class Forecaster:
             for one in (self.torque_filter, observer)
         )
 
-    def at_rest(self, mus: Iterable[float], psi: float, F_N: float, dt: float) -> list[ForecastCase]:
+    def cases_at_rest(
+        self, mus: Iterable[float], psi: float, F_N: float, dt: float
+    ) -> list[ForecastCase]:
         """Cases of a wheel that has stood at psi since the observer began."""
         first = Sample(psi=psi, psi_dot=0.0, F_N=F_N, dt=dt)
         state, cases = self.observer.init(first).values, []
@@ -117,7 +119,7 @@ class Forecaster:
             )  # fmt: skip
         return cases
 
-    def present(self, mus: Iterable[float], state: ObserverState) -> list[ForecastCase]:
+    def cases_at_state(self, mus: Iterable[float], state: ObserverState) -> list[ForecastCase]:
         """Cases from the present state of the observer, which is a filter of an aligning torque."""
         ground = state.values[: self.torque_filter.layout.size]
         screen = state["screen"]
@@ -135,7 +137,7 @@ class Forecaster:
             )  # fmt: skip
         return cases
 
-    def along(self, path: SteeringPath, case: ForecastCase, F_N: float) -> Iterator[Forecast]:
+    def forecast_along(self, path: SteeringPath, case: ForecastCase, F_N: float) -> Iterator[Forecast]:
         """Forecasts of a case from its first sample, each `SAMPLES_PER_CALL` samples longer."""
         samples = np.full((len(SAMPLE), path.psi.size), np.nan)
         samples[0], samples[1], samples[2], samples[3] = path.psi, path.psi_dot, F_N, path.dt
@@ -160,7 +162,7 @@ class Forecaster:
             parts.append(np.vstack([output, torque])[:, :count])
             yield self._forecast(np.hstack(parts))
 
-    def reach(
+    def forecast_until_target(
         self, path: SteeringPath, case: ForecastCase, F_N: float,
         target: float, most_torque: float, last: int,
     ) -> tuple[int | None, float]:  # fmt: skip
@@ -169,7 +171,7 @@ class Forecaster:
         None where it is not, with the least deviation up to there, 1 at most.
         """
         deviation = 1.0
-        for forecast in self.along(path, case, F_N):
+        for forecast in self.forecast_along(path, case, F_N):
             at = forecast.reached(target, most_torque)
             if at is not None:
                 return at, float(forecast.deviation[at])
@@ -181,9 +183,9 @@ class Forecaster:
                 break
         return None, deviation
 
-    def whole(self, path: SteeringPath, case: ForecastCase, F_N: float) -> Forecast:
+    def forecast_whole(self, path: SteeringPath, case: ForecastCase, F_N: float) -> Forecast:
         """The forecast of a case along the whole path."""
-        *_, last = self.along(path, case, F_N)
+        *_, last = self.forecast_along(path, case, F_N)
         return last
 
     def _inertia(self, path: SteeringPath) -> Any:

@@ -20,7 +20,14 @@ import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import Forecast, Forecaster, least_deviation
-from observers.planning.path import RAMP, SteeringLimits, SteeringPath, Swing, steer, swings
+from observers.planning.steering_path import (
+    RAMP,
+    SteeringLimits,
+    SteeringPath,
+    Swing,
+    fastest_path,
+    swing_family,
+)
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
@@ -116,7 +123,7 @@ def plan(
     if limits.time < (least := MIN_SAMPLES * dt):
         raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
     search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
-    for i, swing in enumerate(paths := swings(limits, coarse=coarse)):
+    for i, swing in enumerate(paths := swing_family(limits, coarse=coarse)):
         progress("trying paths", i, len(paths))
         search.attempt(swing)
     return search.best()
@@ -133,7 +140,7 @@ class _Search:
         self.forecaster, self.target, self.limits, self.F_N = forecaster, target, limits, F_N
         self.sought = MARGIN * target
         self.mus, self.objective, self.over, self.dt, self.psi = mus, objective, over, dt, psi
-        self.cases = forecaster.at_rest(mus, psi, F_N, dt)
+        self.cases = forecaster.cases_at_rest(mus, psi, F_N, dt)
         self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, limits.angle)
         self.hopeless = {mu: out_of_reach(forecaster.observer, target, mu, F_N) for mu in mus}
         # The case that refused the last path comes first; what no steering reaches is not tried.
@@ -148,7 +155,7 @@ class _Search:
         angles = np.pad(angles, (0, many - LEGS), mode="edge")
         points = [self.psi, *(self.psi + angles * (-1.0) ** np.arange(many))]
         rest = REST * (self.objective != "time")
-        path = steer(points, rate, rate / RAMP, self.dt, self.limits.time, rest=rest)
+        path = fastest_path(points, rate, rate / RAMP, self.dt, self.limits.time, rest=rest)
         beyond = np.abs(path.psi - self.psi) > self.limits.angle * (1 + 1e-9)
         return path.upto(max(1, int(np.argmax(beyond)))) if beyond.any() else path
 
@@ -167,7 +174,7 @@ class _Search:
             if self.over == "mean":
                 bound = bound * len(self.order) - sum(costs)
             last = int(np.searchsorted(along, bound))
-            at, deviation = self.forecaster.reach(
+            at, deviation = self.forecaster.forecast_until_target(
                 path, case, self.F_N, self.sought, self.limits.torque, last
             )
             if at is None:
@@ -195,7 +202,7 @@ class _Search:
     def best(self) -> Plan:
         """The plan of the best path, cut soon after the last ground is known, or where it must end."""
         path = self.path(self.found)
-        whole = [self.forecaster.whole(path, case, self.F_N) for case in self.cases]
+        whole = [self.forecaster.forecast_whole(path, case, self.F_N) for case in self.cases]
         reached = [one.reached(self.sought, self.limits.torque) for one in whole]
         last = max((at for at in reached if at is not None), default=0)
         end = min(one.allowed(self.limits.torque) for one in whole)
@@ -243,7 +250,7 @@ class _Search:
             self.psi,
         )  # fmt: skip
         # The first path that reaches it will do.
-        return any(wide.attempt(swing) < NEVER for swing in swings(limits, coarse=True))
+        return any(wide.attempt(swing) < NEVER for swing in swing_family(limits, coarse=True))
 
 
 def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:

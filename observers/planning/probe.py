@@ -21,8 +21,8 @@ from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.loop import Loop
 from observers.layout import ObserverState
 from observers.planning.forecast import ForecastCase, Forecaster, least_deviation
-from observers.planning.path import KINDS, PathNow, SteeringLimits, SteeringPath, changed
 from observers.planning.plan import MUS, NEVER, REST, Plan, plan
+from observers.planning.steering_path import KINDS, PathPoint, SteeringLimits, SteeringPath, changed_path
 from observers.protocol import Estimate, Sample
 from observers.quality.acquisition import OVER, OWN
 from observers.quality.hypotheses_verdict import VERDICT
@@ -236,17 +236,17 @@ class Probe:
     def _replan(self, sample: Sample, state: ObserverState) -> None:
         """Take the best of the present path and a few changes of it."""
         present, left = self._present(sample), max(self.limits.time - self._time, self.dt)
-        cases = self._forecaster.present(self._likely(state), state)
+        cases = self._forecaster.cases_at_state(self._likely(state), state)
         best = np.inf
         for kind in (KINDS[0], *islice(self._kinds, CHANGES)):
-            path = changed(present, kind, self.limits, self.dt, left)
+            path = changed_path(present, kind, self.limits, self.dt, left)
             cost = self._cost(path, cases, sample.F_N, best)
             if cost < best * (1 if kind == KINDS[0] else GAIN):
                 best, self._path = cost, path
         self._since, self._due = 0.0, EVERY
         self._left = max(best, self._second - self._travel) if best < NEVER else nan
 
-    def _present(self, sample: Sample) -> PathNow:
+    def _present(self, sample: Sample) -> PathPoint:
         """Where the path is; where the wheel is, if that has left it."""
         path = self._path
         assert path is not None
@@ -256,7 +256,7 @@ class Probe:
         if abs(psi - sample.psi) > ASTRAY[0] + ASTRAY[1] * self.limits.rate:
             psi, psi_dot = sample.psi, 0.0
         speed = max(0.0, psi_dot * np.sign(points[0] - psi))
-        return PathNow(psi, points, path.rate, speed, self._bounds, self._start)
+        return PathPoint(psi, points, path.rate, speed, self._bounds, self._start)
 
     def _likely(self, state: ObserverState) -> list[float]:
         """Frictions that the observer holds for likely, within the prior."""
@@ -276,7 +276,7 @@ class Probe:
         cost, travel = 0.0, path.travel
         for case in cases:
             last = min(int(np.searchsorted(travel, best * len(cases) - cost)), self._horizon)
-            at, deviation = self._forecaster.reach(
+            at, deviation = self._forecaster.forecast_until_target(
                 path, case, F_N, self.target, self.limits.torque, last
             )
             cost += NEVER + deviation if at is None else float(travel[at])

@@ -1,8 +1,9 @@
 """Acquisition: friction found among hypotheses from any prior, before an estimator tracks it.
 
 A filter linearises about its prior, and at mu = 1 the torque says nothing of ice. While nothing is
-known, `observers.quality.ratio_hypotheses` estimates friction; this module concludes from its verdict
-when friction is handed over to the estimator, with which uncertainty, and what the output is until then.
+known, `observers.quality.mu_over_k_hypotheses` estimates friction; this module concludes from its
+verdict when friction is handed over to the estimator, with which uncertainty, and what the output is
+until then.
 """
 
 from dataclasses import dataclass
@@ -19,10 +20,14 @@ from observers.quality.acquisition_handover import (
     is_decided,
     states_handed_over,
 )
-from observers.quality.branches import START, TRACK, build_mu_sensitivity, build_track
-from observers.quality.hypotheses_verdict import VERDICT, build_deviation_by_scale, build_verdict
+from observers.quality.hypotheses_verdict import (
+    VERDICT,
+    build_deviation_by_scale,
+    build_hypotheses_verdict,
+)
+from observers.quality.hysteresis_branches import START, TRACK, build_mu_sensitivity, build_track_update
 from observers.quality.input_plausibility import MAX_TYRE_FRICTION
-from observers.quality.ratio_hypotheses import (
+from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
     SETTINGS,
@@ -93,7 +98,7 @@ DECLARED_PATCH = EquivalentPatch()
 
 
 @cache
-def build_search(gear: bool = False) -> ca.Function:
+def build_search_step(gear: bool = False) -> ca.Function:
     """One torque while friction is acquired; with a gear, dry is a further input.
 
     (search, verdict, phase, beside, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share,
@@ -121,7 +126,7 @@ def build_search(gear: bool = False) -> ca.Function:
     rests = ca.logic_and(was["direction"] == 0, away <= START * numbers["psi_noise"])
     at = ca.if_else(rests, was["origin"], at)
     counts = ca.logic_and(ca.logic_and(known, phase == 0), ca.logic_not(uncertain))
-    track, points, turns, share = build_track()(
+    track, points, turns, share = build_track_update()(
         parts["track"], parts["points"], at, torque, size, numbers["psi_noise"], counts
     )
     after = named(TRACK, track)
@@ -136,7 +141,7 @@ def build_search(gear: bool = False) -> ca.Function:
     found = {"track": vector_of(TRACK, after), "points": points, "hypotheses": hypotheses}
     outputs = {
         "search_next": search_layout(gear).join(found),
-        "verdict_next": output_if(phase == 1, build_verdict(gear), judged, verdict),
+        "verdict_next": output_if(phase == 1, build_hypotheses_verdict(gear), judged, verdict),
         "share": share,
         "counted": counts,
     }
@@ -144,12 +149,14 @@ def build_search(gear: bool = False) -> ca.Function:
 
 
 @cache
-def build_handover(patch: EquivalentPatch, measurement_model: MeasurementModel) -> ca.Function:
+def build_acquisition_handover(
+    patch: EquivalentPatch, measurement_model: MeasurementModel
+) -> ca.Function:
     """A sample while friction is acquired.
 
     (own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction) -> (own, handover,
     output), the second in the order of `handover_names`; counted is 1 where a torque was weighed, share
-    what it is worth; friction is the patch's; M_z and added are as for `build_search`.
+    what it is worth; friction is the patch's; M_z and added are as for `build_search_step`.
     """
     is_scaled, states = (
         bool(measurement_model.scaled),
@@ -263,7 +270,7 @@ def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
 
 
 @cache
-def build_acquiring(patch: EquivalentPatch, measurement_model: MeasurementModel) -> ca.Function:
+def build_acquisition_step(patch: EquivalentPatch, measurement_model: MeasurementModel) -> ca.Function:
     """A sample while friction is acquired, from the torque to what is handed over.
 
     Inputs of `supervision_symbols` -> (search, verdict, own, handover, output).
@@ -272,11 +279,11 @@ def build_acquiring(patch: EquivalentPatch, measurement_model: MeasurementModel)
     inputs = supervision_symbols(gear)
     search, verdict, own, output, psi, M_z, _, added, tyre, limits, friction, *dry = inputs.values()
     numbers = named(OWN, own)
-    search, verdict, share, counted = build_search(gear)(
+    search, verdict, share, counted = build_search_step(gear)(
         search, verdict, numbers["phase"], len(RATIOS), psi, numbers["F_N"], M_z, added, tyre, limits,
         *dry,
     )  # fmt: skip
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
-    conclude = build_handover(patch, measurement_model)
+    conclude = build_acquisition_handover(patch, measurement_model)
     results = conclude(own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

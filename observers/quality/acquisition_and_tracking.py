@@ -30,8 +30,8 @@ from observers.quality.acquisition import (
     OWN,
     PROVED,
     EquivalentPatch,
-    build_acquiring,
-    build_search,
+    build_acquisition_step,
+    build_search_step,
     supervision_symbols,
 )
 from observers.quality.acquisition_handover import (
@@ -42,17 +42,17 @@ from observers.quality.acquisition_handover import (
     take_acquired,
 )
 from observers.quality.branch_consistency import build_branch_consistency
-from observers.quality.branches import TRACK, build_present_branch, sliding_onset_turn
 from observers.quality.equivalent_patch import added_torques
 from observers.quality.hypotheses_verdict import VERDICT, build_deviation_by_scale
-from observers.quality.ratio_hypotheses import (
+from observers.quality.hysteresis_branches import TRACK, build_turning_point_update, sliding_onset_turn
+from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
     SETTINGS,
     VAGUE,
     build_search_restart,
     build_search_start,
+    hypothesis_settings,
     search_layout,
-    settings_of,
 )
 from observers.quality.sensor_limits import has_flag
 from observers.tuning import TUNING_FIELDS
@@ -75,14 +75,14 @@ PREDICTED = OUTPUT.index("M_z_predicted")
 
 
 @cache
-def layout(measurement_model: MeasurementModel) -> Layout:
+def supervision_layout(measurement_model: MeasurementModel) -> Layout:
     """State of the supervision."""
     block = max(len(measurement_model.torque_state), 1)
     own = Layout.of(own=len(OWN), block=block, verdict=len(VERDICT)).fields
     return Layout((*own, *search_layout(has_gear_friction(measurement_model)).fields))
 
 
-def initial(
+def initial_supervision(
     measurement_model: MeasurementModel, psi: Expression, F_N: Expression, zero_std: Expression
 ) -> dict[str, Expression]:
     """The parts of the state at the first sample; zero_std is that of the torque's zero [N m]."""
@@ -100,8 +100,8 @@ def _spread(measurement_model: MeasurementModel) -> tuple[float, ...]:
 
 
 @cache
-def build_following(patch: EquivalentPatch, measurement_model: MeasurementModel) -> ca.Function:
-    """A sample while the estimator tracks, with inputs and outputs as of `build_acquiring`.
+def build_tracking_step(patch: EquivalentPatch, measurement_model: MeasurementModel) -> ca.Function:
+    """A sample while the estimator tracks, with inputs and outputs as of `build_acquisition_step`.
 
     The search for s goes on until friction is confirmed or the model is doubted.
     """
@@ -115,7 +115,7 @@ def build_following(patch: EquivalentPatch, measurement_model: MeasurementModel)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
     least = CONFIRMS * sliding_onset_turn(named(OUTPUT, output)["mu"], numbers["F_N"], tyre)
-    track, share = build_present_branch()(
+    track, share = build_turning_point_update()(
         parts["track"], at, named(SETTINGS, limits)["psi_noise"], least, known
     )
     path = named(TRACK, track)
@@ -123,7 +123,7 @@ def build_following(patch: EquivalentPatch, measurement_model: MeasurementModel)
     torque = (psi, numbers["F_N"], M_z, added, tyre, limits, *dry)
     idle = (search_layout(gear).join({**parts, "track": track}), verdict, 0, 0)
     search, verdict, _, counted = output_if(
-        numbers["phase"] < OVER, build_search(gear),
+        numbers["phase"] < OVER, build_search_step(gear),
         (search, verdict, numbers["phase"], BESIDE, *torque), *idle,
     )  # fmt: skip
     # While the search goes on, a branch tells something only where its torque was weighed.
@@ -146,10 +146,10 @@ def build_supervised_step(
 ) -> ca.Function:  # fmt: skip
     """The step of an estimator, (state, sample, constants) -> (state_next, output), supervised.
 
-    Its state has the parts of the estimator, on which `step` works, and those of `layout`. The numbers
-    of the declared patch that stands for the model are among the constants.
+    Its state has the parts of the estimator, on which `step` works, and those of `supervision_layout`.
+    The numbers of the declared patch that stands for the model are among the constants.
     """
-    added_parts = layout(measurement_model)
+    added_parts = supervision_layout(measurement_model)
     inputs = symbols_like(step)
     inputs["state"] = state = ca.MX.sym("state", parts.size + added_parts.size)
     before, now = added_parts.split(state[parts.size :]), named(SAMPLE, inputs["sample"])
@@ -172,7 +172,7 @@ def build_supervised_step(
     changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
     restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)
     own["again"] = ca.if_else(restarts, _again(own), own["again"])
-    limits = settings_of(fields, patch.misfit, own["again"] > 0)
+    limits = hypothesis_settings(fields, patch.misfit, own["again"] > 0)
     searched = search_layout(gear := has_gear_friction(measurement_model))
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
     ground = (_told(reset, M_z, gear), was["M_slide"], tyre)
@@ -200,7 +200,9 @@ def build_supervised_step(
 
 def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
     """A sample while friction is acquired or while the estimator tracks, by its first input."""
-    acquire, follow = (build(patch, measurement_model) for build in (build_acquiring, build_following))
+    acquire, follow = (
+        build(patch, measurement_model) for build in (build_acquisition_step, build_tracking_step)
+    )
     return ca.Function.if_else("supervise", acquire, follow)
 
 

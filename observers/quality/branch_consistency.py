@@ -34,7 +34,7 @@ from observers.quality.innovation_attribution import (
 )
 from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
 from observers.quality.input_plausibility import MAX_TYRE_FRICTION
-from observers.quality.ratio_hypotheses import SETTINGS
+from observers.quality.mu_over_k_hypotheses import SETTINGS
 from observers.quality.sensor_limits import has_flag, with_flag
 from symbolic.casadi_functions import named_function
 

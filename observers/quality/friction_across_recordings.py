@@ -97,17 +97,17 @@ def _scatter_half_width(n: int, scatter: float) -> float:
     return float(stdtrit(n - 1, 0.975) * scatter * np.sqrt(1 + 1 / n))
 
 
-def order_by_chance(grounds: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, bool]:
+def kendall_load_test(load_and_friction: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, bool]:
     """How likely chance orders friction by load so clearly, and whether friction falls with the load.
 
     Kendall's test (Biometrika 30 (1938) 81), its pairs within grounds alone: by chance every order of
     the recordings of a ground is as likely, which gives the exact distribution of its inversions.
 
     Args:
-        grounds: load [N] and friction [1] of each recording, ground by ground.
+        load_and_friction: load [N] and friction [1] of each recording, ground by ground.
     """
     chances, falls, pairs = np.ones(1), 0.0, 0
-    for own in grounds:
+    for own in load_and_friction:
         for one, other in combinations(own, 2):
             # A pair of one load or one friction counts for either way.
             falls += (1 - np.sign((one[0] - other[0]) * (one[1] - other[1]))) / 2

@@ -1,4 +1,4 @@
-"""The verdict of all `observers.quality.ratio_hypotheses`: mu, s and whether they are known."""
+"""The verdict of all `observers.quality.mu_over_k_hypotheses`: mu, s and whether they are known."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
-from observers.quality.ratio_hypotheses import (
+from observers.quality.mu_over_k_hypotheses import (
     GRID_SPACING,
     MAX_MODEL_ERROR,
     RATIOS,
@@ -57,7 +57,7 @@ Pair = Callable[[Parts], tuple[Expression, Expression, Expression]]
 
 
 @dataclass(frozen=True)
-class Mixture:
+class HypothesisMixture:
     """The hypotheses with weights exp(exponent) factor, of which logarithms are taken where they matter.
 
     Parts are vectors (G,), with ln mu at the declared k as `grid`; a factor is computed from its parts.
@@ -140,7 +140,7 @@ def _chosen(place: Expression, vector: Expression) -> Expression:
 
 
 @cache
-def build_verdict(gear: bool = False) -> ca.Function:
+def build_hypotheses_verdict(gear: bool = False) -> ca.Function:
     """Verdict of all hypotheses together: (hypotheses, explained, reach, limits) -> `VERDICT`.
 
     hypotheses has a row for each of `hypothesis_fields`, explained and reach are as in `TRACK`, limits
@@ -160,7 +160,7 @@ def build_verdict(gear: bool = False) -> ca.Function:
     prior = ca.log((1 - EVEN) * usual + EVEN / (GRID_SPACING * len(RATIOS)))
     misfit = (parts["gain"] - 1) ** 2 / (parts["D_gain"] + stiffness) / 2
     likelihood = parts["log_likelihood"]
-    declared = Mixture(
+    declared = HypothesisMixture(
         parts, likelihood + prior - misfit, lambda of: ca.sqrt(1 / (1 + stiffness / of["D_gain"]))
     )
     log_mu, var_log_mu = declared.moments(partial(_log_mu_moments, stiffness), declared.at_mode("grid"))
@@ -180,7 +180,9 @@ def build_verdict(gear: bool = False) -> ca.Function:
             )
         ]
     # Without a prior of s: even in ln s.
-    even = Mixture(parts, likelihood, lambda of: ca.sqrt(of["D_gain"]) / ca.fmax(of["gain"], MIN_GAIN))
+    even = HypothesisMixture(
+        parts, likelihood, lambda of: ca.sqrt(of["D_gain"]) / ca.fmax(of["gain"], MIN_GAIN)
+    )
     log_gain, var_gain = even.moments(_log_gain, ca.log(ca.fmax(even.at_mode("gain"), MIN_GAIN)))
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     deviation, allowed = ca.sqrt(var_gain + error), ALLOWED * limits["stiffness_std"]

@@ -3,12 +3,12 @@
 import casadi as ca
 
 from observers.layout import Expression, Parts, named
+from observers.measurement.steering_torque import BLOCK_TIME
 from observers.measurement.torque_error import is_known
-from observers.measurement.wheel_yaw_dynamics import BLOCK_TIME
 from observers.quality.acquisition import EquivalentPatch
-from observers.quality.branches import torque_by_log_stiffness
 from observers.quality.hypotheses_verdict import VERDICT, variance_of_scale
-from observers.quality.ratio_hypotheses import NOISIER, SETTINGS, build_torque_error
+from observers.quality.hysteresis_branches import torque_by_log_stiffness
+from observers.quality.mu_over_k_hypotheses import NOISIER, SETTINGS, build_torque_error
 
 BEYOND, IN_A_ROW = 2.5, 5
 """Deviations, beyond what k makes, by which a torque computed from the steering torque differs from the

@@ -15,7 +15,7 @@ import casadi as ca
 
 from observers.layout import Expression, named, outputs_of, symbols, symbols_like
 from observers.measurement.directional_friction import OTHER
-from observers.measurement.linearisation import build_measurement, state_index
+from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.quality.change_by_direction import (
     has_changed,
@@ -24,7 +24,7 @@ from observers.quality.change_by_direction import (
     reset_reference,
     update_reference,
 )
-from observers.quality.innovation_monitor import MIN_SAMPLES, MONITOR, build_monitor
+from observers.quality.innovation_monitor import MIN_SAMPLES, MONITOR, build_innovation_monitor
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 
@@ -36,7 +36,7 @@ JITTER = 0.99
 
 
 @cache
-def build_gate() -> ca.Function:
+def build_innovation_gate() -> ca.Function:
     """(innovation, H_P_H, weight, huber_scale, counts, tuning) -> (accepted, reset, run, counts_next).
 
     H_P_H is the part of the innovation's variance that the states cause; weight 0 where the measurement
@@ -67,15 +67,16 @@ def build_gate() -> ca.Function:
 def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     """The innovation of a sample at predicted states x (n,) of covariance P (n, n), and its test.
 
-    (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> the outputs of `build_measurement`;
-    H_P_H, the part of the innovation's variance that the states cause; nis, innovation^2 over
-    `innovation_variance`, NaN where it is missing; missing; accepted: within the gate, or a reset;
+    (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> the outputs of
+    `build_linearised_measurement`; H_P_H, the part of the innovation's variance that the states cause;
+    nis, innovation^2 over `innovation_variance`, NaN where it is missing; missing; accepted: within the
+    gate, or a reset;
     reset: the ground has changed; run, samples in a row beyond the gate, this one included, 1 at an
     alarm of the monitor, which is a reset too; counts_next as `COUNTS`; inconsistent: the model does
     not explain the torque; untested: too few independent samples to say so; monitor_next as
     `monitor_fields`. What is a question is answered by 0 or 1.
     """
-    measurement = build_measurement(measurement_model)
+    measurement = build_linearised_measurement(measurement_model)
     n = len(measurement_model.states)
     given = symbols_like(measurement)
     x, M_z, slopes, now, rig, tuning = given.values()
@@ -91,13 +92,13 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         tuning = ca.MX(tuning)
         tuning[TUNING_FIELDS.index("reset_after")] *= longer
     H_P_H, missing = ca.dot(H, inputs["P"] @ H), weight <= 0
-    accepted, reset, run, counts_next = build_gate()(
+    accepted, reset, run, counts_next = build_innovation_gate()(
         innovation, H_P_H, weight, huber_scale, inputs["counts"], tuning
     )
     variance = innovation_variance(H_P_H, weight, huber_scale)
     at, monitor = state_index(measurement_model), inputs["monitor"]
     share, quiet = independent * ca.logic_not(missing), accepted * ca.logic_not(reset)
-    alarm, inconsistent, monitor_next = build_monitor()(
+    alarm, inconsistent, monitor_next = build_innovation_monitor()(
         innovation, H[at], variance, share, quiet, monitor[: len(MONITOR)], tuning
     )
     if OTHER in measurement_model.states:

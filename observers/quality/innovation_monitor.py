@@ -37,7 +37,7 @@ MAX_NORMALISED_SQUARE = 25.0
 
 
 @cache
-def build_monitor() -> ca.Function:
+def build_innovation_monitor() -> ca.Function:
     """One sample of the monitor.
 
     (innovation, slope, variance, independent, accepted, monitor, tuning) -> (alarm, inconsistent,

@@ -81,7 +81,7 @@ START = np.array([0.0, 0, 0, -1, -1, np.nan, 0, 0, 0, np.nan, 0, 0, 0, 0, 0])
 
 
 @cache
-def build_evidence(channel: str) -> ca.Function:
+def build_implausibility_evidence(channel: str) -> ca.Function:
     """(evidence, sample, a) -> (evidence_next, suspect), on the torque `channel`; suspect is 0 or 1."""
     inputs = symbols(ca.SX, evidence=EVIDENCE.size, sample=len(SAMPLE), a=1)
     was, now = named(EVIDENCE.places, inputs["evidence"]), named(SAMPLE, inputs["sample"])
@@ -193,7 +193,7 @@ def suspicions_of(samples: Iterable[Sample], rig: Rig, channel: str) -> tuple[st
     if rows.size == 0:
         return ()
     rows[4:] = np.where(np.abs(rows[4:]) < SENSIBLE, rows[4:], np.nan)
-    stretch = compiled_stretch(build_evidence(channel))
+    stretch = compiled_stretch(build_implausibility_evidence(channel))
     states = run_stretches(stretch, START, rows, np.array([rig.a]), 0)
     return _named_causes(states[:, -1], channel)
 

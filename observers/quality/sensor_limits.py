@@ -32,7 +32,7 @@ from observers.layout import (
 )
 from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import OUTPUT, SAMPLE, Status
-from observers.quality.input_plausibility import EVIDENCE, build_evidence
+from observers.quality.input_plausibility import EVIDENCE, build_implausibility_evidence
 from observers.tuning import NO_LIMIT, PLAUSIBLE
 from symbolic.array_alias import Array
 from symbolic.casadi_functions import named_function
@@ -47,7 +47,7 @@ a value of the sample is implausible."""
 
 
 @cache
-def build_screen() -> ca.Function:
+def build_input_screen() -> ca.Function:
     """(screen, sample, limits) -> (screen_next, sample_next), as in `SCREEN`, `SAMPLE`, `PLAUSIBLE`."""
     inputs = symbols(ca.SX, screen=SCREEN.size, sample=len(SAMPLE), limits=len(PLAUSIBLE))
     now, limit = named(SAMPLE, inputs["sample"]), named(PLAUSIBLE, inputs["limits"])
@@ -131,13 +131,13 @@ def build_screened_step(
     )
     suspect = ca.MX(0)
     if a_at is not None:
-        evidence, suspect = build_evidence(channel)(evidence, sample, constants[a_at])
+        evidence, suspect = build_implausibility_evidence(channel)(evidence, sample, constants[a_at])
     bounds = (
         ca.fmin(constants[limits : limits + len(PLAUSIBLE)], NO_LIMIT)
         if isinstance(limits, int)
         else ca.MX(ca.DM(limits))
     )
-    screen, passed = build_screen()(screen, sample, bounds)
+    screen, passed = build_input_screen()(screen, sample, bounds)
     after, output = step(own, passed, constants)
     at = OUTPUT.index("status")
     status = with_flag(output[at], Status.SUSPECT, suspect)
@@ -163,7 +163,7 @@ def with_flag(status: Expression, flag: Status, holds: Expression) -> Expression
 
 def plausible_angles(samples: Array, limits: tuple[float, ...]) -> Array:
     """The angles that pass, (n,) [rad], NaN for others, of samples (6, n) from a usable one on."""
-    stretch = compiled_stretch(build_screen())
+    stretch = compiled_stretch(build_input_screen())
     start = initial_plausibility_state(samples[0, 0])
     states = run_stretches(stretch, start, samples, np.array(limits), result=0)
     psi, age = (states[SCREEN.places[name][0]].ravel() for name in ("psi", "age"))

@@ -20,7 +20,13 @@ from scipy.optimize import fsolve, minimize_scalar
 
 from observers.measurement.torque_error import SENSIBLE
 from observers.protocol import Estimate, Sample, Status
-from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
+from observers.thesis.zone_state_machine import (
+    TorqueCurve,
+    ZoneState,
+    advance_zones,
+    turns_on_branch,
+    zone_torque_curve,
+)
 from symbolic import InvalidInputError, Rig, Tyre, full_slide_arm, full_slide_torque
 from symbolic.array_alias import Array
 
@@ -118,12 +124,12 @@ class RootObserver:
         state = self._turn(_own(state), sample)
         if not (isfinite(state.rest) and isfinite(state.F_N)):
             return replace(state, M_z_predicted=nan, solved=False)
-        torque = curve(branch(state.zones, state.psi), state.F_N, self.k, self.rig)
+        torque = zone_torque_curve(turns_on_branch(state.zones, state.psi), state.F_N, self.k, self.rig)
         state = replace(state, M_z_predicted=torque(state.mu)[0], solved=False)
         if state.status:
             return state
         slide = full_slide_torque(state.F_N, self.rig.a)
-        raw, solved = nearest(torque, sample.M_z, state.raw, self.bounds, CLOSE * slide)
+        raw, solved = nearest_root(torque, sample.M_z, state.raw, self.bounds, CLOSE * slide)
         shows = solved and abs(torque(raw)[1]) >= SHOWS * slide
         return replace(
             state,
@@ -180,7 +186,7 @@ def _own(state: ZoneRootState) -> ZoneRootState:
     return state
 
 
-def nearest(
+def nearest_root(
     torque: TorqueCurve, M_z: float, start: float, bounds: tuple[float, float], close: float
 ) -> tuple[float, bool]:
     """The root of f(mu) = M_z - torque(mu) near `start`; without one, where |f| is least in the bounds.

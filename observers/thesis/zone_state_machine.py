@@ -73,7 +73,7 @@ def advance_zones(before: ZoneState, psi: float, least_turn: float) -> ZoneState
     return replace(after, extreme=psi, zones=3) if abs(psi) > abs(after.psi_max) else after
 
 
-def branch(state: ZoneState, psi: float) -> tuple[float, float]:
+def turns_on_branch(state: ZoneState, psi: float) -> tuple[float, float]:
     """The turn from rest and the turn since the last reversal, 0 in three zones [rad]."""
     return (psi, 0.0) if state.zones == 3 else (state.psi_max, psi - state.psi_max)
 
@@ -82,8 +82,8 @@ TorqueCurve = Callable[[float], tuple[float, float]]
 """M_z of one sample [N m] and its derivative by mu, over mu."""
 
 
-def curve(turns: tuple[float, float], F_N: float, k: float, rig: Rig) -> TorqueCurve:
-    """The torque over mu of a patch with three or five zones; turns as `branch` gives them [rad]."""
+def zone_torque_curve(turns: tuple[float, float], F_N: float, k: float, rig: Rig) -> TorqueCurve:
+    """The torque over mu of a patch with three or five zones; turns [rad] as of `turns_on_branch`."""
     # It works in place: a call takes a microsecond.
     buffered = BufferedCall(_torque())
     buffered.inputs[0][:] = (1.0, *turns, F_N, k, rig.a, rig.e)

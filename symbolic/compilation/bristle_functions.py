@@ -1,7 +1,8 @@
 """One bristle, a sample and the elements in series as Functions of scalars, with their derivatives.
 
-The expressions are those of `symbolic.bristles`, `symbolic.slip`, `symbolic.compliance` and the effects,
-with one bristle in the place of all. `symbolic.compilation.bristle_kernel` makes a recording of them.
+The expressions are those of `symbolic.bristle_patch`, `symbolic.slip`, `symbolic.compliance` and the
+effects, with one bristle in the place of all. `symbolic.compilation.bristle_kernel` makes a recording of
+them.
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from typing import Any
 
 import casadi as ca
 
-from symbolic.bristles import BristlePatch
+from symbolic.bristle_patch import BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.compliance import build_series_torque
 from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch
@@ -28,7 +29,7 @@ FOUND = 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class OneBristle(BristlePatch):
+class BristleAtPlace(BristlePatch):
     """One bristle, whose place x / a and y / half_width, and weight over u, are expressions."""
 
     place: tuple[Expression, Expression, Expression]
@@ -107,7 +108,7 @@ def coefficient_functions(model: Model) -> Functions:
     z, z_by = _symbols(model)
     signals, factor, theta, geometry = _parts(model, z)
     u, v, w = (ca.SX.sym(name) for name in "uvw")
-    one = OneBristle(traits=patch_of(model, theta).traits, place=(u, v, w))
+    one = BristleAtPlace(traits=patch_of(model, theta).traits, place=(u, v, w))
     coefficients = one.coefficients(patch_inputs(signals, factor, theta, geometry))
     own, shared = coefficients[: len(PLACES)], coefficients[len(PLACES) :]
     inputs = {"u": u, "v": v, "w": w, "z": z}
@@ -134,7 +135,7 @@ def _step(model: Model) -> tuple[dict[str, ca.SX], ca.SX, ca.SX, tuple[Expressio
         return list(ca.vertsplit(found))
 
     # The traits say which laws there are; their numbers are among the coefficients.
-    one = OneBristle(traits=patch_of(model).traits, place=(0, 0, 0), search=search)
+    one = BristleAtPlace(traits=patch_of(model).traits, place=(0, 0, 0), search=search)
     stresses = {f"stress_{s}": ca.SX.sym(f"stress_{s}") for s in range(one.size)}
     rest = {name: ca.SX.sym(name) for name in ("turn", "lever", "limit")}
     shared = ca.SX.sym("shared", SHARED)

@@ -15,10 +15,10 @@ from typing import TypeVar
 
 import casadi as ca
 
-from symbolic.compilation.library_cache import distrust, private_cache, replacement_cache
-from symbolic.compilation.operating_system import COMPILERS, LIBRARY_SUFFIX, processor
-from symbolic.compilation.temporary_folder import temporary_folder
-from symbolic.compilation.toolchain import found_compiler, library_line, run_compiler
+from symbolic.compilation.library_cache import private_cache, reason_for_distrust, replacement_cache
+from symbolic.compilation.operating_system import COMPILERS, LIBRARY_SUFFIX, processor_description
+from symbolic.compilation.self_cleaning_folder import temporary_folder
+from symbolic.compilation.toolchain import compiler_command, found_compiler, run_compiler
 from symbolic.errors import one_line
 
 _LOG = logging.getLogger(__name__)
@@ -122,7 +122,7 @@ def _accepts(command: str, flags: tuple[str, ...]) -> bool:
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "try.c").write_text("int one(void) { return 1; }\n", "utf-8")
         try:
-            line = library_line(command, ["try.c"], f"try{LIBRARY_SUFFIX}", (*FLAGS, *flags))
+            line = compiler_command(command, ["try.c"], f"try{LIBRARY_SUFFIX}", (*FLAGS, *flags))
             run_compiler(line, Path(folder))
         except (OSError, subprocess.SubprocessError):
             return False
@@ -132,7 +132,9 @@ def _accepts(command: str, flags: tuple[str, ...]) -> bool:
 @cache
 def _processor() -> str:
     """What -march=native stands for here, so that a cache shared by machines stays right."""
-    return processor("flags") or processor("Features") or " ".join(platform.uname())
+    return (
+        processor_description("flags") or processor_description("Features") or " ".join(platform.uname())
+    )
 
 
 def compiled_source(name: str, source: str) -> ctypes.CDLL | None:
@@ -182,7 +184,7 @@ def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Pat
     with temporary_folder(stem.parent) as folder:
         (folder / "function.c").write_text(source, "utf-8")
         built = folder / f"function{LIBRARY_SUFFIX}"
-        run_compiler(library_line(command, ["function.c"], built.name, flags), folder)
+        run_compiler(compiler_command(command, ["function.c"], built.name, flags), folder)
         built.chmod(0o700)
         with built.open("rb+") as content:
             digest = _digest(stem.name.encode() + content.read())
@@ -201,7 +203,9 @@ def _is_sound(library: Path) -> bool:
     """Whether a library of the cache is this user's alone, and what was built for its name."""
     stem, _, digest = library.stem.rpartition("_")
     try:
-        return distrust(library) is None and digest == _digest(stem.encode() + library.read_bytes())
+        return reason_for_distrust(library) is None and digest == _digest(
+            stem.encode() + library.read_bytes()
+        )
     except OSError:
         return False
 

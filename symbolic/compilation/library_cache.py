@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 from symbolic.compilation.operating_system import LIBRARY_SUFFIX, user_id
-from symbolic.compilation.temporary_folder import claim_folder
+from symbolic.compilation.self_cleaning_folder import claim_folder
 
 _LOG = logging.getLogger(__name__)
 LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}" + re.escape(LIBRARY_SUFFIX))
@@ -35,7 +35,7 @@ def private_cache() -> Path:
     # Without links, whose targets might change later.
     folder = folder.resolve()
     _close_to_group(folder)
-    if (reason := distrust(folder) or _distrust_parents(folder)) is None:
+    if (reason := reason_for_distrust(folder) or _distrust_parents(folder)) is None:
         return folder
     return replacement_cache(folder, f"{reason}, and compiled code in it would be run unseen")
 
@@ -85,7 +85,7 @@ def _distrust_parents(folder: Path) -> str | None:
     return None
 
 
-def distrust(path: Path) -> str | None:
+def reason_for_distrust(path: Path) -> str | None:
     """Why others could have changed what is at a path; None where they could not, or nobody can tell."""
     if (owner := user_id()) is None:
         return None

@@ -56,7 +56,7 @@ def kill_group(process: "subprocess.Popen[bytes]") -> None:
     process.kill()
 
 
-def processor(field: str) -> str:
+def processor_description(field: str) -> str:
     """Value of a field of Linux's description of the processor; empty where it has none."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:  # noqa: PTH123
@@ -67,7 +67,7 @@ def processor(field: str) -> str:
 
 
 @contextmanager
-def deaf_children() -> Iterator[None]:
+def children_ignore_interrupts() -> Iterator[None]:
     """Processes started within ignore Ctrl-C; only the first process acts on it."""
     if sys.platform == "win32":
         # Children inherit this, and not what `signal` sets.

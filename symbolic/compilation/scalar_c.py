@@ -76,7 +76,7 @@ class _Writer:
             return term
         name = f"t{len(self.statements)}"
         kind = "bool" if term.is_condition else self.real
-        self.statements.append(f"    const {kind} {name} = {stripped(term.text)};{about}")
+        self.statements.append(f"    const {kind} {name} = {unparenthesised(term.text)};{about}")
         return Term(name, term.is_condition)
 
 
@@ -85,7 +85,7 @@ def as_real(term: Term) -> str:
     return f"({term.text} ? 1.0 : 0.0)" if term.is_condition else term.text
 
 
-def operation(code: int, terms: Sequence[Term]) -> Term:
+def c_operation(code: int, terms: Sequence[Term]) -> Term:
     """C of one operation.
 
     Raises:
@@ -111,7 +111,7 @@ def operation(code: int, terms: Sequence[Term]) -> Term:
         if code in (ca.OP_FMIN, ca.OP_FMAX) and _is_number(texts[0]):
             # Compilers then know that the second is not NaN.
             texts.reverse()
-        return Term(f"{CALLS[code]}({', '.join(map(stripped, texts))})")
+        return Term(f"{CALLS[code]}({', '.join(map(unparenthesised, texts))})")
     simple = {
         ca.OP_ASSIGN: "{0}", ca.OP_NEG: "(-{0})", ca.OP_SQ: "({0} * {0})", ca.OP_INV: "(1.0 / {0})",
         ca.OP_TWICE: "({0} + {0})", ca.OP_SIGN: "({0} > 0.0 ? 1.0 : ({0} < 0.0 ? -1.0 : 0.0))",
@@ -121,7 +121,7 @@ def operation(code: int, terms: Sequence[Term]) -> Term:
     return Term(simple[code].format(*texts))
 
 
-def is_kept(code: int, term: Term, uses: int) -> bool:
+def needs_variable(code: int, term: Term, uses: int) -> bool:
     """Whether a term becomes a variable.
 
     It does if it is used more than once (negations excepted), or if its text is longer than
@@ -171,20 +171,20 @@ def c_function(
             if output in comments.between:
                 terms[operands[k][0]] = writer.named(term, about)
             else:
-                text = stripped(as_real(term))
+                text = unparenthesised(as_real(term))
                 writer.statements.append(f"    {output}[{j}] = {text};{about}")
             continue
         if k not in needed:
             continue
         if code == ca.OP_CONST:
-            terms[k] = Term(number(function.instruction_constant(k), real))
+            terms[k] = Term(number_literal(function.instruction_constant(k), real))
         elif code == ca.OP_INPUT:
             i, j = function.instruction_input(k)
             scalar = _is_scalar(function, i, vectors)
             terms[k] = Term(function.name_in(i) + ("" if scalar else f"[{j}]"))
         else:
-            term = operation(code, [terms[source] for source in operands[k]])
-            terms[k] = writer.named(term) if is_kept(code, term, uses[k]) else term
+            term = c_operation(code, [terms[source] for source in operands[k]])
+            terms[k] = writer.named(term) if needs_variable(code, term, uses[k]) else term
     return _definition(name, function, real, writer.statements, vectors, comments)
 
 
@@ -219,7 +219,7 @@ def c_records(name: str, columns: Mapping[str, Array], real: str) -> str:
     """A type with a field a column, and a constant array of it: `name_t` and `name_of`."""
     count = len(next(iter(columns.values())))
     rows = [
-        "    {" + ", ".join(number(float(values[i]), real) for values in columns.values()) + "},"
+        "    {" + ", ".join(number_literal(float(values[i]), real) for values in columns.values()) + "},"
         for i in range(count)
     ]
     return (
@@ -228,7 +228,7 @@ def c_records(name: str, columns: Mapping[str, Array], real: str) -> str:
     )
 
 
-def number(value: float, real: str) -> str:
+def number_literal(value: float, real: str) -> str:
     """C of a number, NaN and infinity too."""
     if np.isnan(value):
         return f"(({real})NAN)"
@@ -241,7 +241,7 @@ def _is_number(text: str) -> bool:
     return text.lstrip("(-").rstrip(")").replace(".", "").replace("e", "").replace("-", "").isdigit()
 
 
-def stripped(text: str) -> str:
+def unparenthesised(text: str) -> str:
     """C without the parentheses around all of it."""
     if not (text.startswith("(") and text.endswith(")")):
         return text

@@ -18,7 +18,7 @@ def found_compiler(environment: Mapping[str, str]) -> str | None:
     return next(filter(None, map(shutil.which, names)), None)
 
 
-def library_line(
+def compiler_command(
     command: str,
     sources: Sequence[str],
     library: str,

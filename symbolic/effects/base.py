@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Literal, Protocol
 
 import casadi as ca
 
-from symbolic.bristles import BristleTraits
+from symbolic.bristle_patch import BristleTraits
 from symbolic.errors import InvalidInputError
 
 # Re-exported: a file with an effect imports all its types from here.

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symbolic.bristles import BristleTraits
+from symbolic.bristle_patch import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values
 
 REFERENCE_LENGTH = 0.045

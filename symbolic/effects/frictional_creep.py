@@ -12,7 +12,7 @@ speed (cut off at v_0 here, an arcsinh there); for rubber Grosch, Proc. R. Soc. 
 
 from dataclasses import dataclass, replace
 
-from symbolic.bristles import BristleTraits
+from symbolic.bristle_patch import BristleTraits
 from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values
 
 

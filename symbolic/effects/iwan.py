@@ -23,7 +23,7 @@ from math import log, pi
 
 import casadi as ca
 
-from symbolic.bristles import BristleTraits
+from symbolic.bristle_patch import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_shape
 
 MIN_ELEMENT_U = 1e-9

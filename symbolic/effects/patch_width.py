@@ -8,7 +8,7 @@ Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush mode
 
 from dataclasses import dataclass, replace
 
-from symbolic.bristles import BristleTraits
+from symbolic.bristle_patch import BristleTraits
 from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic.bristles import BristleTraits
+from symbolic.bristle_patch import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, Values, with_limit
 from symbolic.effects.rate_friction import MIN_FACTOR
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic.bristles import BristleTraits
+from symbolic.bristle_patch import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_limit
 
 

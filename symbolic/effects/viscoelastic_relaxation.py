@@ -5,7 +5,7 @@ Reference: Ferry, Viscoelastic Properties of Polymers, 3rd ed. (1980): the stand
 
 from dataclasses import dataclass, replace
 
-from symbolic.bristles import BristleTraits, Relaxation
+from symbolic.bristle_patch import BristleTraits, Relaxation
 from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values
 
 

@@ -1,7 +1,7 @@
 """A model that was found, from tables; SI units throughout.
 
 A table is a mapping as the parser of JSON returns it. A message says what is wrong with the table; the
-reader of the file puts its name before, see `symbolic.tables.parsing.naming`.
+reader of the file puts its name before, see `symbolic.tables.parsing.prefix_errors`.
 """
 
 from collections.abc import Iterable, Mapping
@@ -13,7 +13,7 @@ from symbolic.errors import InvalidInputError
 from symbolic.model import Model
 from symbolic.parameters import TOLERATED
 from symbolic.tables.found_model import FoundModel, ModelBasis, ModelError, units_of
-from symbolic.tables.parsing import excerpt, floats, naming, shown
+from symbolic.tables.parsing import excerpt, floats, prefix_errors, quoted_value
 
 MODEL_VERSION = 1
 """Version of the model files that are read and written."""
@@ -84,7 +84,7 @@ def _check_units(table: object, units: Mapping[str, str]) -> None:
     for name, unit in table.items():
         if unit != units[name]:
             raise InvalidInputError(
-                f"{name} has the unit {shown(unit)}, expected {units[name]!r}; convert the value"
+                f"{name} has the unit {quoted_value(unit)}, expected {units[name]!r}; convert the value"
             )
 
 
@@ -123,7 +123,7 @@ def _model_error(document: Mapping[str, Any]) -> ModelError | None:
             "'model_error' must hold spread and correlation_time, and may hold relative and"
             " friction_walk, nothing else"
         )
-    with naming("model_error"):
+    with prefix_errors("model_error"):
         return ModelError(**values)
 
 
@@ -147,5 +147,5 @@ def _basis(document: Mapping[str, Any]) -> ModelBasis | None:
     if loads is not None and not (isinstance(loads, list) and len(loads) == len(LOADS)):
         raise InvalidInputError("'basis.loads' must be a list of two numbers")
     named = None if loads is None else floats("basis.loads", dict(zip(LOADS, loads, strict=True)))
-    with naming("basis"):
+    with prefix_errors("basis"):
         return ModelBasis(**{**table, "loads": named and (named["least"], named["greatest"])})

@@ -21,7 +21,7 @@ _DEEP = re.compile(r"""(?<![\w"'-])(?:[\w"'-]+[ \t]*\.[ \t]*){20}|[{[]{20}""")
 
 
 @contextmanager
-def naming(name: object) -> Iterator[None]:
+def prefix_errors(name: object) -> Iterator[None]:
     """Put a name, such as a path, before the message of an `InvalidInputError` raised inside."""
     try:
         yield
@@ -34,7 +34,7 @@ def excerpt(text: str) -> str:
     return repr(text if len(text) <= _MAX_EXCERPT else text[:_MAX_EXCERPT] + "…")
 
 
-def shown(value: object) -> str:
+def quoted_value(value: object) -> str:
     """A value of a table, quoted on one line and cut, to show in a message."""
     try:
         return excerpt(str(value))
@@ -112,7 +112,7 @@ def require_number(label: str, value: object) -> None:
         InvalidInputError: it is none; the message begins with the label.
     """
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InvalidInputError(f"{label} must be a number, got {shown(value)}")
+        raise InvalidInputError(f"{label} must be a number, got {quoted_value(value)}")
 
 
 def absolute_tolerance(tolerance: object, value: object) -> object:

@@ -1,7 +1,7 @@
 """Rig and tyre from tables; SI units throughout.
 
 A table is a mapping as the parser of TOML returns it. A message says what is wrong with the table; the
-reader of the file puts its name before, see `symbolic.tables.parsing.naming`.
+reader of the file puts its name before, see `symbolic.tables.parsing.prefix_errors`.
 """
 
 import math

@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 from symbolic.errors import InvalidInputError
-from symbolic.tables.parsing import absolute_tolerance, excerpt, require_number, shown
+from symbolic.tables.parsing import absolute_tolerance, excerpt, quoted_value, require_number
 from symbolic.tables.rig_from_tables import SIGNALS, require_sections
 from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
 
@@ -69,7 +69,9 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
             tolerances[TOLERATED_BY[name]] = tolerance / values[name]
         elif name == "brakes":
             if not isinstance(entry, bool):
-                raise InvalidInputError(f"[{VEHICLE}] brakes must be true or false, got {shown(entry)}")
+                raise InvalidInputError(
+                    f"[{VEHICLE}] brakes must be true or false, got {quoted_value(entry)}"
+                )
             values[name] = entry
         elif name != "tyre":
             values[name] = _number(name, entry)
@@ -88,7 +90,7 @@ def tyre_of(size: object) -> dict[str, float]:
     found = _TYRE.fullmatch(size) if isinstance(size, str) else None
     if found is None:
         raise InvalidInputError(
-            f'[{VEHICLE}] tyre must be a size such as "195/65 R15", got {shown(size)}'
+            f'[{VEHICLE}] tyre must be a size such as "195/65 R15", got {quoted_value(size)}'
         )
     width = int(found["width"]) / 1000
     height = width * int(found["aspect"] or FULL_ASPECT) / 100

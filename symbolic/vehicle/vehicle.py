@@ -28,7 +28,7 @@ within, 0.58, so that bands hold for most cars with all values but the force's s
 theirs at once; where all push one way, friction is up to 2.4 deviations off."""
 
 
-class Allowed(NamedTuple):
+class AllowedRange(NamedTuple):
     """Least and greatest value of a number, and its unit."""
 
     least: float
@@ -121,39 +121,39 @@ class Vehicle:
         InvalidInputError: a value is out of its range.
     """
 
-    front_axle_load: Annotated[float, Allowed(500.0, 60e3, "N")]
-    tyre_width: Annotated[float, Allowed(0.1, 0.4, "m")]
-    pressure: Annotated[float, Allowed(5e4, 1e6, "Pa")]
-    wheelbase: Annotated[float, Allowed(1.0, 7.0, "m")]
-    track: Annotated[float, Allowed(0.8, 3.0, "m")]
-    wheel_radius: Annotated[float, Allowed(0.15, 0.7, "m")] = 0.3
-    steering_ratio: Annotated[float, Allowed(5.0, 40.0, "1")] = 15.0
-    steering_arm: Annotated[float, Allowed(0.05, 0.3, "m")] = 0.125
-    half_length: Annotated[float | None, Allowed(0.02, 0.2, "m")] = None
-    contact_width: Annotated[float | None, Allowed(0.05, 0.4, "m")] = None
-    stiffness: Annotated[float | None, Allowed(1e5, 1e9, "N/m^2")] = None
-    slide_factor: Annotated[float | None, Allowed(0.3, 3.0, "1")] = None
-    slide_load: Annotated[float | None, Allowed(500.0, 60e3, "N")] = None
-    trail: Annotated[float, Allowed(-0.05, 0.1, "m")] = 0.02
-    scrub_radius: Annotated[float, Allowed(-0.1, 0.2, "m")] = 0.01
-    inclination: Annotated[float, Allowed(-0.1, 0.5, "rad")] = 12 * pi / 180
-    caster: Annotated[float, Allowed(-0.1, 0.3, "rad")] = 5 * pi / 180
-    rack_travel: Annotated[float, Allowed(0.02, 0.2, "m")] = 0.075
-    lever_loss: Annotated[float, Allowed(-0.2, 0.6, "1")] = 0.25
-    ackermann: Annotated[float, Allowed(-0.5, 1.5, "1")] = 0.6
-    gear_friction: Annotated[float, Allowed(0.0, 2e3, "N")] = 200.0
-    gear_load_share: Annotated[float, Allowed(0.0, 0.3, "1")] = 0.02
-    presliding: Annotated[float, Allowed(1e-6, 5e-3, "m")] = 6e-5
-    rack_mass: Annotated[float, Allowed(0.0, 2e3, "kg")] = 0.0
-    damping: Annotated[float, Allowed(0.0, 200.0, "N m s/rad")] = 20.0
-    handwheel_inertia: Annotated[float | None, Allowed(0.0, 0.2, "kg m^2")] = None
-    torsion_bar: Annotated[float, Allowed(10.0, inf, "N m/rad")] = 115.0
-    motor_ratio: Annotated[float, Allowed(0.0, 100.0, "1")] = 0.0
-    motor_efficiency: Annotated[float, Allowed(0.3, 1.0, "1")] = 0.9
-    force_noise: Annotated[float, Allowed(1.0, 2e3, "N")] = 40.0
-    force_error: Annotated[float, Allowed(0.0, 2e3, "N")] = 40.0
-    force_zero: Annotated[float, Allowed(0.0, 2e3, "N")] = 60.0
-    standstill: Annotated[float, Allowed(1e-4, 1.0, "m/s")] = 0.02
+    front_axle_load: Annotated[float, AllowedRange(500.0, 60e3, "N")]
+    tyre_width: Annotated[float, AllowedRange(0.1, 0.4, "m")]
+    pressure: Annotated[float, AllowedRange(5e4, 1e6, "Pa")]
+    wheelbase: Annotated[float, AllowedRange(1.0, 7.0, "m")]
+    track: Annotated[float, AllowedRange(0.8, 3.0, "m")]
+    wheel_radius: Annotated[float, AllowedRange(0.15, 0.7, "m")] = 0.3
+    steering_ratio: Annotated[float, AllowedRange(5.0, 40.0, "1")] = 15.0
+    steering_arm: Annotated[float, AllowedRange(0.05, 0.3, "m")] = 0.125
+    half_length: Annotated[float | None, AllowedRange(0.02, 0.2, "m")] = None
+    contact_width: Annotated[float | None, AllowedRange(0.05, 0.4, "m")] = None
+    stiffness: Annotated[float | None, AllowedRange(1e5, 1e9, "N/m^2")] = None
+    slide_factor: Annotated[float | None, AllowedRange(0.3, 3.0, "1")] = None
+    slide_load: Annotated[float | None, AllowedRange(500.0, 60e3, "N")] = None
+    trail: Annotated[float, AllowedRange(-0.05, 0.1, "m")] = 0.02
+    scrub_radius: Annotated[float, AllowedRange(-0.1, 0.2, "m")] = 0.01
+    inclination: Annotated[float, AllowedRange(-0.1, 0.5, "rad")] = 12 * pi / 180
+    caster: Annotated[float, AllowedRange(-0.1, 0.3, "rad")] = 5 * pi / 180
+    rack_travel: Annotated[float, AllowedRange(0.02, 0.2, "m")] = 0.075
+    lever_loss: Annotated[float, AllowedRange(-0.2, 0.6, "1")] = 0.25
+    ackermann: Annotated[float, AllowedRange(-0.5, 1.5, "1")] = 0.6
+    gear_friction: Annotated[float, AllowedRange(0.0, 2e3, "N")] = 200.0
+    gear_load_share: Annotated[float, AllowedRange(0.0, 0.3, "1")] = 0.02
+    presliding: Annotated[float, AllowedRange(1e-6, 5e-3, "m")] = 6e-5
+    rack_mass: Annotated[float, AllowedRange(0.0, 2e3, "kg")] = 0.0
+    damping: Annotated[float, AllowedRange(0.0, 200.0, "N m s/rad")] = 20.0
+    handwheel_inertia: Annotated[float | None, AllowedRange(0.0, 0.2, "kg m^2")] = None
+    torsion_bar: Annotated[float, AllowedRange(10.0, inf, "N m/rad")] = 115.0
+    motor_ratio: Annotated[float, AllowedRange(0.0, 100.0, "1")] = 0.0
+    motor_efficiency: Annotated[float, AllowedRange(0.3, 1.0, "1")] = 0.9
+    force_noise: Annotated[float, AllowedRange(1.0, 2e3, "N")] = 40.0
+    force_error: Annotated[float, AllowedRange(0.0, 2e3, "N")] = 40.0
+    force_zero: Annotated[float, AllowedRange(0.0, 2e3, "N")] = 60.0
+    standstill: Annotated[float, AllowedRange(1e-4, 1.0, "m/s")] = 0.02
     brakes: bool = True
     tolerances: VehicleTolerances = VehicleTolerances()
 
@@ -207,7 +207,7 @@ class Vehicle:
         return self.steering_arm / self.steering_ratio
 
 
-RANGES: dict[str, Allowed] = {
+RANGES: dict[str, AllowedRange] = {
     name: hint.__metadata__[0]
     for name, hint in get_type_hints(Vehicle, include_extras=True).items()
     if get_origin(hint) is Annotated

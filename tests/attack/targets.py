@@ -20,8 +20,8 @@ from identification import (
     read_signals,
 )
 from identification.free_decay.vibration_detection import find_vibration
-from identification.selection.trials import TrialTask, run_trial
-from identification.thesis.published_friction import read_published_friction
+from identification.selection.trial import TrialTask, run_trial
+from identification.thesis.author_estimate import read_author_estimate
 from symbolic import InvalidInputError, Rig, Tyre
 from tests.attack.oracle import (
     check_decay,
@@ -118,7 +118,7 @@ def _decay(suffix: str) -> Target:
 def author_file(content: bytes) -> None:
     """A published estimate of [Györök 2022]."""
     with refused_in_a_line():
-        estimate = read_published_friction(_written(content, ".csv"))
+        estimate = read_author_estimate(_written(content, ".csv"))
         assert len(estimate.t) == len(estimate.mu) >= 2
         assert np.isfinite([*estimate.t, *estimate.psi, *estimate.mu, estimate.declared]).all()
 

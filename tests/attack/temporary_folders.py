@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 from random import Random
 
-from symbolic.compilation.temporary_folder import PREFIX, temporary_folder
+from symbolic.compilation.self_cleaning_folder import PREFIX, temporary_folder
 from tests.attack.attack_class import one_by_one
 from tests.attack.whole_runs import ROOT
 

@@ -20,7 +20,7 @@ import numpy as np
 from identification import read_model, read_recording
 from observers import Loop, Sample
 from symbolic import compiled
-from symbolic.compilation.temporary_folder import temporary_folder
+from symbolic.compilation.self_cleaning_folder import temporary_folder
 from tests.attack.attack_class import Effort, Tried
 from tests.attack.long_runs import observers
 from tests.attack.targets import CORPUS, FORMATS, RIG

@@ -10,7 +10,7 @@ import typer.main
 
 import identification
 from brushgrip.cli.app import main
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.pictures.style import picture
 from brushgrip.report import page
 from identification.diagnosis.result import Diagnosis

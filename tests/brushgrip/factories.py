@@ -6,21 +6,21 @@ from dataclasses import fields
 import numpy as np
 
 from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
     Candidate,
     Curve,
-    Errors,
     FoundEffect,
     FoundFamily,
     Series,
+    TorqueErrors,
 )
-from identification.experiments.manoeuvre_within_range import Manoeuvre
+from identification.experiments.manoeuvre_within_range import SampledManoeuvre
 from identification.experiments.proposals import Proposal
-from identification.fits.values import ParameterEstimate, Values
+from identification.fits.parameter_values import ParameterEstimate, Values
+from identification.residuals.residual_signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.residual_tests import Unexplained
-from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
 from observers import Estimates, FrictionQuality, Status
 from symbolic import EFFECTS, Model, effects_named
@@ -55,8 +55,8 @@ def _series(name: str, number: int, held_out: bool) -> Series:
     )
 
 
-def _errors(shares: dict[str, float], training: tuple[str, ...]) -> Errors:
-    return Errors(
+def _errors(shares: dict[str, float], training: tuple[str, ...]) -> TorqueErrors:
+    return TorqueErrors(
         rmse={name: 16 * share for name, share in shares.items()},
         nrmse=shares,
         training=training,
@@ -95,7 +95,7 @@ def experiment(load: float = 0.0, instruction: str = "sweep to and fro, 10 s") -
     return Proposal(
         found="carcass_torsion",
         rival="patch_width",
-        manoeuvre=Manoeuvre(
+        manoeuvre=SampledManoeuvre(
             instruction=instruction,
             t=t,
             psi=np.sin(t),

@@ -108,7 +108,7 @@ def test_a_bare_command_line_prints_the_help(run: Run) -> None:
 
 
 def test_the_door_opens_late() -> None:
-    from brushgrip.estimation import observers_over_recordings as estimation
+    from brushgrip.estimation import observe_recording as estimation
 
     assert brushgrip.FrictionTrack is estimation.FrictionTrack
     assert brushgrip.write_report.__name__ == "write_report"

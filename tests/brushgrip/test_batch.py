@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.inputs.settings import chosen_tuning
-from brushgrip.wording.remarks import friction_of_grounds, friction_range, printed_rows
+from brushgrip.inputs.option_values import chosen_tuning
+from brushgrip.wording.recording_remarks import friction_of_grounds, friction_range, printed_rows
 from observers import PROFILES, Tuning
 from tests.brushgrip.helpers import Run, Write, table_of
 
@@ -229,7 +229,9 @@ def test_tunings_value_by_value() -> None:
 def test_a_ground_is_told_after_its_recordings(
     estimate: Run, write_csv: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("brushgrip.wording.remarks.friction_of_grounds", lambda _: ["note on ice"])
+    monkeypatch.setattr(
+        "brushgrip.wording.recording_remarks.friction_of_grounds", lambda _: ["note on ice"]
+    )
     printed = estimate(write_csv("a.csv"), write_csv("b.csv")).out
 
     assert (

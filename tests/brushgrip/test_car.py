@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.estimation.budget import rests_on
+from brushgrip.estimation.friction_budget import declared_values_in_words
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.helpers import Run, table_of
 from tests.columns import write_columns
@@ -180,7 +180,7 @@ def test_a_half_length_that_follows_from_the_load_has_its_error(tolerance: float
     tolerances = replace(declared.tolerances, half_length=tolerance)
     follows = replace(declared, half_length=None, tolerances=tolerances)
 
-    assert "front_axle_load 8000 N (6.8%)" in rests_on(declared, brakes=True)
-    told = rests_on(follows, brakes=True)
+    assert "front_axle_load 8000 N (6.8%)" in declared_values_in_words(declared, brakes=True)
+    told = declared_values_in_words(follows, brakes=True)
     assert float(told.partition("8000 N (")[2].partition("%")[0]) > 1.2 * 6.8
     assert "half_length follows from the load; weighing the front axle narrows that most" in told

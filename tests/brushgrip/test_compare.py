@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.comparison import method_scores
+from brushgrip.comparison import error_and_calculation_time
 from reference_rig import RigRecording, make_recording, recording_csv
 from symbolic import compiler
 from tests.brushgrip.helpers import Run, contents, with_defaults
@@ -21,8 +21,8 @@ OURS += ["EKF in C"] if compiler() else []
 @pytest.fixture(autouse=True)
 def timed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """No test waits for a steady time."""
-    monkeypatch.setattr(method_scores, "MIN_ROUNDS", 1)
-    monkeypatch.setattr(method_scores, "MIN_TIME", 0.0)
+    monkeypatch.setattr(error_and_calculation_time, "MIN_ROUNDS", 1)
+    monkeypatch.setattr(error_and_calculation_time, "MIN_TIME", 0.0)
 
 
 @pytest.fixture(scope="module")

@@ -12,9 +12,9 @@ import pytest
 
 from brushgrip.outputs import console
 from brushgrip.outputs.console import print_table, progress, say
-from brushgrip.outputs.standard_streams import fault_of_output, spell_what_is_lacking
+from brushgrip.outputs.standard_streams import spell_unencodable, stdout_fault
 from brushgrip.outputs.verbosity import flags_first
-from brushgrip.wording.formatting import error_columns
+from brushgrip.wording.formatting import torque_error_columns
 from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import Run
 
@@ -62,7 +62,7 @@ def test_words_of_headings_are_whole_at_80_columns(
     monkeypatch.setenv("COLUMNS", "80")
     diagnosis = make_diagnosis()
     after = replace(diagnosis.after, unrefitted={"held_c": 0.01})
-    headings = error_columns(replace(diagnosis, after=after))
+    headings = torque_error_columns(replace(diagnosis, after=after))
     print_table("Errors", ["model", *headings.values()], [["declared", *["1.23 %"] * len(headings)]])
     shown = capsys.readouterr().out
     assert "nothing" in shown
@@ -88,7 +88,7 @@ def test_a_sign_that_an_encoding_lacks_is_spelt(
 ) -> None:
     stream = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
     monkeypatch.setattr(sys, "stdout", stream)
-    spell_what_is_lacking()
+    spell_unencodable()
     print(OURS, end="", flush=True)
 
     assert stream.buffer.getvalue().decode(encoding) == shown  # type: ignore[attr-defined]
@@ -107,16 +107,16 @@ def test_a_full_disk_is_told_from_a_closed_pipe(monkeypatch: pytest.MonkeyPatch)
     with Path("/dev/full").open("w", encoding="utf-8") as full:
         monkeypatch.setattr(sys, "stdout", full)
         print("result")
-        assert fault_of_output() == "No space left on device"
+        assert stdout_fault() == "No space left on device"
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w", encoding="utf-8") as closed:
         monkeypatch.setattr(sys, "stdout", closed)
         print("result")
-        assert fault_of_output() == ""
+        assert stdout_fault() == ""
     monkeypatch.undo()
 
-    assert fault_of_output() is None
+    assert stdout_fault() is None
 
 
 def test_flags_come_first() -> None:

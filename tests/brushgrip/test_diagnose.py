@@ -10,7 +10,7 @@ import pytest
 
 import identification
 from brushgrip.estimation import friction_before_and_after
-from brushgrip.inputs.command_inputs import locate_inputs
+from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.pictures.style import picture
 from brushgrip.published import bundled_files
 from brushgrip.running import unfinished_search
@@ -322,7 +322,7 @@ class TestDemo:
 
     @pytest.mark.usefixtures("interpreted")
     def test_friction_by_both_models_and_every_observer(self, write_csv: Write, rig: Path) -> None:
-        recordings = locate_inputs([str(write_csv("held.csv"))], rig=rig).recordings()
+        recordings = gather_inputs([str(write_csv("held.csv"))], rig=rig).recordings()
         outcome = friction_before_and_after.friction_by_both_models(
             [], recordings, make_diagnosis(("a",), ("held",))
         )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.pictures import diagnosis as diagnosis_pictures
 from brushgrip.pictures.diagnosis import _remarks, draw_experiment, draw_residuals, draw_signatures
 from brushgrip.pictures.friction import RECORDINGS, STYLES, draw_friction, draw_overview

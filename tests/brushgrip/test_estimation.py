@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from brushgrip.estimation.observers_over_recordings import (
+from brushgrip.estimation.observe_recording import (
     Aligning,
     angle_without_imputed,
     friction_track,
@@ -21,7 +21,7 @@ from brushgrip.estimation.suspicious_recordings import (
     inconsistency_remedy,
     weaker_direction,
 )
-from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.option_choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import DirectionalFriction, Ekf, Estimates, Sample, Status
 from symbolic import InvalidInputError, Model, Rig, Tyre

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from brushgrip.estimation.friction_by_direction import friction_of_directions
-from brushgrip.running.batch import row_of
+from brushgrip.running.batch import summary_row
 from brushgrip.wording.diagnosis_in_words import experiment_in_words, headline, taken_from_model
 from brushgrip.wording.formatting import (
     candidate_reason,
@@ -16,14 +16,14 @@ from brushgrip.wording.formatting import (
     json_text,
     listed,
     percent,
-    quantity,
     residual_structure,
     sentence,
     torque_value,
+    value_with_std,
     with_degrees,
     worse_recordings,
 )
-from brushgrip.wording.friction import (
+from brushgrip.wording.friction_in_words import (
     LACKING,
     band_parts,
     estimates_summary,
@@ -32,10 +32,10 @@ from brushgrip.wording.friction import (
     unusable_samples_and_remedy,
     with_95_band,
 )
-from brushgrip.wording.remarks import (
+from brushgrip.wording.recording_remarks import (
     OVER_LOAD,
     friction_of_grounds,
-    remark,
+    recording_remark,
     remark_counts,
     remark_heads,
     with_early_ends,
@@ -68,7 +68,7 @@ from tests.brushgrip.factories import experiment, make_diagnosis, make_estimates
     ],
 )
 def test_quantity(value: float, std: float | None, unit: str, text: str) -> None:
-    assert quantity(ParameterEstimate(value=value, std=std, unit=unit)) == text
+    assert value_with_std(ParameterEstimate(value=value, std=std, unit=unit)) == text
 
 
 def test_figures_sentences_and_lists() -> None:
@@ -251,7 +251,7 @@ def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:
     seen = estimates(*[Status.USED] * 20, *[Status.INCONSISTENT] * 30)
     seen = replace(seen, usable=seen.status == 0)
     line = estimates_summary(seen)
-    row = row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), seen)
+    row = summary_row(cast(Recording, SimpleNamespace(name="a", ground=None)), seen)
     short = estimates(*[Status.USED] * 120, Status.INCONSISTENT)
 
     assert row["since_usable"] == pytest.approx(0.3)
@@ -262,20 +262,20 @@ def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:
 def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
     seen = estimates(*[Status.USED, *[Status.MISSING] * 9] * 40)
     slower = replace(seen, usable=seen.usable & (seen.status == 0))
-    row = row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), slower)
+    row = summary_row(cast(Recording, SimpleNamespace(name="a", ground=None)), slower)
 
     assert (row["samples"], row["measured"], row["usable"], row["informed"]) == (400, 40, 0.5, 0.5)
     # Behind the last torque nothing can be usable.
     assert row["since_usable"] == 0
     assert "usable in 50 % of 40 samples with a torque" in estimates_summary(slower)
     off = replace(slower, status=np.where(slower.t < 1, int(Status.IMPLAUSIBLE | Status.MISSING), 0))
-    row = row_of(cast(Recording, SimpleNamespace(name="a", ground=None)), off)
+    row = summary_row(cast(Recording, SimpleNamespace(name="a", ground=None)), off)
     assert (row["implausible"], row["wide"]) == (0.25, 1 / 3)
 
 
 def test_remarks_in_a_table() -> None:
     few = estimates(*[Status.USED] * 100, last=55)
-    beside = remark(few, "it lies: weigh it; later", "ice: measure")
+    beside = recording_remark(few, "it lies: weigh it; later", "ice: measure")
     rows = [{"mu_eff": 0.1, "remark": beside}, {"mu_eff": math.nan, "remark": "not known: no"}] * 2
 
     assert beside == "usable in under 10 % | it lies: weigh it; later | ice: measure"
@@ -284,10 +284,10 @@ def test_remarks_in_a_table() -> None:
         remark_counts(rows)
         == "2 of 4: usable in under 10 %; 2 of 4: it lies; 2 of 4: ice; 2 of 4: not known: no"
     )
-    assert remark(estimates(*[Status.USED] * 4), "", "") == ""
-    unknown = remark(estimates(*[Status.USED] * 4, last=0), "it lies: weigh it; later", "")
+    assert recording_remark(estimates(*[Status.USED] * 4), "", "") == ""
+    unknown = recording_remark(estimates(*[Status.USED] * 4, last=0), "it lies: weigh it; later", "")
     assert remark_heads(unknown) == ["not known: it lies: weigh it"]
-    noted = remark(estimates(*[Status.USED] * 4, last=0), "it lies", "ice: measure")
+    noted = recording_remark(estimates(*[Status.USED] * 4, last=0), "it lies", "ice: measure")
     assert noted == "not known: it lies | ice: measure"
 
 

@@ -17,19 +17,10 @@ from brushgrip.estimation.friction_over_load import at_load, common_load
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
-from brushgrip.report.findings_and_reservations import (
-    benefit,
-    error_to_quote,
-    friction_over_speed,
-    missing_effects,
-    notes_beside,
-    reservation,
-    simulated_warning,
-)
 from brushgrip.report.friction_summary import (
-    friction_quality,
     last_usable_friction,
-    order_with_load,
+    load_trend_in_words,
+    settling_and_coverage_rows,
     usable_until,
     widest_causes,
 )
@@ -38,13 +29,22 @@ from brushgrip.report.plain_summary import (
     lines_to_send,
     next_steps,
 )
-from brushgrip.report.tables import friction_meaning, latest_friction
+from brushgrip.report.tables import friction_by_recording, settling_and_coverage_table
+from brushgrip.report.validity_and_missing_effects import (
+    benefit_for_friction,
+    error_to_quote,
+    friction_over_speed,
+    missing_effects,
+    notes_beside,
+    simulated_warning,
+    untested_assumptions,
+)
 from brushgrip.wording.formatting import percent
 from identification import Curve, Diagnosis, FoundFamily, FoundModel
 from identification.diagnosis.found_effects import ASSUMED, assumed_tolerances
 from identification.diagnosis.from_search import BEYOND_RANGE
 from observers.planning.uncertainty_budget import SLOPE
-from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
+from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_estimates, make_outcome
 
@@ -59,7 +59,7 @@ def test_training_and_held_out_recordings_are_reported_apart() -> None:
     assert before["training"]["mean"]["settling"] == 1.5
     assert before["holdout"]["mean"]["settling"] == 7.0
     assert before["holdout"]["mean"]["reference_coverage"] == pytest.approx(0.7)
-    headings, rows = friction_quality(make_outcome("c", "d"))
+    headings, rows = settling_and_coverage_rows(make_outcome("c", "d"))
     assert headings == ["figure", "validation", "training", "in plain words"]
     assert rows[0][:3] == ("time to settle", "7.0 s → 1.0 s", "1.5 s → 1.0 s")
 
@@ -72,13 +72,13 @@ def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> s
 
 def test_without_held_out_recordings_all_are_training() -> None:
     assert "holdout" not in make_outcome().to_dict()["before"]
-    assert friction_quality(make_outcome())[0] == ["figure", "training", "in plain words"]
+    assert settling_and_coverage_rows(make_outcome())[0] == ["figure", "training", "in plain words"]
 
 
 def test_friction_is_that_of_the_last_usable_sample() -> None:
     judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     diagnosis = make_diagnosis(("a", "b", "d"), ("c",))
-    rows = {name: cells for name, *cells in latest_friction(judged, diagnosis).rows}
+    rows = {name: cells for name, *cells in friction_by_recording(judged, diagnosis).rows}
     load = f"{np.median(diagnosis.series[0].F_N):.0f}"
 
     assert rows["a"] == ["ice", load, "1.20 ± 0.10", "from 5.0 s to the end"]
@@ -110,13 +110,13 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings)." in text
     assert (
         "How sure: The truth lies within ± in 95 of 100 cases, if model and tolerances are right."
-        " An error that all recordings share, beyond the tolerances assumed, is not in it." in text
+        " Where the torque, or the load beyond its tolerance, reads wrong, friction is" in text
     )
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert text.endswith("\nNot known: Friction in c and d; friction in b after 7.0 s.")
     rest = "(c) The error that remains, beyond noise, which no effect explains."
-    assert f"{rest}\nTorque error: " in text
+    assert f"{rest}\nValid for: " in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other speeds")
@@ -150,7 +150,8 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert (
         f"{within} Where a recording is named, the truth lies within ± in 95 of 100 cases, if model and"
         " tolerances are right. It is no bound of the true friction, which was not measured otherwise:"
-        " an error that all recordings share, beyond the tolerances assumed, is not in it.\n"
+        " where the torque, or the load beyond its tolerance, reads wrong, friction is wrong by as much,"
+        " and these recordings do not show it.\n"
     ) in text
     assert (
         "\nMore on how sure: The ± on ice is wide because 3 recordings differ, from 1.10 to 1.30" in text
@@ -248,41 +249,43 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
 def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
-    assert benefit(make_diagnosis(), outcome) == (
+    assert benefit_for_friction(make_diagnosis(), outcome) == (
         "Friction is usable in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the model"
         " found, which has its own stiffness and the effects; in 2 of 2 recordings (first after"
         " 5.0 s, in 1 not to the end) by the assumed model."
     )
     never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
-    assert "in 1 of 2 recordings (first after 5.0 s) by the assumed" in benefit(make_diagnosis(), once)
+    assert "in 1 of 2 recordings (first after 5.0 s) by the assumed" in benefit_for_friction(
+        make_diagnosis(), once
+    )
     none = replace(outcome, tracks=(*never, *TRACKS[:2]))
-    assert "in none of 2 recordings by the assumed" in benefit(make_diagnosis(), none)
-    assert benefit(replace(make_diagnosis(), of_car=True), outcome) == ""
-    assert benefit(make_diagnosis(found=False), outcome) == ""
+    assert "in none of 2 recordings by the assumed" in benefit_for_friction(make_diagnosis(), none)
+    assert benefit_for_friction(replace(make_diagnosis(), of_car=True), outcome) == ""
+    assert benefit_for_friction(make_diagnosis(found=False), outcome) == ""
 
 
 def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     note = assumed_tolerances([SimpleNamespace(rig=Rig(a=0.04, e=0.0))])  # type: ignore[list-item]
     diagnosis = replace(make_diagnosis(), notes=(note, "c got worse"))
 
-    assert reservation(diagnosis) == [
+    assert untested_assumptions(diagnosis) == [
         "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e (kingpin to"
         " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 % around the value found. The ± counts the"
         " tolerances, and allows for what the model leaves out. A value that is off by more than its"
         " tolerance shifts friction too."
     ]
     text = mail(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
-    assert reservation(diagnosis)[0] in text
+    assert untested_assumptions(diagnosis)[0] in text
     to_declare = next_steps(diagnosis, replace(make_outcome("c"), tracks=TRACKS))[-1]
     assert to_declare.startswith(
         "at the rig, measure half-length a, caster e, load and tread stiffness k, and declare"
     )
     assert notes_beside(diagnosis, text) == ["c got worse"]
     assert notes_beside(diagnosis, "") == [note, "c got worse"]
-    assert reservation(make_diagnosis())[0].startswith("The ± counts the tolerances")
+    assert untested_assumptions(make_diagnosis())[0].startswith("The ± counts the tolerances")
     beyond = replace(diagnosis, notes=(f"{BEYOND_RANGE}, so", f"{MAY_END}: c"))
-    assert reservation(beyond)[:2] == [
+    assert untested_assumptions(beyond)[:2] == [
         f"{BEYOND_RANGE[:1].upper()}{BEYOND_RANGE[1:]}, so.",
         "The sensor may end: c.",
     ]
@@ -522,7 +525,7 @@ def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_
 
     def order(mu: dict[str, float], ground: str = "ice") -> str:
         tracks = tuple(replace(TRACKS[0], name=n, mu=np.full(11, value)) for n, value in mu.items())
-        return order_with_load(
+        return load_trend_in_words(
             replace(make_outcome(), tracks=tracks, grounds={ground: names}), diagnosis
         )
 
@@ -532,17 +535,17 @@ def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_
     more = [replace(t, name=n) for t, n in zip(tracks, both["snow"], strict=True)]
     series = (*loads, *(replace(s, name=n) for s, n in zip(loads, both["snow"], strict=True)))
     outcome = replace(make_outcome(), tracks=(*tracks, *more), grounds=both)
-    told = order_with_load(outcome, replace(diagnosis, series=series))
+    told = load_trend_in_words(outcome, replace(diagnosis, series=series))
     assert told.startswith(
         "On ice and snow, recordings at higher load gave lower friction (by chance in 1 of 7200 cases);"
     )
     unnamed = replace(outcome, grounds={"": (*names, *both["snow"])})
-    assert order_with_load(unnamed, replace(diagnosis, series=series)) == ""
+    assert load_trend_in_words(unnamed, replace(diagnosis, series=series)) == ""
 
 
 def test_an_order_of_very_many_recordings_has_a_chance_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("brushgrip.report.friction_summary.order_by_chance", lambda _: (0.0, False))
-    assert "by chance in 1 of 1000000 cases" in order_with_load(make_outcome(), make_diagnosis())
+    monkeypatch.setattr("brushgrip.report.friction_summary.kendall_load_test", lambda _: (0.0, False))
+    assert "by chance in 1 of 1000000 cases" in load_trend_in_words(make_outcome(), make_diagnosis())
 
 
 def test_friction_that_depends_on_the_load_is_told_at_one_load() -> None:
@@ -570,7 +573,7 @@ def test_the_load_that_friction_is_told_at_stands_beside_it() -> None:
     outcome = replace(make_outcome(), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     diagnosis = make_diagnosis(("a", "b", "c", "d"), ())
     told, silent = replace(outcome, load=589.4), outcome
-    table = latest_friction(told, diagnosis)
+    table = friction_by_recording(told, diagnosis)
 
     assert table.headings[3] == "μ_eff at a load of 589 N"
     assert "all told at a load of 589 N, as friction changes with it" in table.caption
@@ -578,13 +581,13 @@ def test_the_load_that_friction_is_told_at_stands_beside_it() -> None:
     assert friction_and_notes(told)[1][0].startswith("note on ice at a load of 589 N: ")
     assert told.to_dict()["after"]["load"] == 589.4
     assert "at a load of 589" not in mail(diagnosis, silent)
-    assert latest_friction(silent, diagnosis).headings[3] == "μ_eff"
+    assert friction_by_recording(silent, diagnosis).headings[3] == "μ_eff"
 
 
 def test_figures_of_friction_that_changes_meanwhile_are_told_to_be_no_failure() -> None:
     diagnosis, outcome = make_diagnosis(), make_outcome("c")
-    assert "time or travel" not in friction_meaning(outcome, diagnosis).caption
+    assert "time or travel" not in settling_and_coverage_table(outcome, diagnosis).caption
     drifting = replace(diagnosis, model=Model(effects=effects_named(["friction_drift"])))
-    assert friction_meaning(outcome, drifting).caption.endswith(
+    assert settling_and_coverage_table(outcome, drifting).caption.endswith(
         "behind the arrow they tell that change too, and the fitted value is that of the beginning"
     )

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from brushgrip.estimation.friction_by_direction import friction_of_directions
-from brushgrip.estimation.observers_over_recordings import observe, observer_factory
-from brushgrip.inputs.choices import ObserverName
-from brushgrip.wording.friction import last_usable
+from brushgrip.estimation.observe_recording import observe, observer_factory
+from brushgrip.inputs.option_choices import ObserverName
+from brushgrip.wording.friction_in_words import last_usable
 from identification import Recording
 from observers import DirectionalFriction
 from symbolic import Rig, Tolerances, Tyre

@@ -9,7 +9,7 @@ import pytest
 from brushgrip.cli.app import main
 from brushgrip.published import friction_damper
 from brushgrip.published.fetch import FetchError
-from brushgrip.published.friction_damper import CHANNELS, EARTHQUAKES, HARMONIC, digest_of, digests
+from brushgrip.published.friction_damper import CHANNELS, EARTHQUAKES, HARMONIC, channels_digest, digests
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import serve
 
@@ -35,7 +35,7 @@ def served(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, np.ndar
 
     serve(monkeypatch, contents, save)
     registry = tmp_path / "registry.txt"
-    rows = [f"{name} {digest_of(channels)}" for name, channels in RUNS.items()]
+    rows = [f"{name} {channels_digest(channels)}" for name, channels in RUNS.items()]
     registry.write_text("\n".join(["# made up", ADDRESS, *rows]) + "\n")
     monkeypatch.setattr(friction_damper, "REGISTRY", registry)
     monkeypatch.setattr(friction_damper, "RETRIES", 0)
@@ -136,7 +136,7 @@ def test_runs_in_inches_and_kips(
     table = RNG.standard_normal((30, columns))
     SI = (table[:, :4] * [1, 0.0254, 4448.2216152605, 0.0254]).astype(np.float32).astype(float)
     channels = dict(zip("txFv", SI.T, strict=True))
-    Path("runs.txt").write_text(f"{ADDRESS}\n{name} {digest_of(channels)}\n")
+    Path("runs.txt").write_text(f"{ADDRESS}\n{name} {channels_digest(channels)}\n")
     monkeypatch.setattr(friction_damper, "PULLED_REGISTRY", Path("runs.txt"))
     content = json.dumps({"data": table.tolist()})
     serve(

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.estimation.observers_over_recordings import observer_factory
-from brushgrip.inputs.choices import ObserverName
-from brushgrip.inputs.command_inputs import locate_inputs
+from brushgrip.estimation.observe_recording import observer_factory
+from brushgrip.inputs.command_inputs import gather_inputs
+from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.recordings import grounds_by_name
-from brushgrip.live.session_setup import follow
+from brushgrip.live.session_setup import source_and_estimator
 from brushgrip.outputs.provenance import provenance_of
 from tests.brushgrip.helpers import Run, Write
 from tests.refusal import refused
@@ -32,7 +32,7 @@ def test_grounds_by_name() -> None:
 
 def test_a_ground_may_have_the_name_of_a_recording(write_csv: Write) -> None:
     files = [str(write_csv(f"{name}.csv")) for name in ("ice", "a")]
-    inputs = locate_inputs(files, ground=["ice=ice,a"])
+    inputs = gather_inputs(files, ground=["ice=ice,a"])
 
     assert [*inputs.paths] == ["ice_recording", "a"]
     assert inputs.grounds == {"ice_recording": "ice", "a": "ice"}
@@ -123,6 +123,8 @@ def test_estimate_says_whose_values_it_takes(run: Run, write_csv: Write, rig: Pa
 def test_live_says_whose_values_it_takes(
     rig: Path, model: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    follow("-", locate_inputs(rig=rig, model=model), observer_factory(ObserverName.EKF), ground="ice")
+    source_and_estimator(
+        "-", gather_inputs(rig=rig, model=model), observer_factory(ObserverName.EKF), ground="ice"
+    )
 
     assert capsys.readouterr().out == "ice is unknown: mean of steel and emery\n"

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from identification import read_rig
-from identification.free_decay.stiffness_and_damping import identify_free_decay
+from identification.free_decay.stiffness_and_damping_by_likelihood import identify_free_decay
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
 from reference_rig import impact_rig_toml, make_impacts, write_impacts

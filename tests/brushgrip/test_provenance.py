@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from brushgrip.inputs.command_inputs import locate_inputs
+from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.outputs.provenance import (
     KEY,
     digest_of,
@@ -142,7 +142,7 @@ def test_another_rig_than_that_of_the_diagnosis_is_told(
 ) -> None:
     model, told = Path("model.json"), {"content": f"[rig]\na = {a}\ne = 0.009\n[tyre]\nk = 2e6\n"}
     model.write_text(json.dumps({KEY: {"rig": told}}))
-    locate_inputs(rig=rig, model=model)
+    gather_inputs(rig=rig, model=model)
 
     line = (
         "the rig file says a = 0.045 m, e = 0.009 m; the model was found with a = 0.05 m, e = 0.009 m:"
@@ -151,5 +151,5 @@ def test_another_rig_than_that_of_the_diagnosis_is_told(
     )
     assert capsys.readouterr() == ("", line if a == 0.05 else "")
     model.write_text("{}")
-    locate_inputs(rig=rig, model=model)
+    gather_inputs(rig=rig, model=model)
     assert capsys.readouterr() == ("", "")

@@ -6,8 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.inputs.command_inputs import locate_inputs
-from brushgrip.inputs.recordings import download_folder, locate, refuse_overwriting, unique_labels
+from brushgrip.inputs.command_inputs import gather_inputs
+from brushgrip.inputs.recordings import (
+    download_folder,
+    locate_recordings,
+    refuse_overwriting,
+    unique_labels,
+)
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Write
 from tests.refusal import refused
@@ -31,7 +36,7 @@ class TestLocate:
         for file in there:
             (tmp_path / file).touch()
 
-        assert locate(str(tmp_path / name)) == tmp_path / found
+        assert locate_recordings(str(tmp_path / name)) == tmp_path / found
 
     def test_order_of_places(self, monkeypatch: pytest.MonkeyPatch) -> None:
         folders = [Path("here").resolve(), Path("data").resolve(), download_folder()]
@@ -43,8 +48,8 @@ class TestLocate:
 
         found = []
         for folder in folders:
-            found.append(locate("fem1").resolve())
-            assert locate("fem1.mat").resolve() == found[-1]
+            found.append(locate_recordings("fem1").resolve())
+            assert locate_recordings("fem1.mat").resolve() == found[-1]
             (folder / "fem1.mat").unlink()
 
         assert found == [folder / "fem1.mat" for folder in folders]
@@ -52,19 +57,19 @@ class TestLocate:
     def test_a_folder_of_the_same_name_is_passed_over(self) -> None:
         Path("fem1").mkdir()
         with pytest.raises(InvalidInputError, match="fem1: is a folder"):
-            locate("fem1")
+            locate_recordings("fem1")
         Path("fem1.csv").touch()
 
-        assert locate("fem1") == Path("fem1.csv")
+        assert locate_recordings("fem1") == Path("fem1.csv")
 
     def test_says_where_it_looked(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("BRUSHGRIP_DATA", "data")
-        message = refused(locate, "fem9")
+        message = refused(locate_recordings, "fem9")
         for place in ("here", " data", str(download_folder()), "brushgrip fetch"):
             assert place in message
 
     def test_a_path_is_looked_for_in_its_folder_only(self, tmp_path: Path) -> None:
-        assert refused(locate, str(tmp_path / "fem9")).endswith(
+        assert refused(locate_recordings, str(tmp_path / "fem9")).endswith(
             f"looked for fem9, fem9.mat, fem9.csv and fem9.txt in {tmp_path}"
         )
 
@@ -91,7 +96,7 @@ def test_a_recording_counts_once(write_csv: Write, rig: Path, again: str) -> Non
     shutil.copy(path, Path("copy.csv"))
     Path("link.csv").symlink_to(path)
     with pytest.raises(InvalidInputError, match=r"is the same recording as run\.csv"):
-        locate_inputs(["run.csv", again], rig=rig).recordings()
+        gather_inputs(["run.csv", again], rig=rig).recordings()
 
 
 @pytest.mark.parametrize("kept", [slice(0, 59), slice(1, 60), slice(0, 60, 2), slice(20, 45)])
@@ -101,7 +106,7 @@ def test_a_part_of_a_recording_is_the_same(
     whole = write_csv("whole.csv")
     part = write_csv("part.csv", {name: values[kept] for name, values in table.items()})
     with pytest.raises(InvalidInputError, match=r"is the same recording as .*whole\.csv"):
-        locate_inputs([str(whole), str(part)], rig=rig).recordings()
+        gather_inputs([str(whole), str(part)], rig=rig).recordings()
 
 
 def test_two_runs_may_have_much_in_common(
@@ -111,7 +116,7 @@ def test_two_runs_may_have_much_in_common(
     one = write_csv("one.csv")
     other = write_csv("other.csv", {"M_z": np.where(shared, table["M_z"], table["M_z"] + 0.5)})
 
-    inputs = locate_inputs([str(one), str(other)], rig=rig)
+    inputs = gather_inputs([str(one), str(other)], rig=rig)
     assert [recording.name for recording in inputs.recordings()] == ["one", "other"]
 
 
@@ -157,7 +162,7 @@ def test_a_copy_is_known_however_it_was_written(
     paths = [str(write_csv("run.csv", run)), str(write_csv("copy.csv", copy(run)))]
     for order in (paths, paths[::-1]):
         with pytest.raises(InvalidInputError, match=r"is the same recording as"):
-            locate_inputs(order, rig=rig).recordings()
+            gather_inputs(order, rig=rig).recordings()
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -172,9 +177,9 @@ def test_two_runs_along_one_path_are_two(
     other = write_csv("other.csv", run_of(2 * seed + 1, noise, period, start))
     for first in (run_of(2 * seed), run_of(2 * seed, max(noise, 0.001), period)):
         one = write_csv("one.csv", first)
-        assert len(locate_inputs([str(one), str(other)], rig=rig).recordings()) == 2
+        assert len(gather_inputs([str(one), str(other)], rig=rig).recordings()) == 2
     hums = [str(write_csv(f"hum_{n}.csv", run_of(9 * seed + n, noise + 0.02, hum=0.3))) for n in (0, 1)]
-    assert len(locate_inputs(hums, rig=rig).recordings()) == 2
+    assert len(gather_inputs(hums, rig=rig).recordings()) == 2
 
 
 @pytest.fixture
@@ -227,7 +232,7 @@ def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
 def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, beside: str) -> None:
     for name in (recording, beside, "table.csv"):
         (folder / "sub" / name).write_text("")
-    read = locate_inputs([f"sub/{recording}"]).files
+    read = gather_inputs([f"sub/{recording}"]).files
     assert [path.name for path in read] == [recording, beside]
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
         refuse_overwriting([Path("nosub/../sub") / beside], read)

@@ -7,13 +7,13 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from brushgrip.estimation.observers_over_recordings import FrictionTrack
+from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.pictures.diagnosis import draw_signatures
 from brushgrip.report import page as report
 from brushgrip.report import tables
-from brushgrip.report.friction_summary import goes_pale
+from brushgrip.report.friction_summary import has_unusable_gap
 from brushgrip.report.page import write_report
-from brushgrip.report.printed import own_rejected
+from brushgrip.report.printed_results import rejected_user_effects
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
 from identification.selection.trial_runner import workers
@@ -80,8 +80,8 @@ def test_a_correlation_of_nothing_has_no_sign() -> None:
 
 def test_a_pale_line_is_spoken_of_where_there_is_one() -> None:
     outcome = replace(make_outcome(), tracks=TRACKS[:1])
-    assert not goes_pale(outcome)
-    assert goes_pale(replace(outcome, tracks=TRACKS[:2]))
+    assert not has_unusable_gap(outcome)
+    assert has_unusable_gap(replace(outcome, tracks=TRACKS[:2]))
 
 
 def text_of(diagnosis: Diagnosis) -> str:
@@ -173,17 +173,20 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "1.20 ± 0.10" in first
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
-    assert "of the torque's range, in 1 recording kept out of the fit." in first
+    assert "of its range, in 1 recording kept out of the fit, but not out of" in first
     assert (
         "4.30 % with its stiffness k refitted, 3.00 % with (a), 2.37 % by the model found, of" in first
     )
-    assert "friction and torque offset, and lengths and load within their tolerances." in first
+    assert (
+        "friction and torque offset, and lengths and load within their tolerances, fitted to each"
+        in first
+    )
     assert "Simulated" not in first
     assert "by the model found, with its 95 % band" in first
     assert "never: it has not slid enough to tell" in first
     assert "friction in b after 7.0 s" in first
     assert "Share of the informed samples whose 95 % band holds the friction that was" in rest
-    assert page.text.count("Friction between tyre and ground") == 1, "said once"
+    assert page.text.count("Friction between tyre and ground") == 2, "title and heading"
     assert "It stands on 3 recordings, 1 validation recording judged it" in rest
     assert page.headings[0].startswith("Friction between tyre and ground: 1.10 ± 0.10 (b) and 1.20")
     assert page.headings[1:4] == ["Before you act on it", "Contents", "What was found"]
@@ -317,19 +320,19 @@ def test_an_own_effect_that_was_not_added_is_told_with_its_value_and_gain() -> N
     boot = Candidate(
         name="boot_spring", summary="a boot", holdout_nrmse=0.029, delta_bic=3.2, parameters={"c": c}
     )
-    (line,) = own_rejected(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
+    (line,) = rejected_user_effects(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
 
-    assert own_rejected(diagnosis) == []
+    assert rejected_user_effects(diagnosis) == []
     assert line.startswith(
         "boot spring, of your own, was not added. In the refitted model, without the effects found:"
         " c = 12.3 ± 4.5 N m/rad³; error "
     )
     ended = replace(boot, at_bound=("c",))
-    (line_at_end,) = own_rejected(replace(diagnosis, candidates=(ended,)))
+    (line_at_end,) = rejected_user_effects(replace(diagnosis, candidates=(ended,)))
     assert "found: c = 12.3 N m/rad³ (at the end of its range); error " in line_at_end
     assert any(
         "(at the end" in row[2]
-        for row in tables.candidates(replace(diagnosis, candidates=(ended,))).rows
+        for row in tables.candidates_table(replace(diagnosis, candidates=(ended,))).rows
     )
     assert line.endswith("→ 2.90 % of range with it alone, ΔBIC +3.2; alone not worth its parameters")
 

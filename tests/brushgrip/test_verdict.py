@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.wording.diagnosis_in_words import explained_grade, headline, parameter_words_and_owner
+from brushgrip.wording.diagnosis_in_words import explained_grade, headline, split_parameter_label
 from identification import Diagnosis, ParameterEstimate
 from identification.diagnosis import found_effects
 from identification.diagnosis.found_effects import distance_from_neutral, grade_of
@@ -176,12 +176,12 @@ def test_an_effect_of_the_model_is_no_rival_of_another_one() -> None:
 
 
 def test_parameters_have_plain_names() -> None:
-    assert parameter_words_and_owner("carcass_torsion.k_t") == ("carcass torsion: k_t", "")
-    assert parameter_words_and_owner("torque_offset.M_0 [fem1]") == ("torque offset: M_0", "fem1")
-    assert parameter_words_and_owner("mu [fem1]") == ("internal coefficient μ, not to be quoted", "fem1")
-    assert parameter_words_and_owner("k") == ("tread stiffness k", "")
-    assert parameter_words_and_owner("a [fem1]") == ("half-length a", "fem1")
-    assert parameter_words_and_owner("e [fem1]") == ("caster e", "fem1")
+    assert split_parameter_label("carcass_torsion.k_t") == ("carcass torsion: k_t", "")
+    assert split_parameter_label("torque_offset.M_0 [fem1]") == ("torque offset: M_0", "fem1")
+    assert split_parameter_label("mu [fem1]") == ("internal coefficient μ, not to be quoted", "fem1")
+    assert split_parameter_label("k") == ("tread stiffness k", "")
+    assert split_parameter_label("a [fem1]") == ("half-length a", "fem1")
+    assert split_parameter_label("e [fem1]") == ("caster e", "fem1")
 
 
 @pytest.mark.parametrize(

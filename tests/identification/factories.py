@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from identification import Decay, Fit, Recording, fit
-from identification.selection.trials import fit_own_parameters
+from identification.selection.trial import fit_own_parameters
 from reference_rig import Campaign, make_campaign
 from rig_recordings import as_read
 from symbolic import Rig, Tolerances, Tyre

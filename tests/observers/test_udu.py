@@ -7,9 +7,9 @@ import pytest
 from observers import covariance_of
 from observers.udu import (
     add_variance,
-    build_predict_covariance,
-    build_update_covariance,
-    covariance,
+    build_udu_prediction,
+    build_udu_update,
+    covariance_expression,
     factor_of,
 )
 from symbolic.array_alias import Array
@@ -44,7 +44,7 @@ def test_measurement_is_the_textbook_update(n: int, weight: float, known: int) -
     for _ in range(20):
         factor, H = random_factor(rng, n, known), rng.standard_normal(n)
         P = multiplied(factor)
-        after, K, share = (np.asarray(made) for made in build_update_covariance(n)(factor, H, weight))
+        after, K, share = (np.asarray(made) for made in build_udu_update(n)(factor, H, weight))
 
         inverse = weight / (1 + weight * H @ P @ H)
         close(K.ravel(), P @ H * inverse)
@@ -66,7 +66,7 @@ def test_motion_is_the_textbook_prediction(n: int, known: int, still: str, rank:
         if rank == "one less":
             A[:, 0] = 0.0
         Q = rng.uniform(0.1, 1.0, n) * {"none": 1.0, "some": rng.random(n) < 0.5, "all": 0.0}[still]
-        after = np.asarray(build_predict_covariance(n)(factor, A, Q))
+        after = np.asarray(build_udu_prediction(n)(factor, A, Q))
 
         close(multiplied(after), A @ multiplied(factor) @ A.T + np.diag(Q))
         assert np.isfinite(after).all()
@@ -83,12 +83,12 @@ def test_variances_stay_positive_where_the_textbook_formula_goes_negative() -> N
     least = np.inf
     for _ in range(300):
         H, weight = np.array([1.0, 1.0, 1.0]) + 1e-6 * rng.standard_normal(3), 1e12
-        factor = np.asarray(build_update_covariance(3)(factor, H, weight)[0])
+        factor = np.asarray(build_udu_update(3)(factor, H, weight)[0])
         assert (np.diagonal(factor) > 0).all()
         gain = P @ H * weight / (1 + weight * H @ P @ H)
         P = P - np.outer(gain, H @ P)
         least = min(least, np.linalg.eigvalsh((P + P.T) / 2).min())
-        factor = np.asarray(build_predict_covariance(3)(factor, A, np.zeros(3)))
+        factor = np.asarray(build_udu_prediction(3)(factor, A, np.zeros(3)))
         P = A @ P @ A.T
         assert (np.diagonal(factor) > 0).all()
     assert least < 0, "the textbook formula was not tried hard enough"
@@ -101,7 +101,7 @@ def test_covariance_in_numpy_and_in_casadi(n: int) -> None:
     # What lies below the diagonal belongs to nothing.
     dirty = factor + np.tril(rng.standard_normal((n, n)), -1)
     symbol = ca.MX.sym("factor", n, n)
-    as_casadi = np.asarray(ca.Function("P", [symbol], [covariance(symbol)])(dirty))
+    as_casadi = np.asarray(ca.Function("P", [symbol], [covariance_expression(symbol)])(dirty))
 
     close(covariance_of(dirty), multiplied(factor))
     close(as_casadi, multiplied(factor))

@@ -23,7 +23,7 @@ from symbolic import (
     Values,
     simulate,
 )
-from symbolic.bristles import BristlePatch
+from symbolic.bristle_patch import BristlePatch
 from tests.symbolic.oracles import Array, flat, theta_of, worst
 
 pytestmark = pytest.mark.usefixtures("interpreted")

@@ -15,7 +15,7 @@ import pytest
 from symbolic import EFFECTS, Model
 from symbolic.compilation.bristle_kernel import kernel_source
 from symbolic.compilation.operating_system import MemoryLimit
-from symbolic.compilation.toolchain import found_compiler, library_line
+from symbolic.compilation.toolchain import compiler_command, found_compiler
 
 PACKAGES = ("symbolic", "observers", "identification", "brushgrip")
 ALLOWED = {"symbolic/compilation/operating_system.py", "brushgrip/running/interrupts.py"}
@@ -83,7 +83,7 @@ def test_a_compiler_is_found_by_cc_or_by_its_usual_name(
     "command", ["cl", r"C:/VS/bin/cl.exe", "clang-cl", "/opt/llvm/bin/clang-cl.exe"]
 )
 def test_microsofts_compilers_have_options_of_their_own(command: str) -> None:
-    line = library_line(command, ["a.c", "b.c"], "a.dll", ("-O2", "-fPIC", "-shared"), windows=True)
+    line = compiler_command(command, ["a.c", "b.c"], "a.dll", ("-O2", "-fPIC", "-shared"), windows=True)
 
     assert line[0] == command
     assert {"/LD", "a.c", "b.c", "/Fea.dll"} <= set(line)
@@ -93,8 +93,8 @@ def test_microsofts_compilers_have_options_of_their_own(command: str) -> None:
 def test_on_windows_there_is_neither_fpic_nor_lm() -> None:
     flags = ("-O2", "-fPIC", "-shared")
 
-    there = library_line("clang", ["a.c"], "a.dll", flags, windows=True)
-    here = library_line("clang", ["a.c"], "a.so", flags, windows=False)
+    there = compiler_command("clang", ["a.c"], "a.dll", flags, windows=True)
+    here = compiler_command("clang", ["a.c"], "a.so", flags, windows=False)
     assert there == ["clang", "a.c", "-O2", "-shared", "-o", "a.dll"]
     assert here == ["clang", "a.c", "-O2", "-fPIC", "-shared", "-o", "a.so", "-lm"]
 

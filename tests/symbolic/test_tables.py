@@ -16,7 +16,7 @@ from symbolic import (
     units_of,
 )
 from symbolic.tables.found_model_from_tables import MODEL_VERSION
-from symbolic.tables.parsing import excerpt, json_of, naming, text_of, toml_of
+from symbolic.tables.parsing import excerpt, json_of, prefix_errors, text_of, toml_of
 from tests.refusal import refused
 
 
@@ -71,10 +71,10 @@ def test_a_key_that_stands_twice() -> None:
 
 
 def test_naming_puts_the_source_before() -> None:
-    with pytest.raises(InvalidInputError) as caught, naming("rig.toml"):
+    with pytest.raises(InvalidInputError) as caught, prefix_errors("rig.toml"):
         raise InvalidInputError("is empty")
     assert str(caught.value) == "rig.toml: is empty"
-    with pytest.raises(ZeroDivisionError), naming("rig.toml"):
+    with pytest.raises(ZeroDivisionError), prefix_errors("rig.toml"):
         raise ZeroDivisionError
 
 

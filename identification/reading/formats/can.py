@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.channel_matching import ChannelFile, Samples, match_channel
-from identification.reading.file_content import MAX_FILE_SIZE, read_text, require_readable
+from identification.reading.bytes_and_text import MAX_FILE_SIZE, read_text, require_readable
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples, match_channel
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.units import is_unit
@@ -75,7 +75,7 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
             )
         return times, values
 
-    def read(name: str) -> Samples:
+    def read(name: str) -> ChannelSamples:
         message, signal = places[name]
         times, values = decoded(message, buses[name])
         return _valid(path, name, signal, times, values[signal.name])
@@ -164,24 +164,24 @@ def _on_bus(bus: str, message: Any, places: dict[str, Any], signals: SignalMap) 
     )
 
 
-def range_of(signal: Any) -> tuple[float, float]:
+def signal_range(signal: Any) -> tuple[float, float]:
     """The range of a signal in the database, infinite where it names none."""
     low = -np.inf if signal.minimum is None else float(signal.minimum)
     return low, np.inf if signal.maximum is None else float(signal.maximum)
 
 
-def within_range(signal: Any, values: Array) -> NDArray[np.bool_]:
+def within_signal_range(signal: Any, values: Array) -> NDArray[np.bool_]:
     """Mask of the values within a signal's range, up to half a step; False for NaN."""
-    low, high = range_of(signal)
+    low, high = signal_range(signal)
     step = 0.5 * abs(float(signal.scale))
     slack = [abs(end) * _ROUNDING if signal.is_float else step for end in (low, high)]
     return ~((values < low - slack[0]) | (values > high + slack[1]))
 
 
-def _valid(path: Path, name: str, signal: Any, times: Array, values: Array) -> Samples:
+def _valid(path: Path, name: str, signal: Any, times: Array, values: Array) -> ChannelSamples:
     """A signal without what lies outside the range of the database, as 0xFFFF for "not available"."""
-    low, high = range_of(signal)
-    outside = ~within_range(signal, values)
+    low, high = signal_range(signal)
+    outside = ~within_signal_range(signal, values)
     unit = signal.unit or ""
     span = f"the range of the database, {low:g} to {high:g} {unit}".rstrip()
     if outside.any() and not np.isfinite(values[~outside]).any():
@@ -193,7 +193,7 @@ def _valid(path: Path, name: str, signal: Any, times: Array, values: Array) -> S
         f"comes within {100 * (1 - NEAR_END):.0f} % of the end of {span}: if its sensor ends there,"
         " friction may be higher than told; declare [sensor] range in the rig file"
     )
-    return Samples(
+    return ChannelSamples(
         values=np.where(outside, np.nan, values),
         unit=unit,
         times=times,

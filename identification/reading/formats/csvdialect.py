@@ -4,9 +4,9 @@ import codecs
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from identification.reading.file_content import read_bytes
+from identification.reading.bytes_and_text import read_bytes
 from identification.reading.units import is_unit
-from symbolic.tables.parsing import naming, text_of
+from symbolic.tables.parsing import prefix_errors, text_of
 
 DELIMITERS = ("\t", ";", ",")
 """Of two that separate equally many fields the first is taken."""
@@ -15,10 +15,10 @@ _WESTERN = frozenset("°µ²³·äöüÄÖÜßéè±".encode("cp1252"))
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
-def read_letters(path: Path) -> str:
+def read_csv_text(path: Path) -> str:
     """The text of a file in UTF-8, UTF-16 with its mark, or Windows' letters for units and umlauts."""
     content = read_bytes(path)
-    with naming(path):
+    with prefix_errors(path):
         if content.startswith(_UTF16):
             content = content.decode("utf-16", "replace").encode("utf-8")
         elif _is_western(content):

@@ -14,19 +14,19 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.channel_matching import (
+from identification.reading.channels_by_name import (
     ChannelFile,
-    Samples,
+    ChannelSamples,
     absent_rack_columns,
     match_channel,
     missing_channels,
 )
-from identification.reading.chosen_map import fitting_map
-from identification.reading.clock_and_units import tabulate
-from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_letters, units_in
+from identification.reading.common_clock_and_units import table_from_channels
+from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_csv_text, units_in
+from identification.reading.map_for_file import map_for_file
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Fault, Table, possible_columns
+from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Table, TableFault, possible_columns
 from identification.reading.units import unit_of_name
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
@@ -51,7 +51,7 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     Fields are separated by comma, semicolon or tab. A unit may stand in brackets behind a heading, or in
     a row below the header; without either, or a unit in the map, columns are in SI units.
     """
-    lines = _lines(read_letters(path))
+    lines = _lines(read_csv_text(path))
     heading, start = _Heading(), 0
     for start, line in enumerate(lines):
         if line.strip() and not line.lstrip().startswith("#"):
@@ -63,20 +63,20 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     rows = _fields(path, start, chain([line], lines), delimiter)
     number, fields = next(rows)
     names = [field.strip() for field in fields]
-    signals = fitting_map(str(path), signals, names)
+    signals = map_for_file(str(path), signals, names)
     header = _header(path, number, names, needed, signals, _reading(path, names, rows, delimiter))
     rows, units = _units(rows, header)
     columns, numbers, faults = _columns(path, header, len(names), rows, NumberParser(delimiter))
     by_name = {names[at]: column for column, at in header.items()}
     file = ChannelFile(
         names=names,
-        read=lambda name: Samples(
+        read=lambda name: ChannelSamples(
             values=columns[by_name[name]], unit=units.get(by_name[name], unit_of_name(name))
         ),
         declared=heading.declared,
     )
     return replace(
-        tabulate(path, file, needed, signals),
+        table_from_channels(path, file, needed, signals),
         faults=faults,
         place=lambda of: f"row {numbers[of] if isinstance(of, int) else heading.places[of]}",
         tolerances=heading.tolerances,
@@ -169,7 +169,7 @@ def _header(
     names: Sequence[str],
     needed: Sequence[str],
     signals: SignalMap,
-    read: Callable[[str], Samples],
+    read: Callable[[str], ChannelSamples],
 ) -> Mapping[str, int]:
     """The index of each column; what `read` finds goes into the map that is proposed for others."""
     found = {}
@@ -186,7 +186,9 @@ def _header(
     return found
 
 
-def _reading(path: Path, names: Sequence[str], rows: Rows, delimiter: str) -> Callable[[str], Samples]:
+def _reading(
+    path: Path, names: Sequence[str], rows: Rows, delimiter: str
+) -> Callable[[str], ChannelSamples]:
     """Reader of one column by name; its first call parses all rows."""
 
     @cache
@@ -196,20 +198,20 @@ def _reading(path: Path, names: Sequence[str], rows: Rows, delimiter: str) -> Ca
         units = first[0][1] if first and not any(map(number_of, first[0][1])) else []
         return _columns(path, places, len(names), iter(first), number_of)[0], units
 
-    def read(name: str) -> Samples:
+    def read(name: str) -> ChannelSamples:
         columns, units = content()
         at = names.index(name)
-        return Samples(values=columns[name], unit=units[at].strip() if at < len(units) else "")
+        return ChannelSamples(values=columns[name], unit=units[at].strip() if at < len(units) else "")
 
     return read
 
 
 def _columns(
     path: Path, header: Mapping[str, int], width: int, rows: Rows, number_of: NumberParser
-) -> tuple[dict[str, np.ndarray], "array[int]", list[Fault]]:
+) -> tuple[dict[str, np.ndarray], "array[int]", list[TableFault]]:
     """Columns, the number of each sample's line, and faults; empty rows at the end are none."""
     columns = {name: array("d") for name in header}
-    numbers, faults, size = array("q"), list[Fault](), 0
+    numbers, faults, size = array("q"), list[TableFault](), 0
     for sample, (number, fields) in enumerate(rows):
         if any(field.strip() for field in fields):
             size = sample + 1
@@ -220,12 +222,12 @@ def _columns(
         numbers.append(number)
         fitting = len(fields) == width
         if not fitting:
-            faults.append(Fault(sample, f"has {len(fields)} fields, the header has {width}"))
+            faults.append(TableFault(sample, f"has {len(fields)} fields, the header has {width}"))
         for name, index in header.items():
             value = number_of(fields[index]) if fitting else np.nan
             if value is None:
                 what = f"{name} = {excerpt(fields[index])} is not a number"
-                faults.append(Fault(sample, f"{what}; allowed: a finite number, empty or NaN"))
+                faults.append(TableFault(sample, f"{what}; allowed: a finite number, empty or NaN"))
             columns[name].append(np.nan if value is None else value)
     present = {name: np.array(values[:size]) for name, values in columns.items()}
     return present, numbers, [fault for fault in faults if fault.sample < size]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.reading.channel_matching import ChannelFile, Samples
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats.matfile import VARIABLES
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.rigfile import DECLARABLE
@@ -37,14 +37,14 @@ def open_hdf5(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     with h5py.File(path, "r") as file:
         datasets = dict(_numeric(h5py, file))
 
-        def read(name: str) -> Samples:
+        def read(name: str) -> ChannelSamples:
             dataset = datasets[name]
             require_size(path, name, dataset.size)
             require_size(path, f"a chunk of {name}", prod(dataset.chunks or ()))
             _require_unpacked(path, name, dataset)
             unit = next(iter(np.ravel(stated_unit(dataset.attrs))), "")
             text = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
-            return Samples(values=_row(_unpacked(path, name, dataset)), unit=text)
+            return ChannelSamples(values=_row(_unpacked(path, name, dataset)), unit=text)
 
         declared = {
             name: float(_unpacked(path, name, datasets[name]).ravel()[0])

@@ -15,15 +15,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.channel_matching import COLUMNS, ChannelFile, Samples
-from identification.reading.clock_and_units import tabulate
-from identification.reading.file_content import read_bytes, require_readable
+from identification.reading.bytes_and_text import read_bytes, require_readable
+from identification.reading.channels_by_name import COLUMNS, ChannelFile, ChannelSamples
+from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MAX_SAMPLES, Table
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.array_alias import Array
-from symbolic.tables.parsing import naming
+from symbolic.tables.parsing import prefix_errors
 
 VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
 """Variable of each column, before that of the column's own name."""
@@ -54,13 +54,13 @@ def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     scalars = {name: _scalar(path, name, content[name]) for name in _SCALARS if name in content}
     file = ChannelFile(
         names=list(content),
-        read=lambda name: Samples(values=_vector(path, name, _load(path, {name})[name])),
+        read=lambda name: ChannelSamples(values=_vector(path, name, _load(path, {name})[name])),
         declared={name: value for name, value in scalars.items() if name in DECLARABLE},
         aliases={c: (VARIABLES[c], c) if c in VARIABLES else () for c in COLUMNS},
     )
     own = {name: scalars[f"{name}_tolerance"] for name in TOLERATED if f"{name}_tolerance" in scalars}
     published = {"a": HALF_LENGTH_TOLERANCE} if "a" in content else {}
-    return replace(tabulate(path, file, needed, signals), tolerances=published | own)
+    return replace(table_from_channels(path, file, needed, signals), tolerances=published | own)
 
 
 def is_hdf5(path: Path) -> bool:
@@ -79,7 +79,7 @@ def _load(path: Path, wanted: Container[str]) -> Mapping[str, Array | None]:
             f"{path}: is not a MATLAB 5 file; save it with save(..., '-v7'), or as CSV"
         )
     try:
-        with naming(path):
+        with prefix_errors(path):
             return read_arrays(content, wanted)
     except DamagedFileError as error:
         raise InvalidInputError(

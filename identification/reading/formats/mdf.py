@@ -7,7 +7,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from identification.reading.channel_matching import ChannelFile, Samples
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
@@ -40,7 +40,7 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
                 number = f"{group}.{channel}/" if twice else f"{group}/"
                 places[name if len(data) == 1 else f"{number}{name}"] = (group, channel)
 
-        def read(name: str) -> Samples:
+        def read(name: str) -> ChannelSamples:
             group, channel = places[name]
             _require_records(path, name, file.groups[group], (channel, file.masters_db.get(group)))
             # Else asammdf leaves out samples that are marked invalid, and their instants with them.
@@ -58,7 +58,7 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             # Of a group without a master asammdf counts the samples, and says that this were a time.
             _, kind = signal.master_metadata or ("", TIME)
             timed = kind <= TIME and (group in file.masters_db or signal.master_metadata is None)
-            return Samples(
+            return ChannelSamples(
                 values=values,
                 unit=str(signal.unit or ""),
                 times=np.asarray(signal.timestamps, dtype=np.float64) if timed else None,

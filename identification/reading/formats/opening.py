@@ -7,9 +7,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from identification.reading.channel_matching import Opener
-from identification.reading.clock_and_units import tabulate
-from identification.reading.file_content import require_readable
+from identification.reading.bytes_and_text import require_readable
+from identification.reading.channels_by_name import Opener
+from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_SAMPLES, Table
 from symbolic import InvalidInputError
@@ -28,7 +28,7 @@ def read_format(opener: Opener, path: Path, needed: Sequence[str], signals: Sign
     require_readable(path)
     try:
         with LIMIT.lowered(), _silent(), opener(path, signals) as file:
-            return tabulate(path, file, needed, signals)
+            return table_from_channels(path, file, needed, signals)
     except InvalidInputError:
         raise
     except MemoryError:

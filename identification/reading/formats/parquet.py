@@ -5,7 +5,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from identification.reading.channel_matching import ChannelFile, Samples
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
 from identification.reading.units import stated_unit
@@ -23,14 +23,14 @@ def open_parquet(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     with closing(parquet.ParquetFile(path)) as file:
         schema = file.schema_arrow
 
-        def read(name: str) -> Samples:
+        def read(name: str) -> ChannelSamples:
             require_size(path, name, file.metadata.num_rows)
             field = schema.field(name)
             if not str(field.type).startswith(_KINDS):
                 raise InvalidInputError(f"{path}: column {excerpt(name)} must hold numbers")
             values = _plain(file.read(columns=[name]).column(name), field.type)
             told = {_text(key): _text(value) for key, value in (field.metadata or {}).items()}
-            return Samples(values=values.to_numpy(), unit=stated_unit(told))
+            return ChannelSamples(values=values.to_numpy(), unit=stated_unit(told))
 
         yield ChannelFile(names=list(schema.names), read=read)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.reading.channel_matching import ChannelFile, Samples
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
 
@@ -33,7 +33,7 @@ def open_ros(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
                 fields |= {f"{connection.topic}.{n}": (connection, n) for n in _leaves(message)}
                 break
 
-        def read(name: str) -> Samples:
+        def read(name: str) -> ChannelSamples:
             connection, field = fields[name]
             require_size(path, name, connection.msgcount)
             times, values = array("d"), array("d")
@@ -45,7 +45,7 @@ def open_ros(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
                 start = bag.start_time if start is None else start
                 times.append((now - start) * 1e-9)
                 values.append(_value(message, field))
-            return Samples(values=np.array(values), times=np.array(times))
+            return ChannelSamples(values=np.array(values), times=np.array(times))
 
         yield ChannelFile(names=list(fields), read=read, own_clocks=True)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.reading.channel_matching import ChannelFile, Samples
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats.opening import import_library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
@@ -51,12 +51,14 @@ def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             first = late / np.timedelta64(1, "s") + properties.get("wf_start_offset", 0.0)
             return np.asarray(first + step * np.arange(size))
 
-        def read(name: str) -> Samples:
+        def read(name: str) -> ChannelSamples:
             channel = channels[name]
             require_size(path, name, len(channel))
             values = np.asarray(channel[:])
             unit = str(channel.properties.get("unit_string", ""))
-            return Samples(values=values, unit=unit, times=clock(name, values.size), remark=remark)
+            return ChannelSamples(
+                values=values, unit=unit, times=clock(name, values.size), remark=remark
+            )
 
         yield ChannelFile(names=list(channels), read=read, own_clocks=True)
 

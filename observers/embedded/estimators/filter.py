@@ -16,14 +16,14 @@ from observers.embedded.estimators.sample_functions import (
     stiffness_ratio,
 )
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_function import inputs_used, with_known_exponential, without_inputs
-from observers.estimators.ekf import build_commented_step, layout
+from observers.embedded.scalar_expansion import inputs_used, with_known_exponential, without_inputs
+from observers.estimators.ekf import build_commented_step, ekf_layout
 from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.measurement.directional_friction import EXCHANGED, OTHER
-from observers.measurement.linearisation import angle_is_state, directions, state_index
+from observers.measurement.linearisation import angle_is_state, slope_states, state_index
 from observers.measurement.measurement_model import CLEAN
-from observers.udu import covariance
+from observers.udu import covariance_expression
 
 PATCH = ("M_z", "slopes")
 """Parts of the state that the patch of C sets, not the step."""
@@ -33,7 +33,7 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
     """An `Ekf` of one linearisation on a patch of C."""
     observer, real = patch.observer, patch.real.c_type
     model, memory = observer.measurement_model, [name for name, _, _ in patch.torque_model.layout.fields]
-    parts = layout(patch.torque_model, model)
+    parts = ekf_layout(patch.torque_model, model)
     step = _build_step(patch, constants, parts)
     # C keeps the parts that a step depends on.
     used = inputs_used(step)
@@ -43,7 +43,9 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
     functions = [_begin(patch, constants, parts, names), step]
     if patch.follows_mu:
         factor = ca.MX.sym("factor", *parts.places["factor"][1])
-        functions.append(retentions(observer, constants, factor, covariance(factor), predicted=True))
+        functions.append(
+            retentions(observer, constants, factor, covariance_expression(factor), predicted=True)
+        )
     if angle_is_state(model) and patch.torque_model.slides:
         functions.append(effective_friction(patch))
     before = stiffness_ratio(model, "before->x")
@@ -54,7 +56,7 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
         "by_k": f"torque[BY_STIFFNESS] / {patch.k}", "k": f"{patch.k} * {before}",
         "slide": "slide[0]", "beside": "slide[1]",
     }  # fmt: skip
-    by_state = {name: f"torque[{TORQUE[name]}]" for name in directions(model)}
+    by_state = {name: f"torque[{TORQUE[name]}]" for name in slope_states(model)}
     by_state["log_mu"] += " * output[OUT_MU]"
     fields = "".join(f"    {real} {part}[{rows * columns}];\n" for part, rows, columns in kept.fields)
     return EstimatorCode(

@@ -9,14 +9,14 @@ import casadi as ca
 
 from observers.embedded.constants import Constants
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_function import inputs_used
-from observers.estimators.mhe_terms import build_forward
+from observers.embedded.scalar_expansion import inputs_used
+from observers.estimators.mhe_recursions import build_filter_step
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
 from observers.measurement.linearisation import (
     build_clean,
-    build_motion,
-    directions,
+    build_linearised_motion,
+    slope_states,
     state_index,
 )
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
@@ -87,8 +87,8 @@ def retentions(
     now, rig = ca.MX.sym("now", len(CLEAN)), ca.MX.sym("rig", len(RIG))
     tuning, x = ca.MX.sym("tuning", len(TUNING_FIELDS)), ca.MX.zeros(n)
     # Neither the states nor the torque matter to the walk of ln mu.
-    slopes = ca.DM.zeros(len(directions(model)))
-    _, _, Q, _ = build_motion(model)(x, 0, slopes, ca.MX.zeros(len(CLEAN)), now, rig, tuning)
+    slopes = ca.DM.zeros(len(slope_states(model)))
+    _, _, Q, _ = build_linearised_motion(model)(x, 0, slopes, ca.MX.zeros(len(CLEAN)), now, rig, tuning)
     at = state_index(model)
     walk = sensitivity_retention(model, variances, Q, x, now)
     variance = variances[at, at] + Q[at] if predicted else variances[at, at]
@@ -130,13 +130,13 @@ def memory_with(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
 @cache
 def torque_moves_states(model: MeasurementModel) -> bool:
     """True where the motion of the states depends on the torque of the patch."""
-    return not inputs_used(build_motion(model)).isdisjoint(("M_z", "slopes"))
+    return not inputs_used(build_linearised_motion(model)).isdisjoint(("M_z", "slopes"))
 
 
 @cache
 def stored_rows(model: MeasurementModel) -> tuple[str, ...]:
     """Those of `ROWS` that the terms of a window depend on: what C stores of a sample."""
-    forward = build_forward(model)
+    forward = build_filter_step(model)
     used = {ROWS.index(name) for name in ("F_N", "dt", "accepted", "jump")}
     for name in ("row", "row_next"):
         at = forward.index_in(name)

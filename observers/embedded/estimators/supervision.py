@@ -10,10 +10,10 @@ from typing import Any
 import casadi as ca
 
 from observers.embedded.constants import Constants, Tunable
+from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.rolled_c import rolled_c
-from observers.embedded.scalar_function import scalar_function, without_outputs
+from observers.embedded.scalar_expansion import expand_with_constants, without_outputs
 from observers.embedded.scalar_type import Real
-from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, symbols, vector_of
 from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG, has_gear_friction
@@ -22,9 +22,9 @@ from observers.quality import (
     acquisition,
     acquisition_and_tracking,
     branch_consistency,
-    branches,
     hypotheses_verdict,
-    ratio_hypotheses,
+    hysteresis_branches,
+    mu_over_k_hypotheses,
 )
 from observers.quality.acquisition_handover import (
     covariance_pairs,
@@ -35,7 +35,7 @@ from observers.quality.equivalent_patch import build_added_torque
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 from symbolic.deformation import corner_moment_and_derivative
-from symbolic.zones import FAR
+from symbolic.zone_patch import FAR
 
 
 def supervision_functions(observer: ModelObserver, constants: Constants) -> list[ca.Function]:
@@ -45,22 +45,24 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     patch, model = observer.equivalent_patch, observer.measurement_model
     known = {"friction": [patch.friction]}
     follow = branch_consistency.build_branch_consistency(patch, model)
-    conclude = acquisition.build_handover(patch, model)
+    conclude = acquisition.build_acquisition_handover(patch, model)
     functions = [
-        without_outputs(branches.build_track(), {"turns"}).expand("follow_turns", {"cse": True}),
-        branches.build_present_branch(),
-        branches.build_new_ground_branches(),
-        branches.build_sliding_onset(),
+        without_outputs(hysteresis_branches.build_track_update(), {"turns"}).expand(
+            "follow_turns", {"cse": True}
+        ),
+        hysteresis_branches.build_turning_point_update(),
+        hysteresis_branches.build_new_ground_branches(),
+        hysteresis_branches.build_sliding_onset(),
         _edge(observer, constants.tunable == "all"),
-        ratio_hypotheses.build_hypothesis_update(has_gear_friction(model)),
-        ratio_hypotheses.build_torque_error(),
-        scalar_function("follow_output", follow, known),
+        mu_over_k_hypotheses.build_one_hypothesis_update(has_gear_friction(model)),
+        mu_over_k_hypotheses.build_torque_error(),
+        expand_with_constants("follow_output", follow, known),
         hypotheses_verdict.build_deviation_by_scale(patch.misfit > 0, model.gain_share),
-        scalar_function("conclude", conclude, known),
+        expand_with_constants("conclude", conclude, known),
     ]
     if (added := build_added_torque(observer.model)) is not None:
         theta = observer.constants[: len(observer.model.coordinates)].tolist()
-        functions.append(scalar_function("added_torque", added, {"theta": theta}))
+        functions.append(expand_with_constants("added_torque", added, {"theta": theta}))
     return [*functions, _observe_torque(observer, constants)]
 
 
@@ -78,19 +80,23 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
 
     Of its limits those are numbers that are the tuning's, without `tunable`.
     """
-    function = hypotheses_verdict.build_verdict(has_gear_friction(observer.measurement_model))
+    function = hypotheses_verdict.build_hypotheses_verdict(has_gear_friction(observer.measurement_model))
     begin = len(observer.model.coordinates) + len(RIG)
     numbers = {
-        ratio_hypotheses.SETTINGS.index(name): float(
+        mu_over_k_hypotheses.SETTINGS.index(name): float(
             observer.constants[begin + TUNING_FIELDS.index(name)]
         )
         for name in ("mu", "mu_std", "stiffness_std")
     }
     known = {} if tunable else {"limits": numbers}
-    return function, rolled_c("verdict_of", function, len(ratio_hypotheses.RATIOS), real.c_type, known)
+    return function, rolled_c(
+        "verdict_of", function, len(mu_over_k_hypotheses.RATIOS), real.c_type, known
+    )
 
 
-def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], body: Body) -> Body:
+def with_supervision(
+    observer: ModelObserver, real: Real, terms: Mapping[str, Any], body: ObserverBody
+) -> ObserverBody:
     """The code of an estimator with its supervision; as it is where that is switched off."""
     if not observer.acquire:
         return body
@@ -102,11 +108,12 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
     sizes = {
         "own": len(acquisition.OWN), "verdict": len(hypotheses_verdict.VERDICT),
         "block": len(observer.measurement_model.torque_state),
-        "track": len(branches.TRACK), "points": branches.POINTS * branches.PATHS, "result": len(OUTPUT),
+        "track": len(hysteresis_branches.TRACK),
+        "points": hysteresis_branches.POINTS * hysteresis_branches.PATHS, "result": len(OUTPUT),
     }  # fmt: skip
     fields = ", ".join(f"{name}[{size}]" for name, size in sizes.items() if size)
-    parts = ratio_hypotheses.hypothesis_fields(has_gear_friction(observer.measurement_model))
-    rows, columns = len(ratio_hypotheses.RATIOS), len(parts)
+    parts = mu_over_k_hypotheses.hypothesis_fields(has_gear_friction(observer.measurement_model))
+    rows, columns = len(mu_over_k_hypotheses.RATIOS), len(parts)
     return replace(
         body,
         stepping=f"{body.stepping}\n{render('estimators/supervision.c', values)}",
@@ -142,7 +149,7 @@ def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Functio
     block, sample, again, rig, tuning = inputs.values()
     after, *rest = model.observed_torque(named(names, block), named(SAMPLE, sample), rig, tuning)
     misfit = observer.equivalent_patch.misfit
-    limits = ratio_hypotheses.settings_of(named(TUNING_FIELDS, tuning), misfit, again)
+    limits = mu_over_k_hypotheses.hypothesis_settings(named(TUNING_FIELDS, tuning), misfit, again)
     outputs = {
         "block_next": vector_of(names, after),
         **dict(zip(("psi", "M_z", "added"), rest, strict=True)),
@@ -167,15 +174,16 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
     gear = has_gear_friction(model)
     declared = f"{literal['zero_std']} * 0.375 * sample[2] * {literal['a']}"
     return {
-        "own": acquisition.OWN, "track": branches.TRACK, "gear": gear,
-        "parts": ratio_hypotheses.hypothesis_fields(gear),
+        "own": acquisition.OWN, "track": hysteresis_branches.TRACK, "gear": gear,
+        "parts": mu_over_k_hypotheses.hypothesis_fields(gear),
         "added_torque": build_added_torque(observer.model) is not None,
         "gear_spread": repr(float(model.gear_spread)),
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",
-        "limits": ratio_hypotheses.SETTINGS,
-        "ratios": ratio_hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
-        "start": repr(branches.START), "twist_std": repr(ratio_hypotheses.TWIST_STD),
+        "limits": mu_over_k_hypotheses.SETTINGS,
+        "ratios": mu_over_k_hypotheses.RATIOS,
+        "points": hysteresis_branches.POINTS, "paths": hysteresis_branches.PATHS,
+        "start": repr(hysteresis_branches.START), "twist_std": repr(mu_over_k_hypotheses.TWIST_STD),
         "beside": acquisition_and_tracking.BESIDE, "confirms": repr(acquisition_and_tracking.CONFIRMS),
         "failed": repr(float(acquisition.FAILED)), "failed_for_long": repr(acquisition.FAILED_FOR_LONG),
         "over": repr(float(acquisition.OVER)), "proved": repr(float(acquisition.PROVED)),
@@ -184,8 +192,8 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "moved": repr(acquisition_and_tracking.MAY_HAVE_MOVED),
         "verdict": hypotheses_verdict.VERDICT,
         "block": len(model.torque_state), "handover": len(handover_names(states_handed_over(states))),
-        "vague": repr(ratio_hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
-        "restart_std": repr(ratio_hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
+        "vague": repr(mu_over_k_hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
+        "restart_std": repr(mu_over_k_hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
         # Deviation of the torque's zero before the first sample [N m].
         "zero_std": declared if zero_std is None else repr(zero_std),

@@ -1,7 +1,7 @@
 """The moving-horizon estimator in compact C, `templates/estimators/window.c`.
 
 What the window keeps of the patch is stored with every sample. C loops over the samples and calls, at
-each, the Functions of `observers.estimators.mhe_terms`, adapted here to scalar arguments.
+each, the Functions of `observers.estimators.mhe_recursions`, adapted here to scalar arguments.
 """
 
 from dataclasses import dataclass
@@ -21,18 +21,18 @@ from observers.embedded.estimators.sample_functions import (
 )
 from observers.embedded.patches.patch_code import PatchCode, window_of
 from observers.estimators.initial_state import build_initial_state
-from observers.estimators.mhe_terms import (
+from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
-    build_backward,
-    build_forward,
-    build_prediction,
+    build_filter_step,
     build_sample_acceptance,
+    build_smoother_step,
+    build_state_prediction,
     has_not_converged,
 )
 from observers.estimators.step_terms import StepSample, clip_to_bounds
 from observers.layout import Layout, named, outputs_of
 from observers.measurement.directional_friction import OTHER
-from observers.measurement.linearisation import build_motion, directions
+from observers.measurement.linearisation import build_linearised_motion, slope_states
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE
@@ -101,7 +101,7 @@ def elimination_parts(model: MeasurementModel) -> Layout:
     """The parts that forward elimination leaves for back substitution."""
     n = len(model.states)
     parts = (("filtered", n, 1), ("P", n, n), ("K", n, 1), ("score", 1, 1), ("H", n, 1))
-    slopes = ("slopes", len(directions(model)), 1)
+    slopes = ("slopes", len(slope_states(model)), 1)
     return Layout((*parts, slopes) if torque_moves_states(model) else parts)
 
 
@@ -149,7 +149,7 @@ class WindowFunctions:
     def torque(self, torque: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX]:
         """M_z and its slopes by the states."""
         parts = named(TORQUES, torque)
-        slopes = ca.vertcat(*(parts[TORQUE[name]] for name in directions(self.model)))
+        slopes = ca.vertcat(*(parts[TORQUE[name]] for name in slope_states(self.model)))
         return parts["M_Z"], slopes_by_states(self.model, slopes, x)
 
     def begin(self) -> ca.Function:
@@ -171,7 +171,7 @@ class WindowFunctions:
         """(x, torque, P, last, now) -> newest, P at it."""
         names = ("x", "torque", "P", "last", "now", "rig", "tuning")
         x, torque, P, last, now, rig, tuning = inputs = self.symbols(*names)
-        predict = build_prediction(self.model)
+        predict = build_state_prediction(self.model)
         newest, P_newest, _ = predict(x, P, *self.torque(torque, x), last, now, rig, tuning)
         return function_of_symbols("predict", inputs, newest=newest, P_newest=P_newest)
 
@@ -209,7 +209,7 @@ class WindowFunctions:
         """(mean, factor, x, torque, row, after) -> mean, factor, eliminated."""
         names = ("mean", "factor", "x", "torque", "row", "after", "rig", "tuning")
         mean, factor, x, torque, row, after, rig, tuning = inputs = self.symbols(*names)
-        forward = build_forward(self.model)
+        forward = build_filter_step(self.model)
         rows, (M_z, slopes) = (self.full_row(r) for r in (row, after)), self.torque(torque, x)
         results = outputs_of(forward, mean, factor, x, M_z, slopes, *rows, rig, tuning)
         results["slopes"] = slopes
@@ -225,10 +225,10 @@ class WindowFunctions:
         parts = elimination_parts(self.model).split(eliminated)
         # The motion is cheaper to compute again than to store with every sample.
         now, now_next = (self.full_row(vector)[: len(CLEAN)] for vector in (row, after))
-        motion = build_motion(self.model)
-        slopes = parts.pop("slopes", ca.DM.zeros(len(directions(self.model))))
+        motion = build_linearised_motion(self.model)
+        slopes = parts.pop("slopes", ca.DM.zeros(len(slope_states(self.model))))
         _, A, _, _ = motion(parts["filtered"], 0, slopes, now, now_next, rig, tuning)
-        before, smoothed = build_backward(self.model)(costate, *parts.values(), A, tuning)
+        before, smoothed = build_smoother_step(self.model)(costate, *parts.values(), A, tuning)
         return function_of_symbols("backward", inputs, costate_before=before, smoothed=smoothed)
 
     def output(self) -> ca.Function:

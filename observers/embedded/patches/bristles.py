@@ -20,7 +20,7 @@ from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from observers.measurement.linearisation import angle_is_state
 from symbolic import Model
-from symbolic.bristles import SPAN
+from symbolic.bristle_patch import SPAN
 from symbolic.compilation.scalar_c import c_function, c_records
 from symbolic.compliance import BALANCE_STEPS
 from symbolic.deformation import full_slide_arm

@@ -11,10 +11,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from observers.embedded.scalar_function import scalar_function
+from observers.embedded.scalar_expansion import expand_with_constants
 from observers.estimators.model_observer import ModelObserver
 from symbolic import SIGNALS, Model
-from symbolic.bristles import SPAN, BristlePatch
+from symbolic.bristle_patch import SPAN, BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.compliance import deflection_of
 from symbolic.effects.base import Signals
@@ -139,7 +139,7 @@ class EffectExpressions:
     def _of_numbers(self, name: str, outputs: dict[str, ca.MX], **inputs: ca.MX) -> ca.Function:
         """A Function of symbols by their names, of which theta becomes numbers."""
         function = named_function(name, inputs, outputs)
-        return scalar_function(name, function, {"theta": np.asarray(self.theta).ravel()})
+        return expand_with_constants(name, function, {"theta": np.asarray(self.theta).ravel()})
 
 
 def _mu_times_factor(inputs: PatchInputs) -> Any:

@@ -20,7 +20,7 @@ from symbolic.deformation import corner_moment_and_derivative, unit_corner_momen
 
 DEPTH = Model().corners
 """Corners of the patch, as many as in Python, of which the one that contributes least to M_z is dropped
-where fewer than three places are free, as in `symbolic.zones`: up to 29 are exact."""
+where fewer than three places are free, as in `symbolic.zone_patch`: up to 29 are exact."""
 
 
 def has_corners(observer: ModelObserver) -> bool:

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.observers_over_recordings import observe, observer_factory
-from brushgrip.inputs.choices import ObserverName
-from brushgrip.inputs.command_inputs import Inputs, locate_inputs
+from brushgrip.estimation.observe_recording import observe, observer_factory
+from brushgrip.inputs.command_inputs import Inputs, gather_inputs
+from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.live.mapped_columns import Row
 from brushgrip.live.session import Session
-from brushgrip.live.session_setup import follow
+from brushgrip.live.session_setup import source_and_estimator
 from brushgrip.live.session_state import State
 from observers import ESTIMATE, Estimate, Estimates
 from tests.processes import wait_for
@@ -31,10 +31,12 @@ def rows_of(samples: int, begin: int = 0) -> list[dict[str, float]]:
 def session_of(
     spec: str, observer: str = "ekf", *, record: Path | None = None, **options: Any
 ) -> Session:
-    """A session on a source; options of `locate_inputs`, and speed."""
+    """A session on a source; options of `gather_inputs`, and speed."""
     speed = options.pop("speed", 1.0)
-    inputs = locate_inputs(**({"rig": RIG} | options))
-    opened, estimator = follow(spec, inputs, observer_factory(ObserverName(observer)), speed=speed)
+    inputs = gather_inputs(**({"rig": RIG} | options))
+    opened, estimator = source_and_estimator(
+        spec, inputs, observer_factory(ObserverName(observer)), speed=speed
+    )
     return Session(opened, estimator, record=record)
 
 
@@ -75,7 +77,7 @@ def run_to_end(session: Session) -> Session:
 
 def estimated(path: Path, observer: str = "ekf", inputs: Inputs | None = None) -> Estimates:
     """What `brushgrip estimate` says of a file."""
-    inputs = inputs or locate_inputs([str(path)], rig=RIG)
+    inputs = inputs or gather_inputs([str(path)], rig=RIG)
     (recording,) = inputs.recordings(causal=True, torque_required=False)
     return observe(observer_factory(ObserverName(observer)), recording, inputs.found())
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.live.page import CUT_OFF, STYLE, View, friction_html
+from brushgrip.live.page import CUT_OFF, STYLE, LiveView, friction_html
 from tests.brushgrip.live.sessions import (
     RIG,
     ListSource,
@@ -34,7 +34,7 @@ def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
         row["t"] = 0.001 * at
     session = session_of("udp:5005")
     session._open = lambda: ListSource(rows)
-    view = View(session)
+    view = LiveView(session)
     view.update()
     assert 'data-mu="nan"' in view.words.text
     assert not len(view.points.data["t"])

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.live.sender import DATABASE, IDENTIFIER, datagram_of, frame_of
+from brushgrip.live.sender import DATABASE, IDENTIFIER, can_frame, json_datagram
 from brushgrip.live.session_state import State
 from identification import read_recording, read_rig
 from observers import Ekf, Estimate, Status, from_files
@@ -37,7 +37,7 @@ def test_a_frame_says_by_its_database_what_the_state_is(mu: float, std: float, u
     cantools = pytest.importorskip("cantools", reason="needs brushgrip[live]")
     message = cantools.database.load_string(DATABASE, "dbc").get_message_by_frame_id(IDENTIFIER)
     given = replace(state(mu, std, usable=usable, status=Status.SUSPECT), weaker=0.081)
-    said = message.decode(frame_of(given, 258), scaling=True)
+    said = message.decode(can_frame(given, 258), scaling=True)
     highest = message.get_signal_by_name("mu_eff").maximum
     within = 0 <= mu <= 6.5534 and 0 <= std <= 6.5534
 
@@ -45,7 +45,7 @@ def test_a_frame_says_by_its_database_what_the_state_is(mu: float, std: float, u
     assert said["usable"] == (usable and within)
     # Never less than it is.
     assert said["weaker"] == pytest.approx(0.09)
-    assert json.loads(datagram_of(given))["weaker"] == 0.081
+    assert json.loads(json_datagram(given))["weaker"] == 0.081
     if within:
         assert (said["mu_eff"], said["mu_eff_std"]) == (pytest.approx(mu), pytest.approx(std))
     else:

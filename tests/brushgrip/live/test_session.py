@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.inputs.command_inputs import locate_inputs
+from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
-from brushgrip.live.session_state import LastUsable, line_of, usability_of
-from brushgrip.live.timestamps import TimestampFilter, arrival
+from brushgrip.live.session_state import LastUsable, state_line, usability_of
+from brushgrip.live.timestamps import TimestampFilter, arrival_time
 from observers import Ekf, Status, SteeringLimits
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Model, Rig
@@ -94,7 +94,7 @@ def test_a_measured_rate_and_a_steering_torque() -> None:
     rows[200]["psi_dot"] = math.nan
     session = run_to_end(session_over(rows, Path("live.parquet"), rig=rig))
 
-    inputs = locate_inputs([str(Path("live.parquet"))], rig=rig)
+    inputs = gather_inputs([str(Path("live.parquet"))], rig=rig)
     assert session.estimator.columns == ("t", "psi", "F_N", "M", "psi_dot")
     same_to_the_last_digit(session, estimated(Path("live.parquet"), inputs=inputs))
 
@@ -114,7 +114,7 @@ def test_a_car_that_stands_rolls_and_brakes(car: Path) -> None:
     rows = rows_by_column(t=t, rack=rack, F_rack=force, speed=speed, brake=brake)
     session = run_to_end(session_over(rows, Path("car.parquet"), rig=None, vehicle=car))
 
-    inputs = locate_inputs([str(Path("car.parquet"))], vehicle=car)
+    inputs = gather_inputs([str(Path("car.parquet"))], vehicle=car)
     same_to_the_last_digit(session, estimated(Path("car.parquet"), inputs=inputs))
     held = session.ring.since(0).of("status") == Status.HELD
     assert np.array_equal(np.flatnonzero(held[:300]), [*range(15), *range(100, 180)])
@@ -180,14 +180,14 @@ def test_says_that_the_first_sample_waits_for_the_compiler(monkeypatch: pytest.M
         return estimate(self, row)
 
     monkeypatch.setattr(WheelRowEstimator, "__call__", waiting)
-    assert line_of(session.state()) == "no sample has come yet"
+    assert state_line(session.state()) == "no sample has come yet"
     session.start()
     wait_for(lambda: session.state().counts.get("samples"))
-    wait_for(lambda: line_of(session.state()) == "compiling the observer")
+    wait_for(lambda: state_line(session.state()) == "compiling the observer")
     compiled.set()
     wait_for(lambda: session.state().ended)
     session.stop()
-    assert line_of(session.state()).startswith("0.19 s: ")
+    assert state_line(session.state()).startswith("0.19 s: ")
 
 
 def test_a_torque_of_the_other_sign_is_told_with_the_sign_that_is_expected() -> None:
@@ -200,7 +200,7 @@ def test_a_torque_of_the_other_sign_is_told_with_the_sign_that_is_expected() -> 
 def test_an_old_estimate_is_not_usable() -> None:
     for age, usable in ((0.9 * OLD, True), (1.1 * OLD, False)):
         session = session_of("udp:5005")
-        session._store([Point((0.0,), 0.0, 1.0, KNOWN)], arrival() - age)
+        session._store([Point((0.0,), 0.0, 1.0, KNOWN)], arrival_time() - age)
         assert session.state().usable is usable
     assert session.state().status == "no sample for 1 s"
 
@@ -365,7 +365,7 @@ def test_between_torques_the_last_one_says_what_is_usable() -> None:
     usable = []
     for step in range(200):
         estimate = KNOWN if step % 10 == 0 and step < 100 else without
-        session._store([Point((0.01 * step,), 0.0, 1.0, estimate)], arrival())
+        session._store([Point((0.01 * step,), 0.0, 1.0, estimate)], arrival_time())
         usable.append(session.state().usable)
 
     # Half a second after the last torque nothing is usable any more.
@@ -376,7 +376,9 @@ def test_between_torques_the_last_one_says_what_is_usable() -> None:
 def test_a_flag_between_torques_is_told_at_once() -> None:
     session = session_of("udp:5005")
     for status in (Status.USED, Status.MISSING | Status.IMPLAUSIBLE):
-        session._store([Point((float(status),), 0.0, 1.0, replace(KNOWN, status=status))], arrival())
+        session._store(
+            [Point((float(status),), 0.0, 1.0, replace(KNOWN, status=status))], arrival_time()
+        )
 
     assert not session.state().usable
 
@@ -387,10 +389,10 @@ def test_advice_is_given_only_where_turning_helps() -> None:
     session._adviser._text = "turn 8° more to the left"
     known = replace(prior_estimate(OBSERVER), informed=True, status=Status.USED)
     for status, is_given in ((Status.USED, True), (Status.INCONSISTENT, False), (Status.USED, True)):
-        session._store([Point((0.0,), 0.0, 1.0, replace(known, status=status))], arrival())
-        assert ("turn 8°" in line_of(session.state())) == is_given
+        session._store([Point((0.0,), 0.0, 1.0, replace(known, status=status))], arrival_time())
+        assert ("turn 8°" in state_line(session.state())) == is_given
     session._ended = True
-    assert "turn 8°" not in line_of(session.state())
+    assert "turn 8°" not in state_line(session.state())
 
 
 def test_the_weaker_direction_of_a_found_model_is_told_with_every_estimate(tmp_path: Path) -> None:
@@ -401,8 +403,8 @@ def test_the_weaker_direction_of_a_found_model_is_told_with_every_estimate(tmp_p
     state = session_of("udp:5005", model=tmp_path / "found.json").state()
 
     assert state.weaker == pytest.approx(0.15 / 1.85)
-    assert line_of(state) == "no sample has come yet"
-    told = line_of(replace(state, t=1.0, estimate=prior_estimate(OBSERVER)))
+    assert state_line(state) == "no sample has come yet"
+    told = state_line(replace(state, t=1.0, estimate=prior_estimate(OBSERVER)))
     assert ", not usable; 8 % less turning to positive psi: " in told
     assert session_of("udp:5005").state().note == ""
 
@@ -413,7 +415,7 @@ def test_the_end_of_a_source_is_no_dead_sensor() -> None:
 
     assert state.status == "the source has ended: friction was never usable"
     assert usability_of(state) == "ended"
-    session._store([Point((1.5,), 0.0, 1.0, KNOWN)], arrival())
+    session._store([Point((1.5,), 0.0, 1.0, KNOWN)], arrival_time())
     assert (
         session.state().status == "the source has ended: friction was 0.80 ± 0.20 at 1.5 s, last usable"
     )

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from brushgrip.live.can_source import CanSource
-from brushgrip.live.mapped_columns import Columns
+from brushgrip.live.mapped_columns import MappedColumns
 from brushgrip.live.sources import MAX_LINE_LENGTH, LineParser, LineSource, Source, UdpSource
-from brushgrip.live.timestamps import arrival
+from brushgrip.live.timestamps import arrival_time
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
 from tests.processes import wait_for
@@ -39,8 +39,8 @@ def read_all(source: Source, count: int) -> list[dict[str, float]]:
     return rows
 
 
-def columns(text: str = "", *, car: bool = False) -> Columns:
-    return Columns("udp:5005", parse_signals(text) if text else SignalMap(), car=car)
+def columns(text: str = "", *, car: bool = False) -> MappedColumns:
+    return MappedColumns("udp:5005", parse_signals(text) if text else SignalMap(), car=car)
 
 
 @pytest.fixture
@@ -112,7 +112,7 @@ def test_datagrams(udp: tuple[UdpSource, socket.socket]) -> None:
     for datagram in (JSON_LINE, "\xff\xfe", "", "t,psi [deg],M_z,F_N\n0.6,90,-1,560\n0.7,x,1,2", "1,2"):
         sender.send(datagram.encode("latin-1"))
     sender.send(b'{"psi": 0.03, "M_z": -1, "F_N": 560}')
-    before = arrival()
+    before = arrival_time()
     rows = read_all(source, 3)
 
     assert rows[0] == {"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560.0}

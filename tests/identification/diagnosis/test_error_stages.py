@@ -12,11 +12,11 @@ from identification.diagnosis.error_stages import (
     errors_of,
     left_out_residuals,
 )
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
-from identification.fits.problem import torque_range
 from identification.selection.leave_one_out_linearised import leave_one_out
+from identification.selection.trial import Trial, TrialTask, fit_own_parameters, run_trial
 from identification.selection.trial_runner import workers
-from identification.selection.trials import Trial, TrialTask, fit_own_parameters, run_trial
 from symbolic import InvalidInputError, Model, ModelError, Rig, effects_named
 from tests.identification.factories import first_order, read_campaign, recording
 

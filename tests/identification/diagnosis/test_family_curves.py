@@ -10,7 +10,7 @@ from identification.diagnosis.family_curves import found_families
 from identification.diagnosis.result_parts import FoundEffect, FoundFamily
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
-from identification.selection.trials import RANKING, TrialTask, run_trial
+from identification.selection.trial import RANKING, TrialTask, run_trial
 from symbolic import EFFECTS
 from tests.identification.factories import read_campaign
 

@@ -11,15 +11,17 @@ import pytest
 from identification import Recording, Standstills
 from identification.diagnosis.found_effects import notes_on
 from identification.diagnosis.found_stiffness import stiffness_note, stiffness_ratio
-from identification.diagnosis.result_parts import Errors
+from identification.diagnosis.result_parts import TorqueErrors
 from identification.fits.fitting import Fit, parameters_at_bounds
-from identification.fits.values import Values
+from identification.fits.parameter_values import Values
 from symbolic import Model, Rig, Tolerances, effects_named
 from tests.identification.factories import recording
 
 
-def errors(left_out: dict[str, float] | None = None, **nrmse: float) -> Errors:
-    return Errors(rmse=nrmse, nrmse=nrmse, training=tuple(nrmse), holdout=(), left_out=left_out or {})
+def errors(left_out: dict[str, float] | None = None, **nrmse: float) -> TorqueErrors:
+    return TorqueErrors(
+        rmse=nrmse, nrmse=nrmse, training=tuple(nrmse), holdout=(), left_out=left_out or {}
+    )
 
 
 def _recording(a: float = 0.045, e: float = 0.009) -> Recording:

@@ -11,7 +11,7 @@ from identification.diagnosis.unrefitted_prediction import (
     predicted_values,
     unrefitted_residuals,
 )
-from identification.fits.problem import torque_range
+from identification.fits.least_squares_problem import torque_range
 from symbolic import Model, Tolerances, effects_named, simulate
 from tests.identification.factories import recording, with_torque
 

@@ -7,7 +7,7 @@ import pytest
 
 from identification import Fit, Recording, Values, fit, smoothed_rate
 from identification.experiments.discriminating_experiment import propose
-from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, Manoeuvre
+from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, SampledManoeuvre
 from identification.experiments.proposals import (
     Proposal,
     _RecordedData,
@@ -15,10 +15,10 @@ from identification.experiments.proposals import (
     fitted_sample_period,
 )
 from identification.fits.autocorrelation import autocorrelation_time
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.options import COARSE_FIT
-from identification.fits.problem import torque_range
-from identification.selection.criteria import DEFAULT_CRITERIA, advantage
-from identification.selection.trials import Judgement, judge, leave_one_out, thin
+from identification.selection.criteria import DEFAULT_CRITERIA, error_reduction
+from identification.selection.trial import Judgement, judge, leave_one_out, thin_for_ranking
 from reference_rig import SUBSTEPS, Campaign, RigDrive, build_effects, simulate_bristles
 from symbolic import Model, effects_named
 from tests.identification.factories import read_campaign
@@ -32,7 +32,7 @@ def fitted(effect: str, recordings: list[Recording], start: Values | None = None
     return fit(model, recordings, start, COARSE_FIT)
 
 
-def steered(manoeuvre: Manoeuvre, made: Campaign, like: Recording) -> Recording:
+def steered(manoeuvre: SampledManoeuvre, made: Campaign, like: Recording) -> Recording:
     """The manoeuvre on the rig, with the tyre, the effect and the noise of the campaign."""
     truth = made.recordings[0]
     t = np.arange(round(manoeuvre.seconds * 100 * SUBSTEPS) + 1) / (100 * SUBSTEPS)
@@ -68,7 +68,7 @@ def judgement(found: Fit, recordings: list[Recording]) -> Judgement:
 
 
 def standard_errors(better: Fit, worse: Fit, recordings: list[Recording]) -> float:
-    mean, error = advantage(judgement(better, recordings), judgement(worse, recordings), BLOCK)
+    mean, error = error_reduction(judgement(better, recordings), judgement(worse, recordings), BLOCK)
     return mean / error
 
 
@@ -83,7 +83,7 @@ class Ambiguous:
 @pytest.fixture(scope="module")
 def ambiguous() -> Ambiguous:
     made, whole = read_campaign("stribeck", 2, duration=6.0)
-    recordings = [thin(recording) for recording in whole]
+    recordings = [thin_for_ranking(recording) for recording in whole]
     true, rival = (fitted(name, recordings) for name in ("stribeck", "rate_friction"))
     return Ambiguous(made=made, recordings=recordings, true=true, rival=rival)
 
@@ -94,7 +94,7 @@ def proposed(ambiguous: Ambiguous) -> Proposal:
 
 
 def with_experiment(pair: Ambiguous, proposal: Proposal) -> tuple[list[Recording], Fit, Fit]:
-    new = thin(steered(proposal.manoeuvre, pair.made, pair.recordings[0]))
+    new = thin_for_ranking(steered(proposal.manoeuvre, pair.made, pair.recordings[0]))
     recordings = [*pair.recordings, new]
     again = []
     for before in (pair.true, pair.rival):
@@ -180,7 +180,7 @@ def test_a_model_cannot_be_told_from_itself(ambiguous: Ambiguous) -> None:
 
 @pytest.mark.long
 def test_carcass_and_pressure_are_alike_in_every_manoeuvre() -> None:
-    recordings = [thin(r) for r in read_campaign("carcass_torsion", 1)[1]]
+    recordings = [thin_for_ranking(r) for r in read_campaign("carcass_torsion", 1)[1]]
     carcass, pressure = (fitted(name, recordings) for name in ("carcass_torsion", "pressure_shape"))
     proposal = propose(carcass, pressure, recordings)
 
@@ -207,7 +207,7 @@ def test_foretells_the_paired_test(size: float, times: int) -> None:
             Judgement(residuals={"r": left}, ranges={"r": 1.0}, times={"r": clock})
             for left in (noise, noise + whole)
         ]
-        found.append(np.divide(*advantage(*pair, BLOCK)))
+        found.append(np.divide(*error_reduction(*pair, BLOCK)))
 
     assert _standard_errors(difference, present, times, BLOCK) == pytest.approx(
         np.median(found), rel=0.15

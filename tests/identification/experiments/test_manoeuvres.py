@@ -2,20 +2,25 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, Manoeuvre, Reach, reach_of
+from identification.experiments.manoeuvre_within_range import (
+    SAMPLE_PERIOD,
+    RecordedRange,
+    SampledManoeuvre,
+    recorded_range,
+)
 from identification.experiments.manoeuvres import manoeuvres
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 
-REACH = Reach(low=-0.3, high=0.4, speed=0.3, loads=(380.0, 400.0, 430.0))
+REACH = RecordedRange(low=-0.3, high=0.4, speed=0.3, loads=(380.0, 400.0, 430.0))
 
 
 @pytest.fixture(scope="module")
-def library() -> tuple[Manoeuvre, ...]:
+def library() -> tuple[SampledManoeuvre, ...]:
     return manoeuvres(REACH)
 
 
-def the(library: tuple[Manoeuvre, ...], *words: str) -> Manoeuvre:
+def the(library: tuple[SampledManoeuvre, ...], *words: str) -> SampledManoeuvre:
     [found] = [m for m in library if all(word in m.instruction for word in words)]
     return found
 
@@ -30,7 +35,7 @@ def reversals(psi: np.ndarray) -> np.ndarray:
 def test_reach_is_what_the_recordings_used() -> None:
     made = [make_recording(seed, bristles=200, duration=6.0) for seed in (1, 2)]
     recordings: list[Recording] = [as_read(m, RigTyre()) for m in made]
-    reach = reach_of(recordings)
+    reach = recorded_range(recordings)
 
     assert reach.low == pytest.approx(min(m.psi.min() for m in made))
     assert reach.high == pytest.approx(max(m.psi.max() for m in made))
@@ -44,13 +49,13 @@ def test_reach_is_what_the_recordings_used() -> None:
     "reach",
     [
         REACH,
-        Reach(low=-0.02, high=0.03, speed=0.4, loads=(300.0, 300.0, 300.0)),
-        Reach(low=0.1, high=1.1, speed=1.5, loads=(300.0, 400.0, 900.0)),
-        Reach(low=-0.1, high=0.1, speed=0.015, loads=(300.0, 310.0, 320.0)),
+        RecordedRange(low=-0.02, high=0.03, speed=0.4, loads=(300.0, 300.0, 300.0)),
+        RecordedRange(low=0.1, high=1.1, speed=1.5, loads=(300.0, 400.0, 900.0)),
+        RecordedRange(low=-0.1, high=0.1, speed=0.015, loads=(300.0, 310.0, 320.0)),
     ],
     ids=["hand", "small", "large", "slow"],
 )
-def test_manoeuvres_stay_within_any_reach(reach: Reach) -> None:
+def test_manoeuvres_stay_within_any_reach(reach: RecordedRange) -> None:
     for m in manoeuvres(reach):
         assert reach.low - 1e-9 <= m.psi.min() < m.psi.max() <= reach.high + 1e-9, m.instruction
         assert np.abs(m.psi_dot).max() <= reach.speed * 1.001, m.instruction
@@ -58,7 +63,7 @@ def test_manoeuvres_stay_within_any_reach(reach: Reach) -> None:
         assert 25 < m.seconds < 600
 
 
-def test_arrays_belong_together(library: tuple[Manoeuvre, ...]) -> None:
+def test_arrays_belong_together(library: tuple[SampledManoeuvre, ...]) -> None:
     assert len({m.instruction for m in library}) == len(library) > 12
     for m in library:
         np.testing.assert_allclose(np.diff(m.t), SAMPLE_PERIOD)
@@ -71,7 +76,7 @@ def test_arrays_belong_together(library: tuple[Manoeuvre, ...]) -> None:
         assert m.signals.shape == (4, m.t.size)
 
 
-def test_the_wheel_stands_where_it_turns_back(library: tuple[Manoeuvre, ...]) -> None:
+def test_the_wheel_stands_where_it_turns_back(library: tuple[SampledManoeuvre, ...]) -> None:
     for m in library:
         turned_back = reversals(m.psi)
         assert turned_back.size > 1
@@ -79,7 +84,7 @@ def test_the_wheel_stands_where_it_turns_back(library: tuple[Manoeuvre, ...]) ->
         assert max(standing) < 1e-3, m.instruction
 
 
-def test_they_do_what_they_say(library: tuple[Manoeuvre, ...]) -> None:
+def test_they_do_what_they_say(library: tuple[SampledManoeuvre, ...]) -> None:
     rests = the(library, "rests of 3 s", "load 400 N")
     standing = np.mean(np.abs(rests.psi_dot) < 1e-9)
     assert 0.4 < standing < 0.7

@@ -10,7 +10,7 @@ from identification.fits.covariance import (
     scores_variance,
     standard_deviations,
 )
-from identification.fits.problem import torque_range
+from identification.fits.least_squares_problem import torque_range
 from symbolic import Model
 from tests.identification.factories import (
     autoregressive,

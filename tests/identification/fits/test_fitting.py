@@ -3,10 +3,10 @@ import pytest
 
 from identification import Fit, FitOptions, Recording, Values, fit, initial_guess
 from identification.fits.covariance import standard_deviations
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.options import COARSE_FIT
-from identification.fits.problem import torque_range
-from identification.selection.trials import ROUGH, fit_own_parameters, thin
-from identification.selection.trials import model_of as ranked_model
+from identification.selection.trial import ROUGH, fit_own_parameters, thin_for_ranking
+from identification.selection.trial import model_of as ranked_model
 from reference_rig import Campaign
 from symbolic import DECLARED, EFFECTS, Model, Parameter, effects_named, full_slide_torque
 from tests.identification.factories import positions, read_campaign, with_torque
@@ -69,7 +69,7 @@ def test_the_first_friction_is_that_of_few_sliding_samples(declared: Given, slid
 
 def test_a_candidate_converges_as_models_are_ranked() -> None:
     """This one takes 13 simulations of the set."""
-    recordings = [thin(one) for one in read_campaign("rate_friction", 1, duration=6.0)[1]]
+    recordings = [thin_for_ranking(one) for one in read_campaign("rate_friction", 1, duration=6.0)[1]]
     model = ranked_model(effects_named(["carcass_torsion"]), ROUGH)
 
     assert fit(model, recordings, options=COARSE_FIT).converged

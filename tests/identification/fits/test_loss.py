@@ -4,8 +4,8 @@ from scipy.optimize import least_squares
 
 from identification import Fit, FitOptions, Recording, fit
 from identification.fits.covariance import standard_deviations
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, cost, curvature, influence
-from identification.fits.problem import torque_range
 from symbolic import InvalidInputError, Model
 from tests.identification.factories import positions, read_campaign, with_torque
 

@@ -7,12 +7,12 @@ import pytest
 
 from identification import Fit, Recording, fit, initial_guess
 from identification.fits.covariance import standard_deviations
+from identification.fits.least_squares_problem import LeastSquaresProblem
 from identification.fits.options import COARSE_FIT, FitOptions
-from identification.fits.problem import Problem
-from identification.fits.values import complete_values
+from identification.fits.parameter_values import complete_values
 from identification.selection.criteria import delta_bic, effective_parameters
 from identification.selection.leave_one_out_linearised import leave_one_out
-from identification.selection.trials import RANKING, model_of, thin
+from identification.selection.trial import RANKING, model_of, thin_for_ranking
 from reference_rig import Campaign, make_campaign
 from rig_recordings import as_read
 from symbolic import Model, Tolerances, effects_named
@@ -117,7 +117,7 @@ def test_the_jacobian_is_that_of_the_residuals(made: tuple[Campaign, list[Record
     effects = effects_named(["carcass_torsion", "stiffness_by_ground"])
     model = Model(effects=effects, corners=16, bristles=20)
     start = complete_values(model, initial_guess(model, recordings), recordings)
-    problem = Problem(model, recordings, start, FitOptions())
+    problem = LeastSquaresProblem(model, recordings, start, FitOptions())
     rng = np.random.default_rng(3)
     x = problem.origin() + rng.uniform(-0.3, 0.3, len(problem.labels))
     jacobian, h = problem.jacobian(x), 1e-6
@@ -137,7 +137,7 @@ def test_a_point_is_not_simulated_again_after_a_step_from_it(
 ) -> None:
     recordings = made[1][:1]
     model = Model(corners=16)
-    problem = Problem(model, recordings, initial_guess(model, recordings), FitOptions())
+    problem = LeastSquaresProblem(model, recordings, initial_guess(model, recordings), FitOptions())
     calls: list[object] = []
     torques = problem._torques
     monkeypatch.setattr(problem, "_torques", lambda values: (calls.append(values), torques(values))[1])
@@ -175,7 +175,7 @@ def test_a_weight_that_is_too_large_at_first_is_corrected(wrong: list[Recording]
 def test_lengths_do_not_give_way_before_an_effect_of_theirs_is_found() -> None:
     """With the weak weight of a rival's trial at once, n = 0.24 would imitate it and leave 0.57 %."""
     made = make_campaign("contact_length", 5, 4, off=TOLERANCE, grounds=["one", "two"])
-    recordings = [thin(as_read(r, made.nominal, TOLERANCE)) for r in made.recordings]
+    recordings = [thin_for_ranking(as_read(r, made.nominal, TOLERANCE)) for r in made.recordings]
     present = fit(model_of(()), recordings).values
     model = model_of(effects_named(["contact_length"]), RANKING)
     found = fit(model, recordings, replace(present, rig={}), replace(COARSE_FIT, prior_weight=0.03))

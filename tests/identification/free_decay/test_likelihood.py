@@ -7,9 +7,14 @@ import pytest
 
 from identification.free_decay import noise_continuation as solving
 from identification.free_decay.likelihood import Likelihood, neg_log_likelihood
-from identification.free_decay.noise_continuation import Solution, half_swings, jackknife, solve
-from identification.free_decay.vibration import simulate_vibration
+from identification.free_decay.noise_continuation import (
+    LikelihoodMaximum,
+    half_swings,
+    jackknife,
+    maximise_likelihood,
+)
 from identification.free_decay.vibration_detection import find_vibration
+from identification.free_decay.vibration_model import simulate_vibration
 from reference_rig import FOURTEEN_BIT_STEP, inertia, make_impact, make_impacts
 from reference_rig import FOURTEEN_BIT_STEP as STEP
 from reference_rig import THESIS_DAMPING as B_T
@@ -109,14 +114,14 @@ SLIP = 1 / (TYRE.mu * 400.0)
 
 
 @pytest.fixture(scope="module")
-def sticking() -> tuple[Likelihood, Solution]:
+def sticking() -> tuple[Likelihood, LikelihoodMaximum]:
     """One recording, noise enough for a smooth likelihood, k and b_t the only shared unknowns."""
     made = make_impact(5, noise=FOURTEEN_BIT_STEP, tyre=TYRE, swing=0.02)
     likelihood = Likelihood([find_vibration(decay(made.t, made.psi, RIG))], sliding=False)
-    return likelihood, solve(likelihood)
+    return likelihood, maximise_likelihood(likelihood)
 
 
-def test_half_swings_are_all_of_it(sticking: tuple[Likelihood, Solution]) -> None:
+def test_half_swings_are_all_of_it(sticking: tuple[Likelihood, LikelihoodMaximum]) -> None:
     few = np.array([3.0, 2.0, -1.0, -2.0, -1.5, 0.5, 1.0, 0.9])
     assert half_swings(few) == [slice(0, 3), slice(3, 6), slice(6, 8)]
     assert half_swings(few[:3]) == [slice(0, 3)]
@@ -129,7 +134,7 @@ def test_half_swings_are_all_of_it(sticking: tuple[Likelihood, Solution]) -> Non
     assert len(parts) == pytest.approx((of.t[-1] - of.t[0]) * of.omega / np.pi, abs=2)
 
 
-def test_is_the_jackknifes(sticking: tuple[Likelihood, Solution]) -> None:
+def test_is_the_jackknifes(sticking: tuple[Likelihood, LikelihoodMaximum]) -> None:
     likelihood, solution = sticking
     of, made = likelihood.vibrations[0], solution.evaluation.responses[0]
     parts = half_swings(made.psi)
@@ -150,7 +155,7 @@ def test_is_the_jackknifes(sticking: tuple[Likelihood, Solution]) -> None:
     assert spread.degrees_of_freedom == len(parts) - 2
 
 
-def test_information_is_that_of_k_and_b_t_alone(sticking: tuple[Likelihood, Solution]) -> None:
+def test_information_is_that_of_k_and_b_t_alone(sticking: tuple[Likelihood, LikelihoodMaximum]) -> None:
     likelihood, solution = sticking
     hessian = solution.evaluation.hessian
     own = np.linalg.solve(hessian[2:, 2:], hessian[2:, :2])
@@ -161,7 +166,7 @@ def test_information_is_that_of_k_and_b_t_alone(sticking: tuple[Likelihood, Solu
     np.testing.assert_allclose(spread.information, hessian[:2, :2] - hessian[:2, 2:] @ own, rtol=1e-6)
 
 
-def test_a_half_swing_that_carries_everything(sticking: tuple[Likelihood, Solution]) -> None:
+def test_a_half_swing_that_carries_everything(sticking: tuple[Likelihood, LikelihoodMaximum]) -> None:
     likelihood, solution = sticking
     made = solution.evaluation.responses[0]
     monotone = replace(
@@ -188,7 +193,7 @@ def test_is_the_scatter_of_the_estimates(noise: float) -> None:
         seen = psi + noise * FOURTEEN_BIT_STEP * rng.normal(size=t.size)
         read = FOURTEEN_BIT_STEP * np.round(seen / FOURTEEN_BIT_STEP)
         likelihood = Likelihood([find_vibration(decay(t, read, RIG))])
-        solution = solve(likelihood)
+        solution = maximise_likelihood(likelihood)
         std = np.sqrt(np.diag(jackknife(likelihood, solution).covariance))[:2]
         errors.append((solution.x[:2] - np.array([TYRE.k, B_T]) / likelihood.scales[:2]) / std)
 
@@ -205,7 +210,7 @@ def rig_likelihood(noise: float = 0.0) -> Likelihood:
 @pytest.mark.parametrize("noise", [0.0, 0.5])
 def test_nothing_near_is_likelier(noise: float) -> None:
     made = rig_likelihood(noise)
-    found = solve(made)
+    found = maximise_likelihood(made)
     std = np.sqrt(np.diag(np.linalg.inv(found.evaluation.hessian)))
     rng = np.random.default_rng(1)
 
@@ -224,11 +229,11 @@ def test_nothing_near_is_likelier(noise: float) -> None:
 @pytest.mark.parametrize("changes", [(0.6, 1.0), (1.6, 4.0), (0.8, 4.0), (2.5, 1.0)])
 def test_start_does_not_matter(changes: tuple[float, float], monkeypatch: pytest.MonkeyPatch) -> None:
     made = rig_likelihood()
-    usual, start = solve(made), made.start()
+    usual, start = maximise_likelihood(made), made.start()
     start[:2] *= changes
     monkeypatch.setattr(made, "start", lambda: start)
 
-    found = solve(made)
+    found = maximise_likelihood(made)
 
     std = np.sqrt(np.diag(np.linalg.inv(usual.evaluation.hessian)))
     assert found.converged
@@ -239,7 +244,7 @@ def test_start_does_not_matter(changes: tuple[float, float], monkeypatch: pytest
 def test_says_when_it_does_not_end(limit: str, value: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solving, limit, value)
 
-    assert not solve(rig_likelihood()).converged
+    assert not maximise_likelihood(rig_likelihood()).converged
 
 
 def test_a_start_that_does_not_vibrate(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -249,4 +254,4 @@ def test_a_start_that_does_not_vibrate(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(made, "start", lambda: start)
 
     with pytest.raises(np.linalg.LinAlgError, match="do not depend"):
-        solve(made)
+        maximise_likelihood(made)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, read_recording, read_rig
-from identification.reading.channel_matching import ChannelFile, Samples
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats import can
 from identification.reading.formats.opening import read_format
 from identification.reading.signal_map import NO_MAP, SignalMap
@@ -209,7 +209,7 @@ def refusal_where(opening: Callable[[], object], folder: Path) -> str:
     @contextmanager
     def opener(_: Path, __: SignalMap) -> Iterator[ChannelFile]:
         opening()
-        yield ChannelFile(names=[], read=lambda _: Samples(values=np.empty(0)))
+        yield ChannelFile(names=[], read=lambda _: ChannelSamples(values=np.empty(0)))
 
     (folder / "run.xyz").write_bytes(b"anything")
     return refused(read_format, opener, folder / "run.xyz", ("t",), NO_MAP)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, read_recording
-from identification.reading.signal_map import as_option
+from identification.reading.signal_map import as_map_option
 from symbolic import Rig, Tyre
 from tests import refusal
 from tests.columns import write_columns
@@ -349,7 +349,7 @@ def test_every_error_of_a_unit_or_a_sign_prints_a_map_that_mends_it(
     rest = {n: v for n, v in COLUMNS.items() if f"{n}=" not in signals and n not in columns}
     path = write_columns(tmp_path / "run.csv", {"t": T} | rest | columns)
 
-    assert as_option([remedy]) in refused(path, signals)
+    assert as_map_option([remedy]) in refused(path, signals)
     read(path, remedy)
 
 

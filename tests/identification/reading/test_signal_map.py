@@ -16,8 +16,8 @@ from identification import (
     read_rig,
     read_signals,
 )
-from identification.reading.channel_matching import ChannelFile, Samples, match_channel
-from identification.reading.clock_and_units import tabulate
+from identification.reading.channels_by_name import ChannelFile, ChannelSamples, match_channel
+from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.signal_map import NO_MAP
 from identification.reading.table import REQUIRED_COLUMNS, Table, require_valid_samples
 from identification.reading.units import factor_of
@@ -169,14 +169,14 @@ def test_numbers_beyond_all_range_are_refused(
 
 def test_a_proposal_for_channels_without_clocks_has_the_time(tmp_path: Path) -> None:
     named = ChannelFile(
-        names=["Zeit", "Winkel", "M_z", "F_N"], read=lambda _: Samples(values=np.full(9, 0.1))
+        names=["Zeit", "Winkel", "M_z", "F_N"], read=lambda _: ChannelSamples(values=np.full(9, 0.1))
     )
     for own_clocks, proposal in (
         (False, "t=Zeit,psi=Winkel,F_N=F_N:kN"),
         (True, "psi=Winkel,F_N=F_N:kN"),
     ):
         file = replace(named, own_clocks=own_clocks)
-        message = refused(tabulate, tmp_path, file, ["t", "psi", "M_z", "F_N"], SignalMap())
+        message = refused(table_from_channels, tmp_path, file, ["t", "psi", "M_z", "F_N"], SignalMap())
         assert message.endswith(f"--map {proposal}")
 
 
@@ -285,18 +285,18 @@ def test_a_data_frame_becomes_a_recording() -> None:
 PATH = Path("run.mf4")
 
 
-def table_of(**channels: Samples) -> Table:
+def table_of(**channels: ChannelSamples) -> Table:
     file = ChannelFile(names=list(channels), read=channels.__getitem__)
-    return tabulate(PATH, file, REQUIRED_COLUMNS, NO_MAP)
+    return table_from_channels(PATH, file, REQUIRED_COLUMNS, NO_MAP)
 
 
-def checked(**channels: Samples) -> None:
+def checked(**channels: ChannelSamples) -> None:
     require_valid_samples(table_of(**channels), REQUIRED_COLUMNS)
 
 
-def line(start: float, step: float, size: int, slope: float = 1.0) -> Samples:
+def line(start: float, step: float, size: int, slope: float = 1.0) -> ChannelSamples:
     times = start + step * np.arange(size)
-    return Samples(values=slope * times, times=times)
+    return ChannelSamples(values=slope * times, times=times)
 
 
 def test_a_slower_angle_is_interpolated_at_the_torque() -> None:
@@ -318,7 +318,7 @@ def test_no_torque_is_made_up_where_the_angle_is_faster() -> None:
 def test_a_gap_is_not_bridged() -> None:
     angle = line(0, 0.01, 100)
     keep = np.abs(np.asarray(angle.times) - 0.5) > 0.1
-    with_gap = Samples(values=angle.values[keep], times=np.asarray(angle.times)[keep])
+    with_gap = ChannelSamples(values=angle.values[keep], times=np.asarray(angle.times)[keep])
     columns = table_of(psi=with_gap, M_z=line(0, 0.01, 100), F_N=line(0, 0.01, 100)).columns
 
     inside = np.abs(columns["t"] - 0.5) < 0.09
@@ -327,7 +327,7 @@ def test_a_gap_is_not_bridged() -> None:
 
 
 def test_times_that_run_backwards_are_a_fault() -> None:
-    back = Samples(values=np.zeros(3), times=np.array([0.0, 2.0, 1.0]))
+    back = ChannelSamples(values=np.zeros(3), times=np.array([0.0, 2.0, 1.0]))
     with pytest.raises(InvalidInputError, match="the times of M_z must increase"):
         table_of(psi=line(0, 1, 3), M_z=back, F_N=line(0, 1, 3))
 
@@ -335,8 +335,8 @@ def test_times_that_run_backwards_are_a_fault() -> None:
 def test_lengths_must_agree_without_clocks() -> None:
     with pytest.raises(InvalidInputError, match="M_z holds 2 samples, t holds 3"):
         checked(
-            t=Samples(values=np.arange(3.0)), psi=Samples(values=np.zeros(3)),
-            M_z=Samples(values=np.zeros(2)), F_N=Samples(values=np.ones(3)),
+            t=ChannelSamples(values=np.arange(3.0)), psi=ChannelSamples(values=np.zeros(3)),
+            M_z=ChannelSamples(values=np.zeros(2)), F_N=ChannelSamples(values=np.ones(3)),
         )  # fmt: skip
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from identification import Recording, fit, read_recording
+from identification.fits.least_squares_problem import LeastSquaresProblem
 from identification.fits.options import FitOptions
-from identification.fits.problem import Problem
-from identification.fits.values import initial_guess
+from identification.fits.parameter_values import initial_guess
 from identification.reading.shortened_recordings import trimmed
 from identification.reading.vehicle_torques import farthest_standstill_without_gear, vehicle_torques
 from symbolic import Model
@@ -53,7 +53,7 @@ def test_derivatives_by_the_shares(tmp_path: Path) -> None:
     declared = {"inclination": 0.2, "caster": 0.05, "damping": 20.0}
     alone, _ = farthest_standstill_without_gear(recorded(tmp_path / "car.csv", **declared))
     model = Model(corners=16)
-    problem = Problem(model, [alone], initial_guess(model, [alone]), FitOptions())
+    problem = LeastSquaresProblem(model, [alone], initial_guess(model, [alone]), FitOptions())
     x = problem.origin()
     shares = [i for i, (_, name) in enumerate(problem.labels) if name.endswith("_share")]
 

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from identification import Recording, fit
-from identification.fits.problem import torque_range
+from identification.fits.least_squares_problem import torque_range
 from identification.residuals.correlation import (
     additional_basis,
     correlation,
-    noise_of,
     orthogonal_part,
     orthonormal_basis,
-    rows_of,
+    residual_noise,
+    residual_rows,
 )
-from identification.residuals.signals import (
+from identification.residuals.residual_signals import (
     RESIDUAL_SIGNALS,
     Signal,
     effects_leaving,
@@ -25,7 +25,7 @@ from identification.residuals.signals import (
     reading_of,
 )
 from identification.residuals.signatures import Signature, Signatures, signatures
-from identification.selection.trials import model_of
+from identification.selection.trial import model_of
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 from symbolic import EFFECTS, Effect, InvalidInputError, ResidualSignature
@@ -148,10 +148,10 @@ def drawn(
         for residual in residuals.values() if holes else ():
             residual[rng.random(residual.size) < 0.2] = np.nan
             residual[300:400] = np.nan
-        rows = rows_of(residuals, recordings)
+        rows = residual_rows(residuals, recordings)
         signal = rows.columns([first_order(of_signal, r.t.size, rng) for r in recordings])
         columns = signal if own else signal.sum(axis=1, keepdims=True)
-        found.append(correlation(columns, orthonormal_basis(rows.means()), noise_of(rows))[:2])
+        found.append(correlation(columns, orthonormal_basis(rows.means()), residual_noise(rows))[:2])
     return np.abs(found).T
 
 
@@ -169,8 +169,10 @@ def test_the_band_of_a_constant(recordings: list[Recording], memory: float) -> N
     outside = 0
     for seed in range(TRIALS):
         rng = np.random.default_rng([seed, 18])
-        rows = rows_of({r.name: first_order(memory, r.t.size, rng) for r in recordings}, recordings)
-        noise = noise_of(rows)
+        rows = residual_rows(
+            {r.name: first_order(memory, r.t.size, rng) for r in recordings}, recordings
+        )
+        noise = residual_noise(rows)
         none = np.zeros((rows.residual.size, 0))
         value, band, _ = correlation(rows.means(), none, noise, noise.degrees_of_freedom)
         outside += abs(value) > band
@@ -400,8 +402,8 @@ def test_three_signals_are_followed_where_three_are_planted(recordings: list[Rec
 def test_the_band_of_a_constant_allows_for_few_low_frequencies(recordings: list[Recording]) -> None:
     rng = np.random.default_rng(20)
     residuals, made = with_residual(recordings, lambda r: first_order(0.97, r.t.size, rng))
-    rows = rows_of(residuals, made)
-    noise = noise_of(rows)
+    rows = residual_rows(residuals, made)
+    noise = residual_noise(rows)
     *_, (_, band, _) = [
         correlation(rows.means(), np.zeros((rows.residual.size, 0)), noise, degrees_of_freedom)
         for degrees_of_freedom in (1e9, noise.degrees_of_freedom)

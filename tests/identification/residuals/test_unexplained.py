@@ -6,8 +6,8 @@ import pytest
 from scipy.signal import butter, lfilter
 
 from identification import Recording
+from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import Huber
-from identification.fits.problem import torque_range
 from identification.residuals.residual_tests import Unexplained, unexplained, white_noise
 from identification.residuals.signatures import signatures
 from reference_rig import RigTyre, make_recording

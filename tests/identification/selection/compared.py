@@ -7,7 +7,7 @@ import numpy as np
 from identification import Recording
 from identification.fits.autocorrelation import effective_samples
 from identification.selection.criteria import DEFAULT_CRITERIA
-from identification.selection.trials import Judgement, Trial
+from identification.selection.trial import Judgement, Trial
 from symbolic import Effect, Parameter
 
 SECONDS, PER_SECOND = 80, 50

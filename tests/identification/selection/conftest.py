@@ -1,7 +1,7 @@
 import pytest
 
 from identification import Recording
-from identification.selection.trials import TrialTask, run_trial
+from identification.selection.trial import TrialTask, run_trial
 from tests.identification.factories import read_campaign
 from tests.identification.selection.compared import Pair
 

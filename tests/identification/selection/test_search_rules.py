@@ -7,12 +7,12 @@ from typing import cast
 import numpy as np
 import pytest
 
-from identification.fits.values import Values
+from identification.fits.parameter_values import Values
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.search_step import SearchStep, rank_for_confirmation
 from identification.selection.stepwise_search import Effects, Search, silent
+from identification.selection.trial import RANKING, ROUGH, Precision, Trial
 from identification.selection.trial_runner import TrialRunner
-from identification.selection.trials import RANKING, ROUGH, Precision, Trial
 from tests.identification.selection.compared import (
     SECONDS,
     Pair,

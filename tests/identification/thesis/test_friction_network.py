@@ -8,7 +8,13 @@ import pytest
 from numpy.typing import NDArray
 
 from identification import Recording
-from identification.thesis.friction_network import Activation, Design, LabelMean, label_mean, train
+from identification.thesis.friction_network import (
+    Activation,
+    LabelMean,
+    NetworkDesign,
+    label_mean,
+    train_network,
+)
 from symbolic import InvalidInputError, Tyre
 from tests.identification.factories import recording
 
@@ -51,7 +57,9 @@ def training() -> list[Recording]:
 @pytest.mark.long
 @pytest.mark.parametrize("activation", list(Activation))
 def test_what_the_inputs_tell_is_learned(training: list[Recording], activation: Activation) -> None:
-    network = train(training, telling, Design(activation=activation, rate=1e-2), name="it")
+    network = train_network(
+        training, telling, NetworkDesign(activation=activation, rate=1e-2), name="it"
+    )
     error = np.abs(network.estimate(made(1.1, seed=9)) - 1.1).max()
 
     print(f"{activation.name}: within {error:.3f}")
@@ -65,7 +73,7 @@ def test_what_the_inputs_tell_is_learned(training: list[Recording], activation: 
 @pytest.mark.long
 def test_what_they_do_not_tell_is_the_mean_of_the_labels(training: list[Recording]) -> None:
     guess = label_mean(training)
-    said = train(training, blind).estimate(made(0.5, seed=9))
+    said = train_network(training, blind).estimate(made(0.5, seed=9))
 
     assert guess.mu == pytest.approx(np.mean(LABELS))
     np.testing.assert_allclose(guess.estimate(training[0]), guess.mu)
@@ -74,7 +82,7 @@ def test_what_they_do_not_tell_is_the_mean_of_the_labels(training: list[Recordin
 
 @pytest.mark.long
 def test_a_single_label_is_all_that_is_said(training: list[Recording]) -> None:
-    said = train([made(1.9), made(1.9, seed=1)], telling).estimate(training[0])
+    said = train_network([made(1.9), made(1.9, seed=1)], telling).estimate(training[0])
 
     # Labels without variance score every pass alike, so the first one is kept.
     np.testing.assert_allclose(said, 1.9, atol=0.1)
@@ -83,7 +91,7 @@ def test_a_single_label_is_all_that_is_said(training: list[Recording]) -> None:
 @pytest.mark.long
 def test_on_top_of_an_estimate_it_learns_the_error(training: list[Recording]) -> None:
     test = made(1.1, seed=9)
-    network = train(training, biased, Design(rate=1e-2), base=1)
+    network = train_network(training, biased, NetworkDesign(rate=1e-2), base=1)
     error = network.estimate(test) - 1.1
 
     assert np.abs(error).max() < 0.05 < 0.2 < np.abs(biased(test)[:, 1] - 1.1).max()
@@ -92,7 +100,10 @@ def test_on_top_of_an_estimate_it_learns_the_error(training: list[Recording]) ->
 
 @pytest.mark.long
 def test_the_same_seed_gives_the_same_network(training: list[Recording]) -> None:
-    same = [train(training, telling, Design(seed=seed)).estimate(training[0]) for seed in (1, 1, 2)]
+    same = [
+        train_network(training, telling, NetworkDesign(seed=seed)).estimate(training[0])
+        for seed in (1, 1, 2)
+    ]
 
     np.testing.assert_array_equal(same[0], same[1])
     assert (same[0] != same[2]).any()
@@ -100,16 +111,16 @@ def test_the_same_seed_gives_the_same_network(training: list[Recording]) -> None
 
 def test_without_labels_or_samples_there_is_no_training(training: list[Recording]) -> None:
     with pytest.raises(InvalidInputError, match="mu None: declares no mu"):
-        train([*training, made(None)], telling)
+        train_network([*training, made(None)], telling)
     with pytest.raises(InvalidInputError, match="declares no mu"):
         label_mean([made(None)])
     with pytest.raises(InvalidInputError, match="at least 100 samples, got 50"):
-        train([made(0.5, samples=50)], telling)
+        train_network([made(0.5, samples=50)], telling)
 
 
 def test_without_the_library_one_line_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "sklearn.neural_network", None)
 
     with pytest.raises(InvalidInputError, match=r"pip install 'brushgrip\[networks\]'"):
-        train([made(0.5)], telling)
+        train_network([made(0.5)], telling)
     assert label_mean([made(0.5)]) == LabelMean(mu=0.5)

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.embedded import adversarial
 from observers import Ekf, Mhe, car_observer
 from observers.embedded import DOUBLE, SINGLE, generate, generate_vehicle
-from observers.embedded.cost import ERROR, estimated_cost
+from observers.embedded.instruction_count import ERROR, estimated_instructions
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
 from symbolic.vehicle.steering import mean_angle
 from tests.compile_once import compile_once
@@ -64,7 +64,7 @@ def test_budget_on_the_target(generated: Generate, rows: np.ndarray) -> None:
     state, mean = costs[0].state, costs[0].instructions
     print(f"a car: {mean:.0f} instructions a step, at most {most}; state {state}, stack {stack} bytes")
 
-    told = estimated_cost(code.observer)
+    told = estimated_instructions(code.observer)
     assert told.at_most is not None
     assert told.instructions == pytest.approx(mean, rel=ERROR)
     assert most <= told.at_most <= MOST_INSTRUCTIONS

@@ -12,7 +12,7 @@ import pytest
 from observers.embedded import casadi_c
 from observers.embedded.casadi_c import casadi_text, embedded_code
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real, count_names
-from observers.quality.hypotheses_verdict import build_verdict
+from observers.quality.hypotheses_verdict import build_hypotheses_verdict
 from symbolic import BrushgripError, compiler
 from tests.observers.embedded.generated_code import (
     STRICT,
@@ -77,7 +77,7 @@ def test_nothing_is_exported_and_nothing_is_left_for_casadi() -> None:
 def test_casadi_writes_what_is_rewritten(name: str) -> None:
     x = ca.SX.sym("x")
     ratio = ca.Function("ratio", [x], [ca.if_else(ca.logic_or(x > 0, ca.logic_not(x)), 1 / x, ca.inf)])
-    text = casadi_text([everything(), ratio, build_verdict()], SINGLE, "pre")
+    text = casadi_text([everything(), ratio, build_hypotheses_verdict()], SINGLE, "pre")
     piece = getattr(casadi_c, name)
     pieces = [piece] if isinstance(piece, re.Pattern) else list(piece)
     patterns = [pattern[0] if isinstance(pattern, tuple) else pattern for pattern in pieces]

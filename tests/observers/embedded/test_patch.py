@@ -1,4 +1,4 @@
-"""The compact patch against the exact patch of `symbolic.zones` and bristles, also full of corners."""
+"""The compact patch against the exact `symbolic.zone_patch` and bristles, also full of corners."""
 
 import ctypes
 from dataclasses import dataclass

@@ -9,8 +9,8 @@ import pytest
 
 from observers.embedded.rolled_c import rolled_c
 from observers.embedded.rolled_values import Known
-from observers.quality.hypotheses_verdict import build_verdict
-from observers.quality.ratio_hypotheses import RATIOS, SETTINGS, hypothesis_fields
+from observers.quality.hypotheses_verdict import build_hypotheses_verdict
+from observers.quality.mu_over_k_hypotheses import RATIOS, SETTINGS, hypothesis_fields
 from symbolic import BrushgripError, compiler
 from symbolic.compilation.scalar_c import c_function
 from tests.compile_once import compile_once
@@ -74,7 +74,7 @@ def test_sums_maxima_and_choices(tmp_path: Path, seed: int) -> None:
 @needs_compiler
 @pytest.mark.parametrize("known", [False, True], ids=["at run time", "numbers"])
 def test_the_verdict_of_the_hypotheses(tmp_path: Path, known: bool) -> None:
-    rng, verdict = np.random.default_rng(5), build_verdict()
+    rng, verdict = np.random.default_rng(5), build_hypotheses_verdict()
     limits = dict.fromkeys(SETTINGS, 0.05) | {"mu": 1.0, "mu_std": 0.5, "stiffness_std": 0.14}
     numbers = {"limits": {i: limits[name] for i, name in enumerate(SETTINGS[:3])}} if known else {}
     library = compiled(verdict, len(RATIOS), tmp_path, numbers)

@@ -8,7 +8,7 @@ import pytest
 
 from observers.embedded import generate
 from observers.embedded.own_names import defined_names, with_prefix
-from observers.embedded.scalar_type import DOUBLE, SINGLE, count_names, in_type
+from observers.embedded.scalar_type import DOUBLE, SINGLE, code_in_type, count_names
 from symbolic import InvalidInputError
 from tests.compile_once import OPTIMISATION
 from tests.observers.embedded.conftest import Generate
@@ -30,7 +30,7 @@ static double f(double x1) {
 
 
 def test_literals_and_functions_are_of_the_type() -> None:
-    assert in_type(CODE, SINGLE) == (
+    assert code_in_type(CODE, SINGLE) == (
         CODE.replace("sqrt(x1)", "sqrtf(x1)")
         .replace(" 2. ", " 2.f ")
         .replace("1.5e-3 ", "1.5e-3f ")
@@ -40,12 +40,12 @@ def test_literals_and_functions_are_of_the_type() -> None:
 
 
 def test_double_stays_as_it_is() -> None:
-    assert in_type(CODE, DOUBLE) == CODE
+    assert code_in_type(CODE, DOUBLE) == CODE
 
 
 def test_typing_twice_changes_nothing() -> None:
-    once = in_type(CODE, SINGLE)
-    assert in_type(once, SINGLE) == once
+    once = code_in_type(CODE, SINGLE)
+    assert code_in_type(once, SINGLE) == once
 
 
 def test_names_in_comments_and_strings_do_not_count() -> None:
@@ -54,7 +54,7 @@ def test_names_in_comments_and_strings_do_not_count() -> None:
 
 def test_a_constant_beyond_the_type_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="1e60"):
-        in_type("x = 1e60;", SINGLE)
+        code_in_type("x = 1e60;", SINGLE)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from observers.estimators.mhe_terms import build_backward_pass, build_window_update
+from observers.estimators.mhe_recursions import build_bryson_frazier_step, build_kalman_step
 from symbolic.array_alias import Array
 from tests.observers.chains import Chain, dense
 
@@ -32,8 +32,8 @@ def solved(chain: Chain) -> tuple[Array, Array]:
     """States (N, n) along a chain and the covariance of the newest."""
     N, n = chain.size
     mean, factor, *terms = chain.arguments
-    forward = build_window_update(n).mapaccum("forward", N, 2, {})
-    backward = build_backward_pass(n).mapaccum("backward", N, 1, {})
+    forward = build_kalman_step(n).mapaccum("forward", N, 2, {})
+    backward = build_bryson_frazier_step(n).mapaccum("backward", N, 1, {})
     _, _, *filtered = (np.asarray(part) for part in forward(mean, factor, *terms))
     x, P, K, score = (reverse(part, N) for part in filtered)
     H, A = (reverse(part, N) for part in (terms[1], terms[3]))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from observers import CLEAN, DirectionalFriction, Ekf, Estimates, Mhe, Status, Tuning, build_clean, run
-from observers.measurement.linearisation import build_motion
+from observers.measurement.linearisation import build_linearised_motion
 from observers.measurement.measurement_model import RIG as RIG_NUMBERS
 from symbolic import Model
 from symbolic.array_alias import Array
@@ -134,7 +134,9 @@ def test_directions_are_exchanged_where_the_torque_changes_sign() -> None:
         last = now
         now, _ = clean([angle, 0.0, F_N, 0.01, M_z, np.nan], last)
         rig = np.full(len(RIG_NUMBERS), RIG.a)
-        x, A, Q, _ = build_motion(model)(x, 0.0, 0.0, last, now, rig, Tuning(mu_walk=0.2).vector)
+        x, A, Q, _ = build_linearised_motion(model)(
+            x, 0.0, 0.0, last, now, rig, Tuning(mu_walk=0.2).vector
+        )
         variance = np.diag(np.asarray(A) @ np.diag(variance) @ np.asarray(A).T) + np.asarray(Q).ravel()
         seen.append(np.exp(np.asarray(x).ravel()).round(6).tolist())
     ahead, turned = [FORTH, BACK], [BACK, FORTH]

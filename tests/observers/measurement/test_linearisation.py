@@ -9,7 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from observers import AligningTorque, MeasurementModel, SteeringTorque, Tuning
-from observers.measurement.linearisation import build_measurement, build_motion, directions
+from observers.measurement.linearisation import (
+    build_linearised_measurement,
+    build_linearised_motion,
+    slope_states,
+)
 from observers.measurement.measurement_model import CLEAN
 from symbolic.array_alias import Array
 from tests.observers.conftest import RIG
@@ -35,7 +39,7 @@ def motion_of(
 ) -> tuple[Array, ...]:
     last, now = settings.get("last", clean(dt=0.012)), settings.get("now", clean())
     tuning = settings.get("tuning", TUNING)
-    made = build_motion(measurement_model)(x, M_z, slopes, last, now, NUMBERS, tuning.vector)
+    made = build_linearised_motion(measurement_model)(x, M_z, slopes, last, now, NUMBERS, tuning.vector)
     x_next, A, Q, b = (np.asarray(part) for part in made)
     np.testing.assert_allclose(b.ravel(), x_next.ravel() - A @ x, rtol=0, atol=1e-12)
     return x_next.ravel(), A, Q.ravel()
@@ -48,10 +52,12 @@ def usual_x(measurement_model: MeasurementModel) -> Array:
 @pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
 @pytest.mark.parametrize("last_dt", [0.0, 0.01])
 def test_into_an_empty_place_nothing_moves(measurement_model: MeasurementModel, last_dt: float) -> None:
-    x, slopes = usual_x(measurement_model), np.ones(len(directions(measurement_model)))
+    x, slopes = usual_x(measurement_model), np.ones(len(slope_states(measurement_model)))
     empty = clean(dt=0.0, M=0.0, M_z=0.0)
     x_next, A, Q = motion_of(measurement_model, x, 3.0, slopes, last=clean(dt=last_dt), now=empty)
-    weight = build_measurement(measurement_model)(x, 3.0, slopes, empty, NUMBERS, TUNING.vector)[2]
+    weight = build_linearised_measurement(measurement_model)(
+        x, 3.0, slopes, empty, NUMBERS, TUNING.vector
+    )[2]
 
     np.testing.assert_array_equal(x_next, x)
     np.testing.assert_array_equal(A, np.eye(x.size))
@@ -62,7 +68,7 @@ def test_into_an_empty_place_nothing_moves(measurement_model: MeasurementModel, 
 @pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS[3::4], ids=repr)
 def test_walks_grow_with_time_and_not_with_samples(measurement_model: MeasurementModel) -> None:
     tuning = Tuning(mu_walk=0.1, zero_walk=0.02, stiffness_walk=0.3, noise=0.2, error=inf)
-    x, slopes = usual_x(measurement_model), np.zeros(len(directions(measurement_model)))
+    x, slopes = usual_x(measurement_model), np.zeros(len(slope_states(measurement_model)))
     of_a_second = []
     for steps in (np.full(100, 0.01), np.full(1000, 0.001), np.random.default_rng(1).random(300)):
         steps, total = steps / steps.sum(), 0.0
@@ -144,7 +150,7 @@ def test_wheel_on_a_spring_follows_its_equation_of_motion_to_second_order(jitter
 
 
 def test_undamped_wheel_keeps_its_energy_and_damping_takes_it() -> None:
-    motion = build_motion(SteeringTorque(zero=False))
+    motion = build_linearised_motion(SteeringTorque(zero=False))
     for b_t, keeps in ((0.0, True), (RIG.b_t, False), (1e4, False)):
         x, energy = ca.DM([1.0, 0.01, 0.0]), []
         for _ in range(2000):

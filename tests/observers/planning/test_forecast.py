@@ -6,7 +6,7 @@ import pytest
 
 from observers import DirectionalFriction, Ekf, Mhe, Sample, SteeringTorque
 from observers.planning.forecast import Forecaster, least_deviation
-from observers.planning.path import SteeringPath, steer
+from observers.planning.steering_path import SteeringPath, fastest_path
 from symbolic import Rig, Tolerances
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.usefixtures("optimised")
 
 @pytest.fixture(scope="module")
 def path() -> SteeringPath:
-    return steer([0.0, 0.06, -0.06, 0.2], 0.3, 10.0, 0.01, 10.0)
+    return fastest_path([0.0, 0.06, -0.06, 0.2], 0.3, 10.0, 0.01, 10.0)
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.4, 1.2])
@@ -23,7 +23,7 @@ def test_the_forecast_is_what_the_observer_says_on_the_rig(
     acquiring: Ekf, path: SteeringPath, mu: float
 ) -> None:
     forecaster = Forecaster(acquiring)
-    forecast = forecaster.whole(path, forecaster.at_rest([mu], 0.0, LOAD, 0.01)[0], LOAD)
+    forecast = forecaster.forecast_whole(path, forecaster.cases_at_rest([mu], 0.0, LOAD, 0.01)[0], LOAD)
     estimates, torque = observe_on_rig(acquiring, path, mu)
     usable = np.array([one.usable for one in estimates])
     both = forecast.usable & usable
@@ -40,12 +40,12 @@ def test_a_forecast_from_the_present_continues_that_from_the_begin(
     acquiring: Ekf, path: SteeringPath
 ) -> None:
     forecaster = Forecaster(acquiring)
-    whole = forecaster.whole(path, forecaster.at_rest([0.2], 0.0, LOAD, 0.01)[0], LOAD)
+    whole = forecaster.forecast_whole(path, forecaster.cases_at_rest([0.2], 0.0, LOAD, 0.01)[0], LOAD)
     state = acquiring.init(Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=0.01))
     for psi, psi_dot, torque in zip(path.psi[:50], path.psi_dot, whole.torque, strict=False):
         state = acquiring.step(state, Sample(psi=psi, psi_dot=psi_dot, F_N=LOAD, dt=0.01, M_z=torque))
     rest = replace(path, begin=path.psi[49], psi=path.psi[50:], psi_dot=path.psi_dot[50:])
-    later = forecaster.whole(rest, forecaster.present([0.2], state)[0], LOAD)
+    later = forecaster.forecast_whole(rest, forecaster.cases_at_state([0.2], state)[0], LOAD)
 
     assert later.torque == pytest.approx(whole.torque[50:], abs=0.02)
     assert later.deviation == pytest.approx(whole.deviation[50:], rel=1e-3)
@@ -53,7 +53,7 @@ def test_a_forecast_from_the_present_continues_that_from_the_begin(
 
 def test_what_exceeds_the_torque_does_not_count(acquiring: Ekf, path: SteeringPath) -> None:
     forecaster = Forecaster(acquiring)
-    forecast = forecaster.whole(path, forecaster.at_rest([0.8], 0.0, LOAD, 0.01)[0], LOAD)
+    forecast = forecaster.forecast_whole(path, forecaster.cases_at_rest([0.8], 0.0, LOAD, 0.01)[0], LOAD)
     at = forecast.reached(0.05)
 
     assert at is not None
@@ -75,8 +75,8 @@ def test_other_observers_are_forecast(acquiring: Ekf, kind: str) -> None:
     )
     forecaster = Forecaster(observer)
     dt = 0.01 if kind == "mhe" else 0.002
-    finer = steer([0.0, 0.1, -0.1, 0.2, -0.2, 0.2], 0.3, 10.0, dt, 10.0)
-    forecast = forecaster.whole(finer, forecaster.at_rest([0.5], 0.0, LOAD, dt)[0], LOAD)
+    finer = fastest_path([0.0, 0.1, -0.1, 0.2, -0.2, 0.2], 0.3, 10.0, dt, 10.0)
+    forecast = forecaster.forecast_whole(finer, forecaster.cases_at_rest([0.5], 0.0, LOAD, dt)[0], LOAD)
 
     assert forecast.reached(0.13) is not None
     assert forecast.mu[-1] == pytest.approx(0.5, rel=0.03)

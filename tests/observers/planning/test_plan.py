@@ -6,8 +6,8 @@ import pytest
 
 from observers import Ekf, Plan, SteeringLimits, plan
 from observers.planning.forecast import Forecaster
-from observers.planning.path import steer
 from observers.planning.plan import _Search
+from observers.planning.steering_path import fastest_path
 from symbolic import InvalidInputError
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 
@@ -75,12 +75,14 @@ def test_on_the_rig_the_target_is_reached_where_planned(acquiring: Ekf, planned:
 
 def test_turning_back_tells_ice_sooner_than_turning_on(acquiring: Ekf) -> None:
     forecaster = Forecaster(acquiring)
-    case = forecaster.at_rest([0.05], 0.0, LOAD, 0.01)[0]
-    on, back = (steer([0.0, *points], 0.12, 10.0, 0.01, 6.0) for points in ([0.6], [0.03, -0.05, 0.08]))
+    case = forecaster.cases_at_rest([0.05], 0.0, LOAD, 0.01)[0]
+    on, back = (
+        fastest_path([0.0, *points], 0.12, 10.0, 0.01, 6.0) for points in ([0.6], [0.03, -0.05, 0.08])
+    )
 
     # The zero of the torque looks like friction until the wheel has turned back.
-    assert forecaster.whole(on, case, LOAD).reached(0.07) is None
-    assert forecaster.whole(back, case, LOAD).reached(0.07) is not None
+    assert forecaster.forecast_whole(on, case, LOAD).reached(0.07) is None
+    assert forecaster.forecast_whole(back, case, LOAD).reached(0.07) is not None
 
 
 @pytest.mark.parametrize(

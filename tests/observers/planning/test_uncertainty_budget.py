@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Estimates, Tuning, run, uncertainty_budget
-from observers.planning.path import SteeringPath, steer
+from observers.planning.steering_path import SteeringPath, fastest_path
 from observers.planning.uncertainty_budget import REST, SLOPE
-from observers.quality.tolerances import OF_LENGTHS, OF_LOAD
+from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import InvalidInputError, Tolerances
 from symbolic.array_alias import Array
 from tests.observers.planning.conftest import LOAD, observe_on_rig
@@ -19,7 +19,7 @@ MU = 0.8
 
 @pytest.fixture(scope="module")
 def path() -> SteeringPath:
-    return steer([0.0, 0.25, -0.25, 0.25], 0.3, 10.0, 0.01, 10.0)
+    return fastest_path([0.0, 0.25, -0.25, 0.25], 0.3, 10.0, 0.01, 10.0)
 
 
 @pytest.fixture(scope="module")

@@ -12,25 +12,25 @@ from scipy.integrate import quad
 from benchmarks import ice
 from benchmarks.faulty_inputs import relaxed
 from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, covariance_of, run
-from observers.quality.acquisition import build_search
-from observers.quality.branches import (
+from observers.quality.acquisition import build_search_step
+from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.hysteresis_branches import (
     PATHS,
     POINTS,
     TRACK,
-    build_branch,
-    build_track,
+    build_branch_torque,
+    build_track_update,
 )
-from observers.quality.hypotheses_verdict import VERDICT
-from observers.quality.ratio_hypotheses import (
+from observers.quality.mu_over_k_hypotheses import (
     SETTINGS,
-    build_hypothesis_update,
+    build_one_hypothesis_update,
     build_search_start,
     factor_name,
     hypothesis_fields,
     hypothesis_states,
     variance_of,
 )
-from observers.quality.tolerances import with_tolerances
+from observers.quality.tuning_from_tolerances import tuning_with_tolerances
 from observers.tuning import Tuning
 from reference_rig import (
     RigTyre,
@@ -61,7 +61,7 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
     }
     part: Any = [prior.get(name, 0.0) for name in hypothesis_fields(gear=False)]
     for g, other, y in zip(expected, slid, measured, strict=True):
-        part = build_hypothesis_update()(part, g, other, y, variance, 0.0)
+        part = build_one_hypothesis_update()(part, g, other, y, variance, 0.0)
     found = dict(zip(hypothesis_fields(gear=False), np.array(part).ravel(), strict=True))
 
     order = hypothesis_states(gear=False)
@@ -107,8 +107,8 @@ def test_branches_add_up_to_fine_bristles(before: float) -> None:
     points: Any = np.zeros((POINTS, PATHS))
     order, found = np.arange(POINTS), []
     for angle, torque in zip(psi, torques, strict=True):
-        track, points, turns, _ = build_track()(track, points, angle, torque, 1.0, 1e-9, 1)
-        branches = build_branch().map(POINTS)(
+        track, points, turns, _ = build_track_update()(track, points, angle, torque, 1.0, 1e-9, 1)
+        branches = build_branch_torque().map(POINTS)(
             turns[:, int(before != 0)].T, order[None], mu, load, np.tile([[K], [0.045], [0.009]], POINTS)
         )
         found.append(float(np.sum(branches.full())))
@@ -253,12 +253,14 @@ def slide(a: float, e: float) -> float:
 
 def test_tolerances_enter_the_band_as_they_move_full_slide() -> None:
     rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(a=0.001, e=0.0, load=0.01, k=0.05 * K))
-    tuning = with_tolerances(Tuning(mu_floor=0.0), rig, K)
+    tuning = tuning_with_tolerances(Tuning(mu_floor=0.0), rig, K)
     by_a = (slide(0.0451, 0.009) - slide(0.0449, 0.009)) / 2e-4 / slide(0.045, 0.009)
 
     # Even within its tolerance: the standard deviation is that over the root of 3.
     assert tuning.mu_floor == pytest.approx(np.hypot(by_a * 0.001, 0.01) / np.sqrt(3), rel=1e-3)
-    assert with_tolerances(Tuning(mu_floor=0.0), Rig(a=0.045, e=0.009), K).mu_floor > tuning.mu_floor
+    assert (
+        tuning_with_tolerances(Tuning(mu_floor=0.0), Rig(a=0.045, e=0.009), K).mu_floor > tuning.mu_floor
+    )
 
 
 def test_no_torque_is_weighed_while_a_turn_back_may_be_noise() -> None:
@@ -268,7 +270,7 @@ def test_no_torque_is_weighed_while_a_turn_back_may_be_noise() -> None:
     search, verdict = build_search_start()(0.0, 1, 10.0, 0, 0.2), np.zeros(len(VERDICT))
     counted = []
     for psi in (0.0, 0.005, 0.01, 0.0099, 0.0101, 0.00995, 0.0095, 0.009):
-        search, verdict, _, weighed = build_search()(
+        search, verdict, _, weighed = build_search_step()(
             search, verdict, 0, 14, psi, 400.0, -0.3, 0.0, [K, 0.045, 0.009], limits
         )
         counted.append(bool(weighed))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from observers import PROFILES, Ekf, Estimates, SteeringTorque, causal_rate, run
-from observers.planning.path import steer
+from observers.planning.steering_path import fastest_path
 from reference_rig import (
     RIG_EFFECTS,
     RigTyre,
@@ -102,7 +102,7 @@ def deviations(mu: float, rate: float, turns: tuple[float, float], **tuning: flo
     rng = np.random.default_rng(0)
     sizes = np.append(np.geomspace(*turns, 4), np.full(40, turns[1]))
     points = [0.0, *(size * (-1) ** i for i, size in enumerate(sizes))]
-    path = steer(points, rate, rate / 0.2, PERIOD, 8.0, rest=0.5)
+    path = fastest_path(points, rate, rate / 0.2, PERIOD, 8.0, rest=0.5)
     t = PERIOD * np.arange(path.psi.size)
     tyre = RigTyre(a=0.05, e=0.011, k=2.21e6, mu=mu)
     planted = [RIG_EFFECTS["rate_friction"](c=0.05), RIG_EFFECTS["carcass_torsion"](k_t=264.0)]

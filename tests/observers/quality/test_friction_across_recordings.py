@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_ind
 
-from observers.quality.friction_across_recordings import ground_friction, order_by_chance
+from observers.quality.friction_across_recordings import ground_friction, kendall_load_test
 from symbolic import InvalidInputError
 
 
@@ -79,7 +79,7 @@ def test_an_order_is_as_likely_as_among_all_orders() -> None:
         fewer = min(falls, 9 - falls)  # Of nine pairs.
         chance = min(1.0, 2 * np.mean(counts <= fewer))
         grounds = [[(100.0 + i, 1.0 + 0.1 * mu) for i, mu in enumerate(own)] for own in orders]
-        assert order_by_chance(grounds) == (pytest.approx(chance), falls > 4.5)
+        assert kendall_load_test(grounds) == (pytest.approx(chance), falls > 4.5)
     # One load is no order, whatever the friction.
-    assert order_by_chance([[(400.0, 1.0 + 0.1 * i) for i in range(6)]])[0] == 1.0
-    assert order_by_chance([])[0] == 1.0
+    assert kendall_load_test([[(400.0, 1.0 + 0.1 * i) for i in range(6)]])[0] == 1.0
+    assert kendall_load_test([])[0] == 1.0

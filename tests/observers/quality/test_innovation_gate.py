@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Mhe, Sample, Status, Tuning, covariance_of
-from observers.quality.innovation_gate import build_gate
+from observers.quality.innovation_gate import build_innovation_gate
 from symbolic import Model
 from symbolic.array_alias import Array
 from tests.observers.conftest import make
@@ -27,7 +27,7 @@ SHARP: dict[str, Any] = {
 def judged(innovation: float, streak: float = 0.0, *, weight: float = 4.0, ordinary: float = inf,
            left_open: float = 0.0, **tuning: Any) -> tuple[bool, bool, int, Array]:  # fmt: skip
     vector = Tuning(**{"gate": 3.0, "reset_after": 4, **tuning}).vector
-    made = build_gate()(innovation, left_open, weight, ordinary, [streak, 2.0], vector)
+    made = build_innovation_gate()(innovation, left_open, weight, ordinary, [streak, 2.0], vector)
     believed, reset, run, counts = (np.asarray(part).ravel() for part in made)
     return bool(believed[0]), bool(reset[0]), int(run[0]), counts
 

@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Status, Tuning, run
-from observers.quality.innovation_monitor import CHANGE, FORGETTING_SAMPLES, MIN_SAMPLES, build_monitor
+from observers.quality.innovation_monitor import (
+    CHANGE,
+    FORGETTING_SAMPLES,
+    MIN_SAMPLES,
+    build_innovation_monitor,
+)
 from symbolic.array_alias import Array
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of
@@ -20,7 +25,7 @@ def watched(nu: Array, slope: float = 1.0, variance: float = 0.01, share: float 
     vector = Tuning(**tuning).vector
     state, rows = np.zeros(4), []
     for each in nu:
-        made = build_monitor()(each, slope, variance, share, 1.0, state, vector)
+        made = build_innovation_monitor()(each, slope, variance, share, 1.0, state, vector)
         alarm, inconsistent, after = (np.asarray(part).ravel() for part in made)
         state = after
         rows.append([alarm[0], inconsistent[0], *state])

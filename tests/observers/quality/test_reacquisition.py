@@ -16,14 +16,14 @@ from observers.quality.acquisition import (
     OWN,
     PROVED,
     EquivalentPatch,
-    build_handover,
+    build_acquisition_handover,
 )
 from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _known_before
 from observers.quality.branch_consistency import NEW_GROUND, build_branch_consistency
-from observers.quality.branches import TRACK, build_new_ground_branches
 from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.hysteresis_branches import TRACK, build_new_ground_branches
 from observers.quality.innovation_attribution import IN_A_ROW, smoothed_innovation
-from observers.quality.ratio_hypotheses import (
+from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
     SETTINGS,
     build_search_restart,
@@ -262,7 +262,7 @@ def concluded(
     }
     found = dict.fromkeys(VERDICT, 0.0) | {"variance": 1e-3, "verified": 1, "wiped": 1} | verdict
     told = dict.fromkeys(OUTPUT, 1.0) | {"status": 0} | output
-    conclude = build_handover(patch, AligningTorque())
+    conclude = build_acquisition_handover(patch, AligningTorque())
     given: list[Any] = [[*own.values()], [*found.values()], [*told.values()], 0.5, 1, 1, M_z, 0]
     limits = [getattr(tuning, name) for name in SETTINGS]
     after, *_ = conclude(*given, [K, RIG.a, RIG.e], limits, patch.friction)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from observers.protocol import Sample, Status
-from observers.thesis.root_observer import RootObserver, ZoneRootState, nearest
-from observers.thesis.zone_state_machine import curve
+from observers.thesis.root_observer import RootObserver, ZoneRootState, nearest_root
+from observers.thesis.zone_state_machine import zone_torque_curve
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.array_alias import Array
 from tests.observers.published import DECLARED, FIVE_ZONES, MU, SETTLED, STEEL, TIME, published, rms
@@ -84,10 +84,10 @@ def test_friction_is_recovered_from_five_zones_alone(guess: float) -> None:
 
 
 def test_two_roots_in_five_zones_and_the_start_chooses() -> None:
-    torque = curve((REACH, -0.5 * REACH), LOAD, TYRE.k, RIG)
+    torque = zone_torque_curve((REACH, -0.5 * REACH), LOAD, TYRE.k, RIG)
     M_z = torque(TYRE.mu)[0]
 
-    low, high = (nearest(torque, M_z, start, (0.02, 4.0), 1e-6) for start in (0.8, 1.5))
+    low, high = (nearest_root(torque, M_z, start, (0.02, 4.0), 1e-6) for start in (0.8, 1.5))
 
     print(f"mu = {TYRE.mu} looks like {low[0]:.3f} too")
     assert (low[1], high[1]) == (True, True)
@@ -97,11 +97,11 @@ def test_two_roots_in_five_zones_and_the_start_chooses() -> None:
 
 @pytest.mark.parametrize("start", [0.1, 1.0, 3.9])
 def test_without_a_root_the_nearest_point_counts(start: float) -> None:
-    torque = curve((REACH, -0.9 * REACH), LOAD, TYRE.k, RIG)
+    torque = zone_torque_curve((REACH, -0.9 * REACH), LOAD, TYRE.k, RIG)
     tried = np.linspace(0.02, 4.0, 4001)
     reached = np.array([torque(mu)[0] for mu in tried])
 
-    mu, solved = nearest(torque, reached.max() + 0.1, start, (0.02, 4.0), 1e-6)
+    mu, solved = nearest_root(torque, reached.max() + 0.1, start, (0.02, 4.0), 1e-6)
 
     assert not solved
     assert mu == pytest.approx(tried[reached.argmax()], abs=2e-3)
@@ -110,7 +110,7 @@ def test_without_a_root_the_nearest_point_counts(start: float) -> None:
 @pytest.mark.parametrize(("factor", "bound"), [(1.1, 4.0), (-0.1, 0.02)])
 def test_beyond_stick_and_against_the_turn_mu_lies_on_its_bound(factor: float, bound: float) -> None:
     psi = np.array([0.0, 1e-3])
-    stick = curve((1e-3, 0.0), LOAD, TYRE.k, RIG)(1e3)[0]
+    stick = zone_torque_curve((1e-3, 0.0), LOAD, TYRE.k, RIG)(1e3)[0]
     last = states_of(root(), psi, np.array([0.0, factor * stick]))[-1]
 
     assert (last.mu, last.solved) == (bound, False)

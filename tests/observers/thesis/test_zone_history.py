@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from identification import read_recording
-from identification.thesis.published_friction import aligned, published_file, read_published_friction
+from identification.thesis.author_estimate import aligned, author_estimate_file, read_author_estimate
 from observers import zone_history
 from symbolic import InvalidInputError
 from symbolic.patch_interface import PatchInputs
-from symbolic.zones import ZonePatch
+from symbolic.zone_patch import ZonePatch
 
 
 def path(*corners: float, step: float = 0.01) -> np.ndarray:
@@ -83,7 +83,7 @@ def test_nonsense_is_refused(psi: np.ndarray) -> None:
 def test_the_author_counts_the_same(measured_dir: Path) -> None:
     for file in sorted(measured_dir.glob("*.mat")):
         recording = read_recording(file)
-        author = read_published_friction(published_file(measured_dir, file.stem))
+        author = read_author_estimate(author_estimate_file(measured_dir, file.stem))
         first = aligned(recording.psi, author.psi)
         same = slice(first, first + author.psi.size)
         made = zone_history(recording.psi)

@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from observers.thesis.zone_state_machine import ZoneState, advance_zones, branch, curve
+from observers.thesis.zone_state_machine import (
+    ZoneState,
+    advance_zones,
+    turns_on_branch,
+    zone_torque_curve,
+)
 from symbolic import Rig
 from tests.observers.published import (
     ASPHALT,
@@ -152,7 +157,7 @@ def test_torque_is_the_integral_of_the_printed_deformation(
     state = ZoneState(extreme=psi_max, psi_max=psi_max, zones=3 if back is None else 5)
     psi = psi_max if back is None else back * psi_max
 
-    made, _ = curve(branch(state, psi), LOAD, tyre.k, Rig(a=tyre.a, e=e))(tyre.mu)
+    made, _ = zone_torque_curve(turns_on_branch(state, psi), LOAD, tyre.k, Rig(a=tyre.a, e=e))(tyre.mu)
 
     expected = Printed(psi, None if back is None else psi_max, tyre).torque()
     assert made == pytest.approx(expected, rel=1e-9, abs=1e-9)
@@ -160,7 +165,7 @@ def test_torque_is_the_integral_of_the_printed_deformation(
 
 @pytest.mark.parametrize("turns", [(0.0, 0.0), (1e-9, 0.0), (0.3, 0.0), (0.3, -0.25), (-0.1, 0.15)])
 def test_slope_of_the_torque_is_its_difference(turns: tuple[float, float]) -> None:
-    torque = curve(turns, LOAD, TYRE.k, Rig(a=TYRE.a, e=TYRE.e))
+    torque = zone_torque_curve(turns, LOAD, TYRE.k, Rig(a=TYRE.a, e=TYRE.e))
     difference = (torque(1.3 + 1e-5)[0] - torque(1.3 - 1e-5)[0]) / 2e-5
 
     assert torque(1.3)[1] == pytest.approx(difference, rel=1e-6, abs=1e-9)

@@ -1,0 +1,156 @@
+"""Results of a diagnosis and of free vibrations as lines and tables on the screen."""
+
+from collections.abc import Mapping
+
+from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
+from brushgrip.outputs.console import print_table, print_text, say
+from brushgrip.report.friction_summary import (
+    changes_meanwhile,
+    settling_and_coverage_rows,
+    widest_causes,
+)
+from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
+from brushgrip.report.tables import errors_by_stage, friction_by_recording
+from brushgrip.report.validity_and_missing_effects import notes_beside
+from brushgrip.wording.diagnosis_in_words import (
+    GRADES,
+    experiment_in_words,
+    explained_grade,
+    headline,
+    mechanism,
+    proposed_recordings,
+    rivals_of,
+    use_of_model,
+)
+from brushgrip.wording.formatting import (
+    candidate_parameters,
+    candidate_reason,
+    effect_words,
+    judged_error_percentages,
+    listed,
+    parameter_list,
+    percent,
+    residual_structure,
+    sentence,
+    signed,
+    value_with_std,
+)
+from identification import Diagnosis, FoundModel, FreeDecay, ParameterEstimate
+from identification.thesis import DecrementFit
+from symbolic import CANDIDATES
+from symbolic.vehicle.candidate_effects import CAR_EFFECTS
+
+FEW = 3
+"""Recordings that a line names."""
+
+
+def say_ground_values(grounds: Mapping[str, str | None], found: FoundModel | None) -> None:
+    """A line for each ground of recordings on the values that a model has for it."""
+    for ground in dict.fromkeys(grounds.values() if found else ()):
+        names = [name for name, one in grounds.items() if one == ground]
+        if found and (taken := found.ground_taken(ground)):
+            say(f"{listed(names) if len(names) <= FEW else f'{len(names)} recordings'}: {taken}")
+
+
+def print_diagnosis(
+    diagnosis: Diagnosis, outcome: FrictionOutcome | None = None, warning: str = ""
+) -> None:
+    """Print the finding, friction, errors, effects and what is unexplained; a warning goes first."""
+    if warning:
+        print_text(warning, style="bold")
+    known, notes = friction_and_notes(outcome)
+    for line in (*known, headline(diagnosis)):
+        print_text(line, style="bold")
+    for line in notes:
+        print_text(line)
+    if outcome:
+        friction = friction_by_recording(outcome, diagnosis)
+        print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
+        if causes := widest_causes(outcome):
+            print_text(causes)
+    errors, title = (
+        errors_by_stage(diagnosis),
+        "Torque error, root mean square, in N m and in % of range",
+    )
+    print_table(title, errors.headings, errors.rows, right=True)
+    print_text(f"Refitted: {diagnosis.signatures_before.reading}")
+    if diagnosis.effects:
+        print_table(
+            "Effects found",
+            ("mechanism: effect", "grade", "parameters ± standard deviation", "indistinguishable from"),
+            [
+                (mechanism(e), GRADES[e.grade], parameter_list(e.parameters), rivals_of(e) or "–")
+                for e in diagnosis.effects
+            ],
+        )
+    for effect in diagnosis.effects:
+        if effect.grade != "strong":
+            print_text(f"{effect_words(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
+    for letter, (_, proposal) in proposed_recordings(diagnosis).items():
+        print_text(f"next recording {letter}: {experiment_in_words(proposal)}")
+    for proposal in (e.experiment for e in diagnosis.effects if e.experiment):
+        if not proposal.feasible:
+            print_text(f"not separable: {experiment_in_words(proposal)}")
+    if outcome:
+        headings, rows = settling_and_coverage_rows(outcome)
+        title = "Friction by the assumed model → by the model found, mean over recordings"
+        title += changes_meanwhile(diagnosis)
+        print_table(title, headings[:-1], [row[:-1] for row in rows], right=True)
+    print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
+    to_send, details = lines_to_send(diagnosis, outcome, warning) if outcome else ([], [])
+    told = " ".join(item for _, items in (*to_send, *details) for item in items)
+    for note in notes_beside(diagnosis, told):
+        print_text(f"note: {note}")
+    for line in rejected_user_effects(diagnosis):
+        print_text(line)
+    print_text(use_of_model(diagnosis, found_model(diagnosis)))
+    for title, parts in (("Before you act on it", details), ("To send", to_send)):
+        if parts:
+            print_text(title, style="bold")
+        for label, items in parts:
+            print_text("\n- ".join([f"{label}:", *items]) if len(items) > 1 else f"{label}: {items[0]}")
+
+
+def rejected_user_effects(diagnosis: Diagnosis) -> list[str]:
+    """A line for each effect of the user's own that was not added: what it is worth, and why not."""
+    added = {effect.name for effect in diagnosis.effects}
+    before = judged_error_percentages(diagnosis)[1]
+    return [
+        f"{effect_words(c.name)}, of your own, was not added. In the refitted model, without the effects"
+        f" found: {candidate_parameters(c) or 'by recording'}; error {before} →"
+        f" {percent(c.holdout_nrmse)} of range with it alone, ΔBIC {signed(c.delta_bic)}; {candidate_reason(diagnosis, c)}"
+        for c in diagnosis.candidates
+        if c.name not in {*added, *CANDIDATES, *CAR_EFFECTS}
+    ]
+
+
+def print_free_decay(result: FreeDecay, decrement: DecrementFit) -> None:
+    """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
+    k, b_t, rough_k, with_J_A, as_printed = (
+        value_with_std(ParameterEstimate(value=value, std=std, unit=unit))
+        for value, std, unit in (
+            (result.k.value, result.k.std, result.k.unit),
+            (result.b_t.value, result.b_t.std, result.b_t.unit),
+            (decrement.k, None, result.k.unit),
+            (decrement.b_t, None, result.b_t.unit),
+            (decrement.b_t_printed, None, "1/s"),
+        )
+    )
+    print_table(
+        f"From {len(result.vibrations)} free vibrations",
+        ("", "k", "b_t"),
+        [
+            ("maximum likelihood", k, b_t),
+            ("FFT and decrement, (5.8) with J_A", rough_k, with_J_A),
+            ("FFT and decrement, (5.8) as printed", rough_k, as_printed),
+        ],
+    )
+    forces = [
+        f"{value_with_std(contact.force)} at a = {1000 * contact.a:g} mm"
+        for contact in result.contacts
+        if contact.force is not None
+    ]
+    if forces:
+        print_text(f"The ends of the patch slide as with μ F_N = {', '.join(forces)}.")
+    for line in result.identifiability:
+        print_text(line)

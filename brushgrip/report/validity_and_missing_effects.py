@@ -1,0 +1,279 @@
+"""What a report's friction is valid for, and what the model found changes, in plain words."""
+
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
+from string import ascii_lowercase
+from typing import Any
+
+import numpy as np
+
+from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.observe_recording import FrictionTrack
+from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
+from brushgrip.outputs.provenance import digest_of
+from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
+from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, unexplained_is_larger
+from brushgrip.wording.formatting import (
+    effect_words,
+    judged_error_name,
+    judged_error_percentages,
+    listed,
+    percent,
+    sentence,
+)
+from identification import Diagnosis, FoundEffect
+from identification.diagnosis.found_effects import ASSUMED
+from identification.diagnosis.found_stiffness import OFF_STIFFNESS
+from identification.diagnosis.from_search import BEYOND_RANGE
+from symbolic import EFFECTS, InvalidInputError
+
+LEFT_OUT = "What the assumed model of tyre and rig leaves out"
+"""Label of `missing_effects`."""
+CERTAIN = "the gain is not luck, this cause likely but not proven"
+"""Of a gain that is as good as certainly no chance."""
+OVER_SPEED = "friction over speed"
+MECHANISMS = {
+    OVER_SPEED: "friction changes with the speed of sliding",
+    "friction over time": "friction changes with time or with the angle turned",
+    "friction over load": "friction changes with the load",
+    "friction over direction": "friction differs by the direction of turning",
+    "compliance and contact shape": "the tyre's body yields, or its pressure is spread otherwise",
+    "sensor and steering": "sensor and steering add to the torque",
+}
+"""What a model without a mechanism leaves out, for somebody who knows no tyre model."""
+STRAIGHT = 0.15
+"""Distance of a curve from a line over its change, up to which it is told by its slope [1]."""
+
+
+def simulated_warning(provenance: Mapping[str, Any] | None) -> str:
+    """That recordings are the demo's, by their digests, in one sentence; empty where none is."""
+    # Sources of own effects are inputs too.
+    files = provenance["inputs"] if provenance else []
+    inputs = [file for file in files if not file["name"].endswith(".py")]
+    try:
+        bundled = {digest_of(path) for path in demo_folder().glob("*.csv")}
+    except InvalidInputError:
+        return ""
+    count = sum(file["sha256"] in bundled for file in inputs)
+    if not count:
+        return ""
+    which = "all" if count == len(inputs) else f"{count} of {len(inputs)}"
+    return (
+        f"Simulated, not measured: {which} recordings come from brushgrip's demo (true friction"
+        f" {TRUE_FRICTION})."
+    )
+
+
+def validity(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float | None) -> str:
+    """What friction is valid for, and what not (after “Valid for”).
+
+    Args:
+        diagnosis: with the loads.
+        slide_rate: turning that friction is told for [rad/s]; None for not told.
+        slide_speed: sliding of the contact at that rate [m/s].
+    """
+    loads = [series.F_N[np.isfinite(series.F_N)] for series in diagnosis.series]
+    known = np.concatenate(loads) if loads else np.empty(0)
+    at = ""
+    if known.size and not diagnosis.of_car:
+        low, high = f"{known.min():.0f}", f"{known.max():.0f}"
+        at = f", at a load of {low} N" if low == high else f", at momentary loads of {low} to {high} N"
+    sliding = ""
+    if slide_rate and slide_speed:
+        changes = any(family.name == OVER_SPEED for family in diagnosis.families)
+        degrees = f"{np.degrees(slide_rate):.2g}°/s"
+        sliding = (
+            f"; friction is that of turning at {slide_rate:.2g} rad/s ({degrees}, sliding"
+            f" {1e3 * slide_speed:.2g} mm/s)"
+        ) + ", and differs at other speeds" * changes
+    return (
+        f"A wheel that stands still and is turned as in these recordings{at}{sliding}; not for driving"
+        " speed, rain or other ground."
+    )
+
+
+def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
+    """The stiffness beyond its tolerance, then each thing that it may mean; of several, only those."""
+    notes = [note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)]
+    if len(notes) != 1:
+        return [sentence(note) for note in notes]
+    head, _, cases = notes[0].partition(": ")
+    return [sentence(one) for one in (f"{head}; no recording tells why", *cases.split("; "))]
+
+
+def untested_assumptions(diagnosis: Diagnosis) -> list[str]:
+    """What the bands of friction rest on that no recording tells, in sentences."""
+    doubtful = [n for n in diagnosis.notes if n.startswith((SUSPECTED, MAY_END, BEYOND_RANGE))]
+    assumed = [sentence(note) for note in diagnosis.notes if note.startswith(ASSUMED)]
+    counted = (
+        "The ± counts the tolerances, and allows for what the model leaves out. A value that is off by"
+        " more than its tolerance shifts friction too."
+    )
+    return [*map(sentence, doubtful), " ".join([*assumed, counted])]
+
+
+def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
+    """The notes of a diagnosis that a text does not tell; that on the stiffness is told case by case."""
+    begun = [case for case in stiffness_cases(diagnosis)[:1] if case in told]
+    return [
+        note
+        for note in diagnosis.notes
+        if sentence(note) not in told and not (note.startswith(OFF_STIFFNESS) and begun)
+    ]
+
+
+def missing_effects(diagnosis: Diagnosis) -> list[str]:
+    """What the assumed model leaves out (`LEFT_OUT`), an item each; empty where nothing is certain."""
+    if not any(effect.grade in CLEAR for effect in diagnosis.effects):
+        return []
+    told = []
+    for cause, effects in _by_cause(diagnosis):
+        if cause:
+            clearest = min(effects, key=lambda effect: effect.grade not in CLEAR)
+            told.append(f"{cause} ({_sureness(clearest, cause)})")
+        else:
+            names = [effect_words(effect.name) for effect in effects]
+            stand = f"{listed(names)} stand{'s' * (len(names) == 1)} in"
+            told.append(
+                f"something unknown, for which {stand} (unproven, but part of the friction above)"
+            )
+    if diagnosis.unexplained.present:
+        unknown = "the error that remains, beyond noise, which no effect explains"
+        told.insert(0 if unexplained_is_larger(diagnosis) else len(told), unknown)
+    return [
+        f"({i}) " * (len(told) > 1) + sentence(one)
+        for i, one in zip(ascii_lowercase, told, strict=False)
+    ]
+
+
+def _by_cause(diagnosis: Diagnosis) -> list[tuple[str, list[FoundEffect]]]:
+    """Effects in a row that have one cause, which is empty of stand-ins."""
+    causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
+    groups = groupby(causes, key=itemgetter(1))
+    return [(cause, [effect for effect, _ in group]) for cause, group in groups]
+
+
+def _sureness(effect: FoundEffect, cause: str) -> str:
+    """How sure an effect is that leaves this cause open or not."""
+    if effect.grade == "weak":
+        return "not confirmed" if is_unconfirmed(effect) else "may be chance"
+    if effect.grade != "ambiguous":
+        return CERTAIN
+    if not effect.indistinguishable_from:
+        return "how much of it is open"
+    return "one of these, not known which" if " or " in cause else CERTAIN
+
+
+def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
+    """The mechanism of an effect, or the effect; with those of other mechanisms that it may be."""
+    names = (effect.name, *effect.indistinguishable_from)
+    families = [effect.family, *(_family_of(name) for name in names[1:])]
+    known = MECHANISMS | {OVER_SPEED: friction_over_speed(diagnosis)}
+    if len(names) == 1 and effect.family in MECHANISMS:
+        return summary_of(diagnosis, effect)
+    known |= {effect.name: f"your effect “{effect_words(effect.name)}”"}  # Of no other family.
+    pairs = zip(families, names, strict=True)
+    return listed(list(dict.fromkeys(known.get(f, effect_words(name)) for f, name in pairs)), "or")
+
+
+def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
+    """What an effect does: friction over speed by its curve, others by the library, with their size."""
+    if effect.family == OVER_SPEED:
+        return friction_over_speed(diagnosis)
+    summary = effect.summary
+    ratios = [one for name, one in effect.parameters.items() if name.partition(" [")[0] == "ratio"]
+    if effect.name == "asymmetric_friction" and len(ratios) == 1:
+        # Of friction at rising over that at falling angle.
+        ratio = ratios[0].value
+        less, (way, back) = min(ratio, 1 / ratio), ("rises", "falls")[:: 1 if ratio < 1 else -1]
+        summary += f", {100 * (1 - less):.0f} % lower while the angle {way} than while it {back}"
+    return f"{'looks like: ' * (effect.grade == 'stands_in')}{summary}"
+
+
+def friction_over_speed(diagnosis: Diagnosis) -> str:
+    """Which way and how much friction changes with speed by the fitted curve, as far as it is simple."""
+    curve = next((f.curve for f in diagnosis.families if f.name == OVER_SPEED), None)
+    if curve is None or not (curve.y > 0).all():
+        return MECHANISMS[OVER_SPEED]
+    steps, change = np.diff(curve.y), curve.y[-1] - curve.y[0]
+    if not change or (steps * change < 0).any():
+        return MECHANISMS[OVER_SPEED]
+    verb, decades = "rises" if change > 0 else "falls", np.log10(curve.x / curve.x[0])
+    where = f" from {1e3 * curve.x[0]:.2g} to {1e3 * curve.x[-1]:.2g} mm/s, in a typical recording"
+    line = curve.y[0] + change * decades / decades[-1]
+    if np.abs(curve.y - line).max() > STRAIGHT * abs(change):
+        return f"friction {verb} with the speed of sliding{where}"
+    slope = abs(change) / decades[-1]
+    size = f"{slope:.2f}" if slope >= 0.005 else "less than 0.01"
+    return f"friction {verb} by {size} for each tenfold sliding speed{where}"
+
+
+def several_mechanisms(effect: FoundEffect) -> bool:
+    """Whether an effect may be one of another mechanism."""
+    return any(_family_of(name) != effect.family for name in effect.indistinguishable_from)
+
+
+def _family_of(name: str) -> str:
+    return EFFECTS[name].family if name in EFFECTS else "other"
+
+
+def benefit_for_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+    """What the model found changes for friction, in a sentence; empty where it changes nothing."""
+    declared, found = (list(outcome.tracks_of(label).values()) for label in (EKF_DECLARED, EKF_FOUND))
+    if diagnosis.of_car or not diagnosis.effects or not declared or not found:
+        return ""
+    return (
+        f"Friction is usable in {_known(found)} by the model found, which has its own stiffness and the"
+        f" effects; in {_known(declared)} by the assumed model."
+    )
+
+
+def _known(tracks: Sequence[FrictionTrack]) -> str:
+    """In how many recordings friction is known, since when, and in how many of them not to the end."""
+    known = [track for track in tracks if track.last_usable is not None]
+    if not known:
+        return f"none of {len(tracks)} recordings"
+    first = sorted(float(track.t[np.argmax(track.usable)]) for track in known)
+    since = " to ".join(dict.fromkeys(f"{at:.1f}" for at in (first[0], first[-1])))
+    part = sum(track.last_usable != track.t.size - 1 for track in known)
+    ends = f", in {part} not to the end" * bool(part)
+    return f"{len(known)} of {len(tracks)} recordings (first after {since} s{ends})"
+
+
+def adjusted_values(diagnosis: Diagnosis) -> str:
+    """What is fitted to each recording that judges, in words."""
+    scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
+    return (
+        f"{listed(['friction', *map(effect_words, sorted(scopes))])}, and lengths and load within their"
+        " tolerances"
+    )
+
+
+def error_to_quote(diagnosis: Diagnosis) -> list[str]:
+    """The torque error stage by stage in sentences: with nothing adjusted, if that is known, first."""
+    kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
+    judged = {
+        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit, but not out of the"
+        " choice of effects",
+        "left-out": "each recording with the parameters that the others gave",
+        "training": "the recordings that it was fitted to, as none was left to judge it",
+    }[kind]
+    stages = {
+        "by the assumed model": diagnosis.declared,
+        "with its stiffness k refitted": diagnosis.before,
+    } | ({"by the model found": diagnosis.after} if diagnosis.effects else {})
+
+    def chain(figure: str) -> list[str]:
+        return [f"{percent(errors.summary()[figure])} {by}" for by, errors in stages.items()]
+
+    adjusted = chain(judged_error_name(diagnosis)[1])
+    if kind != "left-out" and missing_effects(diagnosis):  # What each left out shows is not known.
+        letters = ascii_lowercase[unexplained_is_larger(diagnosis) :]
+        steps = zip(letters, _by_cause(diagnosis)[:-1], strict=False)
+        adjusted[2:2] = [f"{percent(own[-1].holdout_nrmse_after)} with ({i})" for i, (_, own) in steps]
+    fitted, where = f"with {adjusted_values(diagnosis)}, fitted to each", f", of its range, in {judged}"
+    if not diagnosis.after.unrefitted:
+        return [f"{', '.join(adjusted)}{where}, {fitted}."]
+    bare = ", ".join(chain("holdout_torque_nrmse_unrefitted"))
+    return [f"{bare}{where}.", sentence(f"{fitted}: {', '.join(adjusted)}")]

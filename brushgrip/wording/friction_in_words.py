@@ -1,0 +1,291 @@
+"""Friction in words: a value with its band, an estimate in one line, why a sample is not usable."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgrip.wording.formatting import band_decimals
+from observers import Estimates, GroundFriction, Status
+from observers.estimates import BAND_STDS
+from observers.planning.uncertainty_budget import REST, SLOPE
+from observers.protocol import UNCHECKED, uninformed_remedy
+from observers.quality.friction_across_recordings import MIN_RECORDINGS
+from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
+from symbolic import Rig
+from symbolic.array_alias import Array
+
+SLIPPERY = 0.15
+"""Friction below which dry friction and noise of a sensor matter [1]."""
+OF_SENSOR = {
+    "dry_friction": "dry friction counts as the ground's",
+    "noise": "the noise assumed may hide what the model gets wrong",
+}
+"""What it means on slippery ground that a value of the sensor is not declared, by its name."""
+MIN_REPORTED_SHARE = 0.01
+"""Least share of the samples for which a suspicion, or a friction on its bound, is reported [1]."""
+REASONS = {
+    Status.SUSPECT: "an input looks wrong",
+    Status.INCONSISTENT: "the model does not explain the torque",
+    Status.BOUND: "μ is on its bound",
+    Status.ACQUIRING: "it has not slid enough to tell",
+    Status.RESET: "the ground has changed",
+}
+"""Why a sample is not usable, the gravest first; of others the remedy says it."""
+OF_SCALE = "scale of the torque, as the model's k is not the declared one"
+"""A cause of a band."""
+OTHER_STIFFNESS = (
+    "measure k otherwise than by this torque (brushgrip identify) and declare it with its tolerance, or"
+    " check the torque's scale"
+)
+NARROWED_BY = {
+    SLOPE: OTHER_STIFFNESS,
+    REST: "turn to and fro more often, or find what the model lacks (brushgrip diagnose)",
+    OF_LENGTHS: "measure a and e, and declare them with their tolerances",
+    OF_LOAD: "weigh the load, and declare its tolerance ([rig] load = { tolerance = ... })",
+    OF_SCALE: OTHER_STIFFNESS,
+    "zero of the torque": "read the torque with the wheel lifted, and declare how far off its zero may"
+    " be ([rig] zero = { tolerance = ... } N m)",
+    OF_TUNING: "declare the tolerances of a, e and load, then --tune mu_floor=0",
+    "dry friction": "declare that of the sensor's bearings ([sensor] dry_friction)",
+    "axle load": "weigh the axle, and declare front_axle_load with its tolerance: 5 % of load are 6 % of"
+    " mu where half_length follows from it",
+    "measured torque of full slide": "identify it (--lock-to-lock) where friction is known better",
+    "half-length of the contact": "measure it on a print, and declare half_length with its tolerance",
+}
+"""What narrows a band, by the largest part of it."""
+OF_CAR = {
+    "declare the torque's noise ([sensor] noise), or raise error of the tuning to 0.1: with more,"
+    " friction is hardly acquired": "or declare a greater force_error or force_noise",
+    "a, F_N and k": "front_axle_load, half_length and stiffness",
+    "k, a, F_N": "front_axle_load, half_length, stiffness",
+    "k, a and F_N": "front_axle_load, half_length and stiffness",
+    "k (stiffness of a vehicle)": "stiffness",
+    " (brushgrip identify)": "",
+    "(brushgrip diagnose)": "(brushgrip diagnose --vehicle)",
+}
+"""What a remedy names, as a vehicle file calls it."""
+CONTRADICTED = 3.0
+"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which
+friction is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was
+wrong. A wheel at rest shows neither."""
+LEAST_PART = 0.1
+"""Share of a band below which a part of it is not told [1]."""
+
+
+def with_95_band(value: float, std: float) -> str:
+    """A friction coefficient with its 95 % band, to the hundredth, or the thousandth if narrow."""
+    if not math.isfinite(value):
+        return "–"
+    if not math.isfinite(std):
+        return f"{value:.2f}"
+    half = BAND_STDS * std
+    digits = band_decimals(half)
+    return f"{value:.{digits}f} ± {half:.{digits}f}"
+
+
+def prediction_band(friction: GroundFriction) -> str:
+    """Friction of a ground with the band of a further recording; no friction is below nothing."""
+    low, half = friction.mu_eff, math.inf if friction.further is None else friction.further
+    return with_95_band(low, half / BAND_STDS) if half < low else f"up to {low + half:.2f}"
+
+
+def further_recording(ground: str, friction: GroundFriction | None, recordings: int) -> str:
+    """Friction of a ground for a further recording, of so many, in one line."""
+    known = 0 if friction is None else friction.recordings
+    if friction is None or friction.further is None:
+        return (
+            f"note on {ground}: no band for a further recording yet, which takes {MIN_RECORDINGS}"
+            f" recordings with usable friction; here {known} of {recordings}"
+        )
+    of = "" if known == recordings else f" of {recordings}"
+    band = prediction_band(friction)
+    return f"{ground}: mu_eff {band} for a further recording, from {known}{of} recordings"
+
+
+def last_usable(estimates: Estimates) -> int | None:
+    """The last usable sample on the last ground, unless what follows contradicts it; None for none."""
+    changes = np.flatnonzero(estimates.status & Status.RESET)
+    begin = int(changes[-1]) if changes.size else 0
+    inconsistent = (estimates.status & Status.INCONSISTENT != 0) & estimates.measured
+    return last_uncontradicted(estimates.usable, inconsistent, begin, estimates.turn)
+
+
+def last_uncontradicted(
+    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array | None
+) -> int | None:
+    """The last usable sample from `begin` on; None for none, or if too much turn contradicts it."""
+    known = begin + np.flatnonzero(usable[begin:])
+    if not known.size:
+        return None
+    last = int(known[-1])
+    turn = np.ones(usable.size) if turn is None else turn
+    after = 0.0 if inconsistent is None else float(turn[last + 1 :] @ inconsistent[last + 1 :])
+    return last if after <= CONTRADICTED * turn[known].sum() else None
+
+
+def band_parts(budget: Mapping[str, float]) -> str:
+    """What a band is made of and what narrows it, in one line; empty where that is not known."""
+    if not budget:
+        return ""
+    half = math.hypot(*budget.values())
+    digits, largest = band_decimals(half), sorted(budget.items(), key=lambda part: -part[1])
+    parts = (f"{name} {part:.{digits}f}" for name, part in largest if part >= LEAST_PART * half)
+    return (
+        f"the band ± {half:.{digits}f} is made of (the squares add up): {', '.join(parts)};"
+        f" to narrow it, {how_to_narrow(largest[0][0])}"
+    )
+
+
+def slippery_ground_note(mu: float, rig: Rig) -> str:
+    """What an estimate on slippery ground rests on, in one line; empty on other ground."""
+    lacking = {
+        name: text for name, text in OF_SENSOR.items() if mu < SLIPPERY and getattr(rig, name) is None
+    }
+    if not lacking:
+        return ""
+    names = " and ".join(name.replace("_", " ") for name in lacking)
+    keys = " and ".join(f"{name} = ..." for name in lacking)
+    return (
+        f"below {SLIPPERY:g}, {names} of the sensor not declared: {' and '.join(lacking.values())},"
+        f" which matters there; measure with the wheel lifted, [sensor] {keys} N m"
+    )
+
+
+def how_to_narrow(cause: str) -> str:
+    """What makes a part of a band smaller."""
+    return NARROWED_BY.get(cause, f"measure the {cause}, and declare the tolerance")
+
+
+WAYS = ("positive", "negative")
+"""Directions of turning, by the sign of psi."""
+LACKING = "find what the model lacks (brushgrip diagnose), then --model"
+LACKING_STILL = "find what --model lacks (brushgrip diagnose with this recording too)"
+
+
+def status_in_words(status: Status) -> str:
+    """Why a sample is not usable, without the remedy; without a flag the deviation is why."""
+    other = status.remedy.partition(":")[0] or "the deviation of mu is too large to act on"
+    return next((text for flag, text in REASONS.items() if flag in status), other)
+
+
+def estimates_summary(
+    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False,
+    way: str = "",
+) -> str:  # fmt: skip
+    """Friction by the last usable sample, rejected ones, and the remedy of the most frequent fault.
+
+    Args:
+        estimates: of a recording.
+        noise: what mends a torque that the model does not explain, before other remedies.
+        rates: of torque and angle where they differ; a sample without a torque is then no fault.
+        cause: of what looks wrong with an input, or why nothing is usable, in place of all that may.
+        of_car: remedies name what a vehicle file declares.
+        way: one of `WAYS`, that of friction; empty where it is of no direction.
+    """
+    parts = [_last_friction(estimates, way)]
+    if rejected := int(np.count_nonzero(estimates.status & Status.REJECTED)):
+        parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
+    if changes := int(np.count_nonzero(estimates.status & Status.RESET)):
+        misfit = " or misfits of the model" * _misfits(estimates)
+        parts.append(f"{changes} {_plural(changes, 'change')} of the ground{misfit}")
+    line = ", ".join(parts)
+    if np.isnan(estimates.mu_std).all():
+        return f"{line}; {UNCHECKED}"
+    line += f"; {rates}" * bool(rates)
+    number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
+    return f"{line}; {number} {_plural(number, 'sample')} not usable: {why}" if number else line
+
+
+def unusable_samples_and_remedy(
+    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
+) -> tuple[int, str]:
+    """How many samples the gravest or most frequent fault kept from use, and its remedy; as above."""
+    if np.isnan(estimates.mu_std).all():
+        return estimates.t.size, UNCHECKED
+    counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
+    if rates:
+        counts[Status.MISSING] = 0
+    if estimates.usable.any():
+        # Friction is always acquired first.
+        counts[Status.ACQUIRING] = 0
+    for flag in (Status.SUSPECT, Status.BOUND):
+        # The first small turns of a sound wheel may look like either.
+        counts[flag] *= counts[flag] > MIN_REPORTED_SHARE * estimates.t.size
+    if estimates.wide.mean() > 0.5 or not estimates.usable.any():
+        counts[Status.USED] = int(estimates.wide.sum())
+    # Whether the deviation can be believed goes before what happened to samples.
+    first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
+    flag = max(first or counts, key=lambda one: counts[one])
+    if cause:
+        return counts[flag], cause
+    unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
+    mends = noise and not (flag is Status.SUSPECT and noise.startswith((LACKING, LACKING_STILL)))
+    if mends and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
+        return counts[flag], _with_time(estimates, f"{status_in_words(flag)}: {noise}")
+    wide = estimates.wide if estimates.wide.any() else -1
+    share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
+    told = _on_command_line(flag.remedy or uninformed_remedy(share), of_car=of_car)
+    return counts[flag], _with_time(estimates, told)
+
+
+def _with_time(estimates: Estimates, told: str) -> str:
+    """When an input looked wrong, beside a friction that is told: before it, after it or both."""
+    at, suspect = REASONS[Status.SUSPECT], estimates.t[estimates.status & Status.SUSPECT != 0]
+    last = last_usable(estimates)
+    if last is None or not told.startswith(at):
+        return told
+    sides = {"before": suspect[0] < estimates.t[last], "after": suspect[-1] > estimates.t[last]}
+    side = " and ".join(name for name, there in sides.items() if there)
+    when = f"{at} from {suspect[0]:.3g} to {suspect[-1]:.3g} s, {side} the value told"
+    return told.replace(at, when + "," * told.startswith(f"{at} "), 1)
+
+
+def _on_command_line(remedy: str, *, of_car: bool) -> str:
+    """A remedy that names options where it names values of a tuning, and keys of a vehicle file."""
+    for name, key in OF_CAR.items() if of_car else ():
+        remedy = remedy.replace(name, key)
+    remedy = remedy.replace("tuning to 0.1:", "tuning to 0.1 (--tune error=0.1):")
+    return remedy.replace("noise of the tuning", "noise of the tuning (--tune noise=...)")
+
+
+def _last_friction(estimates: Estimates, way: str) -> str:
+    at = last_usable(estimates)
+    measured = int(estimates.measured.sum())
+    share = f"usable in {100 * estimates.usable_share:.0f} % of {measured} samples"
+    share += " with a torque" * (measured < estimates.t.size)
+    if estimates.usable.any():
+        share += f", from {estimates.usable_from:.3g} s"
+    if at is None:
+        changes = estimates.t[estimates.status & Status.RESET != 0]
+        since = ""
+        if changes.size and estimates.usable.any():
+            since, at_change = " since a new ground was noticed at", f" {changes[-1]:.4g} s"
+            either = f" since{at_change}: either the ground changed, or the model does not fit"
+            since = either if _misfits(estimates) else since + at_change
+        elif estimates.usable.any():
+            last = estimates.t[np.flatnonzero(estimates.usable)[-1]]
+            since = f": what was usable up to {last:.4g} s does not explain the torque that follows"
+        return f"friction is not known{since}, {share}"
+    mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
+    friction = f"mu_eff = {with_95_band(mu, std)} (95 % band)" + f" turning to {way} psi" * bool(way)
+    where = "at the end" if at == estimates.t.size - 1 else f"at {estimates.t[at]:.4g} s, last usable"
+    after = (estimates.status & Status.INCONSISTENT != 0)[at + 1 :]
+    if after.sum() > MIN_REPORTED_SHARE * estimates.t.size:
+        seconds = after.mean() * (estimates.t[-1] - estimates.t[at])
+        where += f", then not explained for {seconds:.2g} s"
+    line = f"{friction} {where}, {share}"
+    # On the declared model the two are the same.
+    if abs(mu - estimates.mu[at]) > 5e-4:
+        line += f" (mu = {estimates.mu[at]:.2f} in the model's own law, which compares with no other)"
+    return line
+
+
+def _misfits(estimates: Estimates) -> bool:
+    """Whether the model fails to explain so many samples that a change of the ground is in doubt."""
+    return bool(np.mean(estimates.status & Status.INCONSISTENT != 0) > MIN_REPORTED_SHARE)
+
+
+def _plural(count: int, noun: str) -> str:
+    return noun if count == 1 else f"{noun}s"

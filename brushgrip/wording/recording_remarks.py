@@ -1,0 +1,128 @@
+"""What is told of recordings beside their friction, in a table and counted."""
+
+import re
+from collections.abc import Mapping, Sequence
+from itertools import product
+from math import nan
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from brushgrip.wording.formatting import is_figure
+from brushgrip.wording.friction_in_words import WAYS, further_recording, last_usable, with_95_band
+from observers import Estimates, ground_friction
+
+SIGNS = dict(zip(WAYS, "+−", strict=True))
+FEW = 0.1
+"""Share of usable samples below which friction is remarked upon [1]."""
+MAX_NAMED = 10
+"""Most recordings that are named behind a remark which they share."""
+EARLY, MOST = 0.25, 3
+"""Share of the median length below which a recording ends early [1]; least number of recordings."""
+FIGURES = re.compile(r" from [\d.e+]+ to [\d.e+]+ s|(?<=ends early), after [\d.e+]+ s")
+"""Times in a remark, which differ between recordings."""
+OVER_LOAD = "by the model friction changes with the load"
+"""How the remark on the load that friction belongs to begins."""
+BETWEEN = " | "
+"""Between two remarks of a row."""
+
+
+def recording_remark(estimates: Estimates, why: str, note: str) -> str:
+    """What is told of a recording beside its friction: few or (why) no usable samples, then the note."""
+    if last_usable(estimates) is None:
+        return BETWEEN.join(filter(None, (f"not known: {why}", note)))
+    few = f"usable in under {100 * FEW:.0f} %" * (estimates.usable_share < FEW)
+    return BETWEEN.join(filter(None, (few, why, note)))
+
+
+def remark_heads(text: str) -> list[str]:
+    """Each remark of a row in short; why friction is not known, with what to do first."""
+    heads = [one.partition("; ")[0] for one in text.split(BETWEEN) if one]
+    return [one if one.startswith("not known") else one.partition(": ")[0] for one in heads]
+
+
+def remark_counts(rows: Sequence[Mapping[str, Any]], *, named: bool = False) -> str:
+    """Of how many recordings there is which remark, whatever its figures, in one line.
+
+    Named: with the names of those recordings, where they are few.
+    """
+    names: dict[str, list[str]] = {}
+    for row in rows:
+        for head in remark_heads(row["remark"]):
+            kind = FIGURES.sub("", ": ".join(head.split(": ")[:2]))
+            kind = re.sub(r"[\d.]+(?= times)", "so many", kind)
+            names.setdefault(kind, []).append(row["recording"] if named else "")
+    return "; ".join(
+        f"{len(own)} of {len(rows)}: {kind}" + f" ({', '.join(own)})" * (named and len(own) <= MAX_NAMED)
+        for kind, own in sorted(names.items(), key=lambda one: -len(one[1]))
+    )
+
+
+def with_early_ends(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The rows, with a remark on those that are much shorter than most."""
+    lengths = [row["duration"] for row in rows if is_figure(row["duration"])]
+    usual = median(lengths) if len(lengths) >= MOST else 0.0
+    told = []
+    for row in rows:
+        seconds, own = row["duration"], row
+        if is_figure(seconds) and seconds < EARLY * usual:
+            text = f"ends early, after {seconds:.2g} s: half of all last {usual:.2g} s or more"
+            own = {**row, "remark": BETWEEN.join(filter(None, (row["remark"], text)))}
+        told.append(own)
+    return told
+
+
+def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Friction of each ground with several recordings, of which one is usable, in a line."""
+    lines = []
+    ways = WAYS if any(row.get("direction") for row in rows) else ("",)
+    grounds = dict.fromkeys(row["ground"] for row in rows if row["ground"])
+    for ground, way in product(grounds, ways):
+        names = [f"{name}_{way}" if way else name for name in ("mu_eff", "mu_eff_std")]
+        own = [[row.get(name, nan) for name in names] for row in rows if row["ground"] == ground]
+        known = np.array(own, dtype=float)
+        # A recording that was given twice, under two names, counts once.
+        known = np.unique(known[np.isfinite(known).all(axis=1)], axis=0)
+        if known.size and len(own) > 1:
+            told = f"{ground}, turning to {way} psi" if way else str(ground)
+            loads = any(OVER_LOAD in row.get("remark", "") for row in rows if row["ground"] == ground)
+            told += ", each at its own load" * loads
+            lines.append(further_recording(told, ground_friction(*known.T), len(own)))
+    return lines
+
+
+def friction_range(rows: Sequence[Mapping[str, object]]) -> str:
+    """Of how many rows of a summary friction is known, of how many not at the end, and its range."""
+    known = [row for row in rows if is_figure(row["mu_eff"])]
+    names = ("mu_eff", *(f"mu_eff_{way}" for way in WAYS))
+    mus = [mu for row in known for name in names if is_figure(mu := row.get(name))]
+    early = sum(bool(row.get("since_usable")) for row in known)
+    told = f"friction is known of {len(known)}" + f", {early} of them not at the end" * bool(early)
+    return told + (f", mu_eff {min(mus):.2f} to {max(mus):.2f}" if mus else "")
+
+
+def printed_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str], list[tuple[str, ...]]]:
+    """Headings and rows of the table on the screen."""
+    cells: list[tuple[str, ...]] = []
+    for row in rows:
+        usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
+        beside = row["fault"] or "; ".join(remark_heads(row["remark"]))
+        cells.append((row["recording"], row["ground"] or "–", _friction(row), usable, beside))
+    return ("recording", "ground", "mu_eff", "usable", "remark"), cells
+
+
+def _friction(row: Mapping[str, Any]) -> str:
+    """Friction of a row, of each direction the weaker one first; when it was, if not at the end."""
+    if not is_figure(row["mu_eff"]):
+        return "–"
+    told = with_95_band(row["mu_eff"], row["mu_eff_std"])
+    if row.get("direction"):
+        own = {way: (row.get(f"mu_eff_{way}", nan), row.get(f"mu_eff_std_{way}", nan)) for way in WAYS}
+        if not is_figure(own[row["direction"]][0]):
+            own[row["direction"]] = row["mu_eff"], row["mu_eff_std"]
+        weaker_first = sorted(
+            ((m, s, way) for way, (m, s) in own.items()), key=lambda one: (one[0] >= 0, one[0])
+        )
+        told = ", ".join(f"{with_95_band(m, s)} ({SIGNS[way]}psi)" for m, s, way in weaker_first)
+    return told + f" at {row['last_usable']:.4g} s" * bool(row.get("since_usable"))

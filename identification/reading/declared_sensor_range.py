@@ -1,0 +1,58 @@
+"""Torques beyond the declared range of their sensor are left out: its end looks like full slide."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.reading.recordings import Recording
+from symbolic.array_alias import Array
+from symbolic.deformation import full_slide_arm
+
+
+def within_declared_range(recording: Recording) -> Recording:
+    """The recording without the torques beyond the range of their sensor; its angle and load stay."""
+    M_z, M = _left_out(recording, recording.M_z), recording.M
+    M = M if M is None else _left_out(recording, M)
+    if M_z is recording.M_z and M is recording.M:
+        return recording
+    return replace(recording, M_z=M_z, M=M)
+
+
+def samples_beyond_range(recording: Recording) -> tuple[int, int]:
+    """How many aligning, or else steering torques are beyond their sensor's range, and of how many."""
+    torque = recording.M_z if np.isfinite(recording.M_z).any() else recording.M
+    if torque is None:
+        return 0, 0
+    return int(_beyond(recording, torque).sum()), int(np.isfinite(torque).sum())
+
+
+def share_beyond_range(recording: Recording) -> float:
+    """Share of its torques that are beyond the range of their sensor [1]."""
+    beyond, known = samples_beyond_range(recording)
+    return beyond / max(known, 1)
+
+
+def left_out_note(recordings: Sequence[Recording]) -> str:
+    """In how many samples that is so, in words; empty for none."""
+    counts = {one.name: samples_beyond_range(one) for one in recordings}
+    told = [f"{name} {count} of {size} samples" for name, (count, size) in counts.items() if count]
+    return f"torque at its sensor's range, left out: {', '.join(told)}" if told else ""
+
+
+def greatest_friction(recording: Recording) -> float:
+    """Friction whose full slide is at the end of the used range, at the median load [1]."""
+    load = float(np.median(recording.F_N[recording.F_N > 0]))
+    return float(recording.rig.torque_limit / (load * full_slide_arm(recording.rig.a, recording.rig.e)))
+
+
+def _left_out(recording: Recording, torque: Array) -> Array:
+    if not (beyond := _beyond(recording, torque)).any():
+        return torque
+    return np.where(beyond, np.nan, torque)
+
+
+def _beyond(recording: Recording, torque: Array) -> NDArray[np.bool_]:
+    beyond: NDArray[np.bool_] = np.abs(torque) >= recording.rig.torque_limit
+    return beyond

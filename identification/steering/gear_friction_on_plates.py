@@ -1,0 +1,153 @@
+"""Gear friction, zero and return torque of a steering whose front wheels stand on plates.
+
+On turntables the ground hardly turns the wheels. While the rack moves evenly,
+
+    F_R - m s'' = F_f sign(s') + c s' + j (2 J / r + share |2 J / r| sign(s')) + F_0,
+
+which is linear in the gear's friction F_f, its damping c, the factor j on the declared return torque J
+and the zero F_0; half of what F_f differs by direction is in F_0. Friction and damping part only where
+the rack moved slowly and quickly to either side. Standard deviations leave out a block of time in turn
+(the jackknife), as errors of a car last long.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from identification.fits.parameter_values import ParameterEstimate
+from identification.reading.car_plausibility import MOVING, require_unclipped
+from identification.reading.car_recordings import RackRecording
+from identification.reading.yaw_rate import smoothed_rate
+from symbolic import InvalidInputError
+from symbolic.array_alias import Array
+from symbolic.parameters import EVEN
+from symbolic.vehicle.kingpin import Contact
+from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
+from symbolic.vehicle.vehicle import Vehicle
+
+PLATE_FRICTION = 0.005
+"""Friction of turntables on balls goes up to it [1]; its mean is taken off the gear's."""
+MIN_SPEED_SHARE, STEADY_SHARE = 0.5, 0.6
+"""Share of the median speed below which a sample is left out, and share
+of the samples with the least acceleration that stay [1]."""
+BLOCKS, MIN_SAMPLES = 20, 200
+REACH = 0.6
+"""Share of the way to either lock that is needed [1]."""
+APART = 0.2
+"""Share of friction's regressor that those of the others leave, at least [1]."""
+POOR = 0.1
+"""Standard deviation of the gear's friction over it, beyond which it is not known [1]."""
+MAX_FRICTION_RATIO = 2.0
+"""Largest friction of a gear over its declared value [1]."""
+DRIVE = "turn from lock to lock slowly and back quickly, then quickly and back slowly"
+"""What tells friction from damping."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlatesResult:
+    """What was identified on plates.
+
+    Attributes:
+        gear_friction: dry friction of the gear at the rack under no load [N].
+        damping: of the gear and what moves with it [N s/m].
+        return_torque: factor on the declared return torque [1].
+        zero: force that is shown without any [N].
+        samples: number of them that were used.
+        rms: of what is left of the force [N].
+    """
+
+    gear_friction: ParameterEstimate
+    damping: ParameterEstimate
+    return_torque: ParameterEstimate
+    zero: ParameterEstimate
+    samples: int
+    rms: float
+
+    @property
+    def parameters(self) -> dict[str, ParameterEstimate]:
+        """All of them by name."""
+        names = ("gear_friction", "damping", "return_torque", "zero")
+        return {name: getattr(self, name) for name in names}
+
+
+def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) -> PlatesResult:
+    """Least squares over the samples in which the rack moves evenly."""
+    rows, forces = zip(*(_rows(one, vehicle) for one in recordings), strict=True)
+    A, force = np.concatenate(rows), np.concatenate(forces)
+    names = ", ".join(one.name for one in recordings)
+    if force.size < MIN_SAMPLES:
+        raise InvalidInputError(
+            f"{names}: the rack moves evenly in {force.size} samples; allowed: from {MIN_SAMPLES} on"
+        )
+    alone = A[:, 0] - A[:, 1:] @ _solved(A[:, 1:], A[:, 0])
+    if not np.linalg.norm(alone) > APART * np.linalg.norm(A[:, 0]):
+        raise InvalidInputError(
+            f"{names}: the rack moves at one speed to a side, so that its friction and its damping"
+            f" are the same; {DRIVE}"
+        )
+    value = _solved(A, force)
+    residual = force - A @ value
+    edges = np.linspace(0, force.size, BLOCKS + 1).astype(int)
+    others = [np.r_[0:a, b : force.size] for a, b in pairwise(edges)]
+    without = np.array([_solved(A[kept], force[kept]) for kept in others])
+    variance = (BLOCKS - 1) * without.var(axis=0)
+    plates = PLATE_FRICTION * slide_force(vehicle)
+    value[0] -= plates / 2
+    # Levers make the force out of torques, and the return torque out of the way.
+    lengths = EVEN * vehicle.tolerances.geometry * value
+    variance += lengths**2 * np.array([1, 1, 2, 1])
+    variance[0] += (EVEN * plates / 2) ** 2
+    if not value[0] > 0 or variance[0] > (POOR * value[0]) ** 2:
+        raise InvalidInputError(
+            f"{names}: gear friction is {value[0]:.0f} ± {variance[0] ** 0.5:.0f} N, it and damping are"
+            f" hard to tell apart; allowed: up to {100 * POOR:.0f} %; {DRIVE}, the"
+            " front wheels on turntables"
+        )
+    if value[0] > MAX_FRICTION_RATIO * vehicle.gear_friction:
+        raise InvalidInputError(
+            f"{names}: gear friction is {value[0]:.0f} N, more than {MAX_FRICTION_RATIO:g} times what"
+            " the vehicle file declares: the plates hold the tyres, or declare gear_friction"
+        )
+    friction, damping, factor, zero = (
+        ParameterEstimate(value=float(x), std=float(v**0.5), unit=unit)
+        for x, v, unit in zip(value, variance, ("N", "N s/m", "1", "N"), strict=True)
+    )
+    return PlatesResult(
+        gear_friction=friction, damping=damping, return_torque=factor, zero=zero, samples=force.size,
+        rms=float(residual.std()),
+    )  # fmt: skip
+
+
+def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
+    """Regressors and force, of even motion alone."""
+    s, t = recording.s, recording.t
+    require_unclipped(recording.name, recording.at_limit, "less return torque")
+    if not (s.max() > REACH * vehicle.rack_travel and s.min() < -REACH * vehicle.rack_travel):
+        raise InvalidInputError(
+            f"{recording.name}: the rack goes from {s.min():.3g} to {s.max():.3g} m; turn it beyond"
+            f" {REACH * vehicle.rack_travel:.3g} m to either side"
+        )
+    rate = smoothed_rate(t, s)
+    acceleration = smoothed_rate(t, rate)
+    side: Array = np.sign(rate)
+    moving = np.abs(rate) > MOVING
+    moving &= np.abs(rate) > MIN_SPEED_SHARE * np.median(np.abs(rate[moving]))
+    size = np.abs(acceleration)
+    even = moving & (size < np.quantile(size[moving], STEADY_SHARE))
+    lift = 2 * jacking_torque(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
+    by_load = lift + vehicle.gear_load_share * np.abs(lift) * side
+    regressors: Array = np.column_stack([side, rate, by_load, np.ones_like(s)])
+    force = recording.force - vehicle.moved_mass * acceleration
+    return regressors[even], force[even]
+
+
+def _solved(A: Array, force: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(A, force, rcond=None)[0], dtype=np.float64)
+
+
+def slide_force(vehicle: Vehicle) -> float:
+    """Force on the rack of both tyres that slide, mu = 1 [N]."""
+    arm = Contact.of(vehicle, brakes=True).slide_arm
+    return 2 * vehicle.wheel_load * arm / vehicle.steering_arm

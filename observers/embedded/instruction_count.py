@@ -1,0 +1,200 @@
+"""What generated C costs on a Cortex-M4F, estimated before any of it is compiled.
+
+Counts of `benchmarks/embedded.py`, put into a formula: what a step takes, what a corner of the exact
+patch or a bristle takes, what a window takes for each of its samples, and what supervision adds. The
+mean is that of ordinary steering, whose patch has `CORNERS` corners; the greatest is that of a patch
+full of corners, or whose bristles all slide, while friction is acquired. Both are within a fifth of
+what is counted, the greatest not below. Where CasADi writes vectors, no more than the order of magnitude
+is known.
+"""
+
+from dataclasses import dataclass
+
+from observers.embedded.compact_codegen import compact_patch
+from observers.embedded.constants import Tunable
+from observers.embedded.patches.exact_patch import DEPTH
+from observers.embedded.patches.patch_code import PatchCode
+from observers.embedded.scalar_type import SINGLE, Real
+from observers.estimators.mhe import Mhe
+from observers.protocol import FunctionObserver
+
+ERROR = 0.2
+"""Largest difference between estimate and count, as a share of the count [1]."""
+MARGIN = 1.05
+"""Factor on the estimated maximum, so that no measured count exceeds it [1]."""
+CORNERS, MAX_CORNERS = 7, DEPTH - 2
+"""Corners of the patch in ordinary steering, and at most."""
+VECTORS = 100_000
+"""Instructions that vector code takes at least, in single precision."""
+SOFT_DOUBLE = 40
+"""Factor of double precision on these, which this processor's unit lacks."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class InstructionsPerPart:
+    """Instructions of the parts of a step, in one type of number; pairs are in the mean, and at most.
+
+    Attributes:
+        step: an EKF without its patch.
+        corner, drop: each corner of the exact patch; where there are too many, that one is dropped.
+        bristle: each bristle.
+        compliant, limit, branch, creep: more for each behind a compliance, for a limit that varies, for
+            a Maxwell branch, for creep.
+        sample, sample_corner, sample_bristles: each sample of a window on the exact patch, each corner
+            of it, and each sample on bristles.
+        tracking: more with supervision; acquiring, and with a tuning at run time: at most.
+        tunable, tunable_sample: more for a tuning at run time.
+    """
+
+    step: int
+    corner: int
+    drop: int
+    bristle: tuple[int, int]
+    compliant: tuple[int, int]
+    limit: tuple[int, int]
+    branch: tuple[int, int]
+    creep: tuple[int, int]
+    sample: int
+    sample_corner: int
+    sample_bristles: int
+    tracking: int
+    acquiring: tuple[int, int]
+    tunable: int
+    tunable_sample: int
+
+
+FLOAT = InstructionsPerPart(
+    step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 20), limit=(45, 45),
+    branch=(23, 25), creep=(46, 89), sample=354, sample_corner=62, sample_bristles=316, tracking=1_100,
+    acquiring=(8_250, 8_700), tunable=300, tunable_sample=220,
+)  # fmt: skip
+DOUBLE = InstructionsPerPart(
+    step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),
+    limit=(3_000, 3_000), branch=(1_000, 1_000), creep=(22_300, 43_100), sample=14_700,
+    sample_corner=5_400, sample_bristles=13_500, tracking=38_000, acquiring=(591_000, 646_000),
+    tunable=10_000, tunable_sample=8_000,
+)  # fmt: skip
+NOT_COUNTED = ("limited", "grows", "relaxation")
+"""Traits of bristles that were not counted in double precision."""
+STEERING, STEERING_SAMPLE, STEERING_CORNER = 1.44, 3.25, 1.29
+"""Factors of the steering torque on a step, on a sample of a window, and on a corner of it."""
+GEAR, GEAR_ACQUIRING = 600, 1_600
+"""Instructions for the friction of a car's gear: of a step, and more while friction is acquired."""
+RIG_CORNER = 1.48
+"""Factor on a corner of a rig that is taken at run time."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class InstructionsPerStep:
+    """What a step of generated C takes.
+
+    Attributes:
+        instructions: of a Cortex-M4F in ordinary steering, on average; at least, where `vectors`
+            holds; None where none of its kind was counted.
+        at_most: in any step; None where that is not known.
+        corner: for each corner of the patch, `corners` in ordinary steering and `most_corners` at most,
+            which is in the numbers above; 0 on bristles.
+        acquiring: for the longest step while friction is acquired, which is in `at_most`.
+        error: share by which a count differs at most [1]; None where that is not known.
+        vectors: CasADi writes the code, as vectors: no loop is known for this observer.
+        remedy: what would change that, empty where nothing need.
+    """
+
+    instructions: int | None
+    at_most: int | None = None
+    corner: int = 0
+    corners: int = CORNERS
+    most_corners: int = MAX_CORNERS
+    acquiring: int = 0
+    error: float | None = None
+    vectors: bool = False
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        """In a line."""
+        if self.instructions is None:
+            return "instructions of such a step were not counted; benchmarks/embedded.py counts them"
+        count = f"{self.instructions:,} instructions of a Cortex-M4F a step"
+        if self.vectors:
+            return f"more than {count}: {self.remedy}"
+        most = f", at most {self.at_most:,}" if self.at_most else ""
+        count = f"about {count} in ordinary steering{most}"
+        if self.error is not None:
+            count += f", within {self.error:.0%}"
+        if self.corner:
+            count += f"; {self.corner:,} for each corner of the patch, from {self.corners} to"
+            count += f" {self.most_corners}"
+        return count
+
+
+def estimated_instructions(
+    observer: FunctionObserver, real: Real = SINGLE, tunable: Tunable = ""
+) -> InstructionsPerStep:
+    """What a step of an observer will take; `tunable` as for `generate`."""
+    factor = 1 if real is SINGLE else SOFT_DOUBLE
+    patch = compact_patch(observer, SINGLE)
+    if patch is None:
+        return InstructionsPerStep(instructions=VECTORS * factor, vectors=True, remedy=_remedy(observer))
+    if tunable == "all" and not patch.takes_rig:
+        remedy = "take the tuning alone at run time (--tunable tuning), a tenth of that or less"
+        return InstructionsPerStep(instructions=VECTORS * factor, vectors=True, remedy=remedy)
+    counts, effects = FLOAT if real is SINGLE else DOUBLE, patch.observer.model.effects
+    on_bristles = bool(patch.terms["bristles"])
+    if isinstance(observer, Mhe) and effects and not on_bristles:
+        return InstructionsPerStep(instructions=None)
+    step, corner = _step_and_corner(patch, counts, tunable)
+    corner *= not on_bristles
+    acquiring = counts.acquiring[bool(tunable)] + GEAR_ACQUIRING * ("gear" in patch.observer.states)
+    acquiring *= patch.observer.acquire
+    mean = step + counts.tracking * patch.observer.acquire + CORNERS * corner
+    # From the steering torque no corner is dropped in the longest step.
+    drops = bool(corner) and "psi" not in patch.observer.states
+    most = step + acquiring + MAX_CORNERS * corner + counts.drop * drops
+    if on_bristles:
+        mean += _bristle_instructions(patch, counts, 0)
+        most += _bristle_instructions(patch, counts, 1)
+    return InstructionsPerStep(
+        instructions=int(round(mean, -2)),
+        at_most=int(round(MARGIN * most, -2)),
+        corner=round(corner),
+        acquiring=acquiring,
+        error=ERROR
+        if real is SINGLE or not any(patch.terms.get(name) for name in NOT_COUNTED)
+        else None,
+    )
+
+
+def _step_and_corner(
+    patch: PatchCode, counts: InstructionsPerPart, tunable: Tunable
+) -> tuple[float, float]:
+    """Instructions of a step without patch and supervision, and of each corner of the patch."""
+    states, window = patch.observer.states, getattr(patch.observer, "window", 0)
+    steered = "psi" in states
+    sample = float(counts.sample_bristles if patch.terms["bristles"] else counts.sample)
+    sample = sample * (STEERING_SAMPLE if steered else 1.0) + counts.tunable_sample * bool(tunable)
+    step = counts.step * (STEERING if steered else 1.0) + counts.tunable * bool(tunable)
+    step += GEAR * ("gear" in states)
+    corner = counts.corner + window * counts.sample_corner * (STEERING_CORNER if steered else 1.0)
+    return step + window * sample, corner * (RIG_CORNER if tunable == "all" else 1.0)
+
+
+def _bristle_instructions(patch: PatchCode, counts: InstructionsPerPart, column: int) -> float:
+    """Instructions of the bristles, in the mean or at most."""
+    terms = patch.terms
+    each = counts.bristle[column] + counts.compliant[column] * bool(terms["compliant"])
+    each += counts.limit[column] * bool(terms["limited"] or terms["grows"])
+    each += counts.branch[column] * bool(terms["relaxation"])
+    return float(terms["bristles"] * (each + counts.creep[column] * bool(terms["creep"])))
+
+
+def _remedy(observer: FunctionObserver) -> str:
+    """What to change, so that loops are written."""
+    if type(observer).__name__ not in ("Ekf", "Mhe"):
+        return "an observer of your own has CasADi's vectors alone"
+    if getattr(observer, "iterations", 1) != 1:
+        return "one iteration is written as loops"
+    if getattr(observer, "window", 2) < 2:
+        return "an MHE of two samples and more is written as loops"
+    if "stiffness" in getattr(observer, "states", ()):
+        return "a stiffness that is known is written as loops"
+    return "effects that the library has are written as loops"

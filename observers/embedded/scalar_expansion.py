@@ -1,0 +1,194 @@
+"""Functions of scalars: parameters as numbers, exponentials that are known, and their C."""
+
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any
+
+import casadi as ca
+
+from observers.embedded.scalar_type import Real
+from symbolic.compilation.c_comments import Comments
+from symbolic.compilation.scalar_c import c_function
+
+VECTORS = frozenset({"x", "mean", "factor", "P", "costate", "newest", "slopes", "own"})
+"""Inputs that are vectors in C even where they have one element, as an estimator of one state has."""
+
+BETWEEN: Mapping[str, Sequence[str]] = {
+    "predicted_x": (), "predicted_factor": (),
+    "innovation": ("innovation: measured less expected torque or angle; 0 without a measurement",),
+    "innovation_variance": ("variance of the innovation",),
+    "accepted": ("accepted by the gate, or a reset",), "reset": ("the ground has changed",),
+}  # fmt: skip
+"""Outputs of a filter's step that are steps between, with comments on their elements."""
+SECTIONS = {
+    "predicted_x": "Predict: the states at the sample, and the factor of their covariance.",
+    "innovation": "Innovation, with its variance.",
+    "accepted": "Gate: an outlier is left out, several in a row are another ground.",
+    "x_next": "Update of the states, within their bounds, and of their factor.",
+    "last_next": "What the next sample needs.",
+    "result": "Output.",
+}
+"""Titles of the steps, before the first statement of each."""
+
+ABOUT = {
+    "clean": "The sample with missing values imputed.",
+    "patch_signals": "What reaches the patch: angle, rate, load, time.",
+    "filter": "Prediction, innovation, gate, update; exp(x[log_mu]) before the sample is mu.",
+    "ekf_step": "A sample: prediction, patch, innovation and gate, update, output.",
+    "motion": "Prediction: the states at the sample, their derivatives A, the variances Q of a walk.",
+    "predict_covariance": "Prediction of the factor U D U' of the covariance.",
+    "patch_update": "The patch after a sample: memory, M_z and its slopes.",
+    "innovation": "Innovation, its variance, gate and monitor.",
+    "gate": "An outlier is left out, several in a row are another ground.",
+    "monitor": "Whether the innovations drift to one side, or are larger than their variance.",
+    "update_covariance": "Update of the factor U D U' by a measurement, and the gain.",
+    "retentions": "Shares of the memory's derivative by mu that a walk of mu and a new ground leave.",
+    "predict": "Prediction to the sample.",
+    "test_innovation": "Innovation and gate.",
+    "accept": "Acceptance of a sample of the window after the gate.",
+    "reset_arrival": "What a new ground before the window adds to the variance of ln mu.",
+    "forward": "Update by a sample of the window, and prediction to the next.",
+    "backward": "Back substitution of a sample of the window.",
+    "limit": "States within their bounds.",
+    "step_output": "Friction, effective friction and status.",
+    "observe_torque": "Aligning torque without a model of it.",
+    "added_torque": "What effects add to the torque of the patch.",
+    "follow_turns": "The branch of the path, and the points at which the wheel turned back.",
+    "new_ground": "The branches on a ground that has changed.",
+    "hypothesis": "One hypothesis after a torque.",
+    "verdict_of": "What all hypotheses say together.",
+    "scale_excess": "What the scale of the torque adds to the deviation of friction.",
+    "conclude": "Output and handover while friction is acquired.",
+    "follow_output": "Output while the estimator tracks.",
+}
+"""Purpose of a Function, as a comment of the C."""
+
+
+def expand_with_constants(
+    name: str, function: ca.Function, numbers: Mapping[str, Any], *, last: ca.SX | None = None
+) -> ca.Function:
+    """A Function with some inputs as numbers, expanded to scalar operations, each done once.
+
+    `numbers` has the elements of an input by its name: numbers, or expressions of `last`, a further
+    input of the result, `constants`. Infinite parameters enter as 1/ε with ε = 0 after simplification,
+    so that terms divided by them vanish. Outputs are dense columns.
+    """
+    names = [n for n in function.name_in() if n not in numbers]
+    symbols = {n: ca.SX.sym(n, *function.size_in(n)) for n in names}
+    epsilon = ca.SX.sym("epsilon")
+    given = {n: _with_infinity(values, epsilon) for n, values in numbers.items()} | symbols
+    outputs = function.expand().call([given[n] for n in function.name_in()])
+    flat = ca.substitute(outputs, [epsilon], [ca.SX(0)])
+    inputs = symbols if last is None else symbols | {"constants": last}
+    return ca.Function(
+        name, list(inputs.values()), [ca.densify(ca.vec(output)) for output in flat], list(inputs),
+        function.name_out(), {"cse": True},
+    )  # fmt: skip
+
+
+def _with_infinity(values: Iterable[Any], epsilon: ca.SX) -> ca.SX:
+    return ca.vertcat(
+        *(1 / epsilon if isinstance(v, float) and v == float("inf") else v for v in values)
+    )
+
+
+def with_known_exponential(function: ca.Function, exponent: tuple[str, int], known: str) -> ca.Function:
+    """The same Function of scalars, where exp of an element of an input is another input."""
+    inputs = [ca.SX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
+    outputs = [ca.SX(function.sparsity_out(i)) for i in range(function.n_out())]
+    exponential = inputs[function.index_in(known)]
+    at_exponent = [function.index_in(exponent[0]), exponent[1]]
+    work: dict[int, ca.SX] = {}
+    exponents: set[int] = set()
+    for k in range(function.n_instructions()):
+        operation, at = function.instruction_id(k), function.instruction_input(k)
+        to = function.instruction_output(k)
+        if operation == ca.OP_OUTPUT:
+            outputs[to[0]].nz[to[1]] = work[at[0]]
+            continue
+        if operation == ca.OP_CONST:
+            value = ca.SX(function.instruction_constant(k))
+        elif operation == ca.OP_INPUT:
+            value = inputs[at[0]].nz[at[1]]
+        elif operation == ca.OP_EXP and at[0] in exponents:
+            value = exponential
+        else:
+            operands = [work[i] for i in at]
+            value = (ca.SX.unary if len(at) == 1 else ca.SX.binary)(operation, *operands)
+        work[to[0]] = value
+        exponents.discard(to[0])
+        if operation == ca.OP_INPUT and list(at) == at_exponent:
+            exponents.add(to[0])
+    return ca.Function(
+        function.name(), inputs, outputs, function.name_in(), function.name_out(), {"cse": True}
+    )
+
+
+def inputs_used(function: ca.Function) -> frozenset[str]:
+    """Names of the inputs that an output of a Function of scalars depends on."""
+    outputs = range(function.n_out())
+    return frozenset(
+        name
+        for at, name in enumerate(function.name_in())
+        if any(function.jac_sparsity(i, at).nnz() > 0 for i in outputs)
+    )
+
+
+def without_inputs(function: ca.Function, names: Collection[str]) -> ca.Function:
+    """The same Function of scalars without inputs that no output depends on."""
+    symbols = {name: ca.SX.sym(name, *function.size_in(name)) for name in function.name_in()}
+    outputs = function.call(list(symbols.values()))
+    inputs = {name: symbol for name, symbol in symbols.items() if name not in names}
+    return ca.Function(
+        function.name(), list(inputs.values()), outputs, list(inputs), function.name_out()
+    )
+
+
+def without_outputs(function: ca.Function, names: Collection[str]) -> ca.Function:
+    """The same Function without these outputs."""
+    kept = [name for name in function.name_out() if name not in names]
+    return function.factory(function.name(), function.name_in(), kept)
+
+
+def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[str]]) -> str:
+    """C of a Function of scalars of an estimator; comment and functions as of `with_description`."""
+    outputs = [function.name_out(i) for i in range(function.n_out())]
+    elements = {name: names[_vector(name)] for name in outputs if _vector(name) in names}
+    comments = Comments(elements=elements)
+    if function.name() == "filter":
+        between = {**BETWEEN, **elements}
+        comments = Comments(sections=SECTIONS, elements=between, between=tuple(BETWEEN))
+    text = c_function(function.name(), function, real.c_type, VECTORS, comments)
+    return with_description(function, function.name(), text, names)
+
+
+def with_description(
+    function: ca.Function, name: str, text: str, names: Mapping[str, Sequence[str]]
+) -> str:
+    """C of a Function with a comment; exp and log are those of `templates/elementary_functions.c`.
+
+    The comment says what it does, and names the elements of vectors, as far as `names` has them.
+    """
+    sizes = {function.name_in(i): function.numel_in(i) for i in range(function.n_in())}
+    sizes |= {function.name_out(i): function.numel_out(i) for i in range(function.n_out())}
+    vectors = {_vector(name): size for name, size in sizes.items()}
+    known = [name for name, size in vectors.items() if name in names and len(names[name]) == size]
+    legend = "; ".join(f"{vector}: {', '.join(names[vector])}" for vector in known)
+    about = [ABOUT.get(name, ""), f"Elements of {legend}." if legend else ""]
+    comment = f"/* {' '.join(filter(None, about))} */\n" if any(about) else ""
+    return comment + re.sub(r"\b(?:natural_)?(log|exp)\(", r"any_\1(", text)
+
+
+def _vector(name: str) -> str:
+    """The vector that an output is the next of, the first of, or predicts."""
+    return name.removesuffix("_next").removeprefix("first_").removeprefix("predicted_")
+
+
+def with_meanings(text: str) -> str:
+    """C of CasADi's with a word on each of its functions that has a name here."""
+
+    def told(line: re.Match[str]) -> str:
+        about = ABOUT.get(line[1], "")
+        return f"/* {about} {line[1]}:{line[2]} */" if about else line[0]
+
+    return re.sub(r"^/\* (\w+):(.*) \*/$", told, text, flags=re.MULTILINE)

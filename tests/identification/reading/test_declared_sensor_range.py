@@ -1,0 +1,105 @@
+"""A torque sensor that ends does not pass for low friction where its range is declared."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification import Recording, diagnose, fit
+from identification.diagnosis.from_search import friction_beyond_range
+from identification.fits.parameter_values import Values, complete_values
+from identification.reading.declared_sensor_range import left_out_note, within_declared_range
+from reference_rig import make_recording
+from symbolic import InvalidInputError, Model
+from tests.identification.factories import as_read, recording, with_torque
+
+
+def clipped(range_over_end: float | None, share: float = 0.6) -> list[Recording]:
+    """Recordings of one sensor that ends at a share of the greatest torque, before its noise."""
+    made = [
+        make_recording(seed, mu=mu, duration=8.0, bristles=500, name=f"{seed}")
+        for seed, mu in ((590_011, 0.7), (590_012, 0.8))
+    ]
+    end = share * max(float(np.abs(one.M_z_true).max()) for one in made)
+    rng = np.random.default_rng(1)
+    read = []
+    for one in made:
+        plain = as_read(one, one.tyre)
+        M_z = np.clip(one.M_z_true, -end, end) + 0.01 * end * rng.standard_normal(one.t.size)
+        reach = None if range_over_end is None else range_over_end * end
+        read.append(replace(with_torque(plain, M_z), rig=replace(plain.rig, range=reach)))
+    return read
+
+
+def test_torques_beyond_the_range_are_left_out_and_the_angle_stays() -> None:
+    plain = with_torque(recording(), [9.4, 9.6, -9.4, -9.6, np.nan] * 10)
+    ended = replace(plain, M=plain.M_z, rig=replace(plain.rig, range=10.0))
+    used = within_declared_range(ended)
+
+    assert within_declared_range(plain) is plain
+    for torque in (used.M_z, used.M):
+        assert np.isfinite(torque).tolist() == [True, False, True, False, False] * 10
+    assert np.array_equal(used.psi, plain.psi)
+
+
+def test_a_fit_leaves_them_out() -> None:
+    silent, declared = (fit(Model(), clipped(reach)).values for reach in (None, 1.0))
+
+    for name, mu in (("590011", 0.7), ("590012", 0.8)):
+        assert declared.own[name]["mu"] == pytest.approx(mu, rel=0.04)
+        assert silent.own[name]["mu"] < 0.85 * mu
+    assert declared.tyre["k"] == pytest.approx(2.4e6, rel=0.05)
+
+
+def test_a_fit_does_not_settle_at_next_to_no_friction_below_a_low_range() -> None:
+    one, _ = clipped(1.0, share=0.15)
+    values = fit(Model(), [replace(one, tyre=replace(one.tyre, k=1e7))]).values
+
+    assert values.own[one.name]["mu"] == pytest.approx(0.7, rel=0.02)
+
+
+def test_a_diagnosis_leaves_them_out_and_says_what_is_not_known_then() -> None:
+    candidates = ("frictional_creep", "carcass_torsion", "asymmetric_friction")
+    silent, declared = (diagnose(clipped(reach), candidates=candidates, jobs=1) for reach in (None, 1.0))
+    ample = diagnose(clipped(2.0), candidates=candidates, jobs=1)
+    count = int(np.isnan(declared.series[0].measured).sum())
+    load = float(np.median(declared.series[0].F_N))
+    least = 0.95 * (clipped(1.0)[0].rig.range or 0) / (load * 0.375 * 0.045)
+
+    assert silent.effects or silent.unexplained.present
+    assert not declared.effects
+    assert not declared.unexplained.present
+    assert f"left out: 590011 {count} of 801 samples, 590012 " in " ".join(declared.notes)
+    (sure,) = (note for note in declared.notes if "full slide is beyond the range" in note)
+    told = float(sure.partition("only 590011 ")[2].partition(" or more")[0])
+    assert 0.9 * least < told <= least
+    assert not any("range" in note for note in ample.notes)
+
+
+def test_no_lower_bound_is_told_of_a_torque_that_never_came_near_the_range() -> None:
+    plain = recording()
+    ample = replace(plain, rig=replace(plain.rig, range=10.0))
+    model = Model()
+    values = complete_values(model, Values(tyre={"k": 2e6}, own={"one": {"mu": 3.0}}), [ample])
+    torque = np.where(np.arange(plain.t.size) == 30, 10.0, plain.M_z)
+
+    assert friction_beyond_range(model, values, [ample]) == ()
+    (note,) = friction_beyond_range(model, values, [with_torque(ample, torque)])
+    assert "measured is only one 1." in note
+
+
+def test_torques_left_out_are_counted_among_those_there_are() -> None:
+    plain = recording()
+    torque = np.where(np.arange(50) % 10 == 0, 1.0, np.nan)
+    torque[:20:10] = 10.0
+    ended = replace(with_torque(plain, torque), rig=replace(plain.rig, range=10.0))
+
+    assert left_out_note([ended]).endswith("one 2 of 5 samples")
+
+
+def test_a_torque_that_is_nowhere_within_the_range_is_refused() -> None:
+    plain = recording()
+    low = replace(plain, rig=replace(plain.rig, range=1e-9))
+
+    with pytest.raises(InvalidInputError, match="constant within the range of its sensor"):
+        diagnose([low], jobs=1)
