@@ -118,7 +118,8 @@ def rejected_user_effects(diagnosis: Diagnosis) -> list[str]:
     return [
         f"{effect_words(c.name)}, of your own, was not added. In the refitted model, without the effects"
         f" found: {candidate_parameters(c) or 'by recording'}; error {before} →"
-        f" {percent(c.holdout_nrmse)} of range with it alone, ΔBIC {signed(c.delta_bic)}; {candidate_reason(diagnosis, c)}"
+        f" {percent(c.holdout_nrmse)} of range with it alone, ΔBIC {signed(c.delta_bic)};"
+        f" {candidate_reason(diagnosis, c)}"
         for c in diagnosis.candidates
         if c.name not in {*added, *CANDIDATES, *CAR_EFFECTS}
     ]
