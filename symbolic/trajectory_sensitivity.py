@@ -53,7 +53,7 @@ def simulate(
         model: the model.
         signals: rows psi [rad], psi_dot [rad/s], F_N [N], dt [s], shape (4, n).
         theta: parameter vector in the order of `model.coordinates`, shape (p,), as `model.theta` gives
-            it of physical values: of a stiffness such as k_t it holds 1/k_t.
+            it of physical values, shape (p, 1): of a stiffness such as k_t it holds 1/k_t.
         geometry: a and e [m], shape (2,).
         directions: columns in parameter space, shape (p, d), or with `RIG_DIRECTIONS` as further rows,
             shape (p + 3, d); None for no derivatives.
@@ -62,6 +62,8 @@ def simulate(
         InvalidInputError: an array has another shape, or theta holds a value in place of one over it.
     """
     parameters = len(model.parameters)
+    theta = np.asarray(theta, dtype=float)
+    theta = theta[:, 0] if theta.shape == (parameters, 1) else theta
     seeds = np.zeros((parameters, 0)) if directions is None else directions
     _check_shapes(signals, theta, geometry, seeds, parameters)
     _require_reciprocals(model, theta)

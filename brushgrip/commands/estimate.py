@@ -186,7 +186,7 @@ class EstimateRequest(GroundRequest):
             for line in friction_of_grounds(rows):
                 say(line)
             say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {friction_range(rows)}")
-            if counts := remark_counts(rows):
+            if counts := remark_counts(rows, named=bool(self.summary) and len(rows) > MAX_PRINTED):
                 say(counts)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from brushgrip.estimation.friction_budget import friction_budget
+from brushgrip.estimation.friction_over_load import at_load, common_load
 from brushgrip.estimation.observe_recording import (
     FrictionTrack,
     friction_track,
@@ -47,6 +48,7 @@ class FrictionOutcome:
     tracks: tuple[FrictionTrack, ...] = ()
     slide_speed: float | None = None  # That mu_eff belongs to, mean over contact and recordings [m/s].
     slide_rate: float | None = None  # Turning at which it slides so [rad/s].
+    load: float | None = None  # That mu_eff by the model found is told at [N]; None: it changes nothing.
 
     def tracks_of(self, label: str = EKF_FOUND) -> dict[str, FrictionTrack]:
         """The tracks of an observer, `EKF_DECLARED`, `EKF_FOUND` or `MHE_FOUND`, by recording."""
@@ -89,6 +91,7 @@ class FrictionOutcome:
                 # Coefficient of variation of the final mu_eff; None below two recordings.
                 "spread": {g: friction_spread([stage[n] for n in names]) for g, names in named.items()},
                 "further": {ground: asdict(one) for ground, one in self.further(label).items()},
+                "load": self.load if stage is self.after else None,
                 "recordings": {
                     recording: asdict(quality) | usable_part(self.tracks_of(label).get(recording))
                     for recording, quality in stage.items()
@@ -159,7 +162,8 @@ def friction_by_both_models(
     stiffness = ((found.values_for_estimation(r.ground)["k"], r) for r in on_rig)
     if any(is_of_other_scale(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):
         return None
-    references = {r.name: offline_friction(fitted, r) for r in recordings}
+    load = common_load(found, recordings)
+    references = {r.name: offline_friction(fitted, r, load) for r in recordings}
     runs = {
         MHE_FOUND: (ObserverName.MHE, found, compared),
         EKF_FOUND: (ObserverName.EKF, found, recordings),
@@ -168,7 +172,7 @@ def friction_by_both_models(
     # To build an observer takes longer than to run it, and one serves all recordings.
     outcomes: dict[str, dict[str, _Observed]] = results_of(
         {
-            label: submit(_observed, observer, model, some, references)
+            label: submit(_observed, observer, model, some, references, load)
             for label, (observer, model, some) in runs.items()
         }
     )
@@ -186,6 +190,7 @@ def friction_by_both_models(
         ),
         slide_speed=_mean([r.rig.slide_rate * full_slide_arm(r.rig.a, r.rig.e) for r in recordings]),
         slide_rate=_mean([r.rig.slide_rate for r in recordings]),
+        load=load,
     )
 
 
@@ -194,13 +199,16 @@ def _observed(
     model: FoundModel | None,
     recordings: Sequence[Recording],
     references: Mapping[str, float],
+    load: float | None,
 ) -> dict[str, _Observed]:
-    """Tracks of an observer over recordings, and their quality, by name."""
+    """Tracks of an observer over recordings, and their quality, by name; of a found model at a load."""
     factory, observed = observer_factory(observer), {}
     for recording in recordings:
         # A car's observer knows its gear as declared, and takes no other model.
         used = None if recording.standstills is not None else model
         estimates, reference = observe(factory, recording, used), references[recording.name]
+        if used is not None and load is not None:
+            estimates = at_load(estimates, used, recording, load)
         with_budget = observer is ObserverName.EKF and model is not None
         track = replace(
             friction_track(observer, recording, estimates, MODELS[model is not None]),
@@ -212,14 +220,15 @@ def _observed(
     return observed
 
 
-def offline_friction(found: FoundModel, recording: Recording) -> float:
+def offline_friction(found: FoundModel, recording: Recording, load: float | None = None) -> float:
     """mu_eff of a recording [1] that the diagnosis saw: mu and rig tolerances fitted to all of it.
 
-    Independent of the filter, not of the recording or of the model found.
+    Independent of the filter, not of the recording or of the model found. At a load [N], None for the
+    recording's median.
     """
     model, rig = found.model, recording.rig
     fitted = found.rig.get(recording.name, {})
-    load = float(np.median(recording.F_N))
+    load = float(np.median(recording.F_N)) if load is None else load
     theta = model.theta(found.values_for(recording.name, ground=recording.ground))
     memory = np.zeros(model.memory_size)
     _, corrected = model.full_slide(

@@ -27,6 +27,7 @@ from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.protocol import MAX_SAMPLE_PERIOD
 from observers.tuning import REFERENCE_STEP
+from symbolic.array_alias import Array
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
 """How the note on it begins in a diagnosis."""
@@ -82,8 +83,10 @@ BEYOND, LEAST_TURN = 1.5, 0.02
 of the angle below which nothing but ice slides [rad]."""
 OTHER_RATE, REGULAR = 1.5, 0.9
 """Ratio of two rates that differ [1]; share of the periods that are alike in a rate [1]."""
-FAR_LOAD = 1.5
-"""Ratio of a load to the nearest one behind a model beyond which it is told [1]."""
+OUTSIDE, SELDOM = 0.1, 0.1
+"""Share by which a load is beyond those behind a model from which on it is told [1]: friction is wrong
+by the share that a load is, and a tenth is what a band at least reaches; share of the samples that may
+be beyond, untold [1]."""
 FULL_SLIDE = 3 / 8
 """Torque of full slide at mu = 1 over F_N a [1]."""
 
@@ -125,15 +128,23 @@ def inconsistency_remedy(
 
 
 def far_load(recording: Recording, found: FoundModel) -> str:
-    """That the load is far from those that a model was found at; empty if not, or none is told."""
-    if found.basis is None or found.basis.loads is None:
+    """That the load is outside those that a model was found at; empty if not, or none is told."""
+    return load_outside(recording.F_N, None if found.basis is None else found.basis.loads)
+
+
+def load_outside(F_N: Array, loads: tuple[float, float] | None) -> str:
+    """That loads [N], NaN where missing, are outside those behind a model; empty if not, or unknown."""
+    known = F_N[F_N > 0]
+    if loads is None or not known.size:
         return ""
-    (least, greatest), load = found.basis.loads, float(np.median(recording.F_N[recording.F_N > 0]))
-    if least / FAR_LOAD <= load <= greatest * FAR_LOAD:
+    (least, greatest), (low, high) = loads, np.quantile(known, (SELDOM, 1 - SELDOM))
+    if least * (1 - OUTSIDE) <= low and high <= greatest * (1 + OUTSIDE):
         return ""
+    own = " to ".join(dict.fromkeys((f"{low:.0f}", f"{high:.0f}")))
     return (
-        f"load far from the model's: {load:.0f} N, found at {least:.0f} to {greatest:.0f} N;"
-        " half-length, k and effects may be others here: diagnose with a recording at this load"
+        f"load outside the model's: {own} N, found at {least:.0f} to {greatest:.0f} N; friction is off"
+        " by the share that the load is: check it; where it is right, half-length, k and effects may be"
+        " others here: diagnose with a recording at this load"
     )
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.estimation.suspicious_recordings import load_outside
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car_plausibility import rack_signals, require_plausible_car
@@ -79,6 +80,7 @@ class RowEstimator(ABC):
     columns: tuple[str, ...]
     weaker: float = 0.0  # Share of friction that the weaker direction of a found model holds less [1].
     note: str = ""  # The same in words.
+    loads: tuple[float, float] | None = None  # Least and greatest behind a found model [N].
     _stretch: _Stretch | None
 
     @property
@@ -93,6 +95,12 @@ class RowEstimator(ABC):
     @abstractmethod
     def implausible(self, recorded: NDArray[np.float64], /) -> str:
         """Wrong units and signs in samples, shape (n, columns), that the observer itself cannot see."""
+
+    def outside(self, recorded: NDArray[np.float64], /) -> str:
+        """That the load of samples, shape (n, columns), is outside those behind a found model."""
+        if self.loads is None or "F_N" not in self.columns:
+            return ""
+        return load_outside(recorded[:, self.columns.index("F_N")], self.loads)
 
     @abstractmethod
     def reset(self) -> None:

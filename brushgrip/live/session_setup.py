@@ -64,6 +64,7 @@ def source_and_estimator(
     )
     if found is not None:
         estimator.weaker, estimator.note = weaker_direction(found.values_for_estimation(ground))
+        estimator.loads = None if found.basis is None else found.basis.loads
     return open_source, estimator
 
 

@@ -122,7 +122,8 @@ def warn_of_another_rig(file: Path | None, model: Path | None) -> None:
     if not (isclose(rig.a, found.a) and isclose(rig.e, found.e)):
         warn(
             f"the rig file says a = {rig.a:g} m, e = {rig.e:g} m; the model was found with"
-            f" a = {found.a:g} m, e = {found.e:g} m"
+            f" a = {found.a:g} m, e = {found.e:g} m: for the same wheel declare the lengths that it was"
+            " found with; for another one diagnose anew, with recordings of it"
         )
 
 

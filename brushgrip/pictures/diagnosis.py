@@ -9,6 +9,7 @@ from textwrap import fill
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 from brushgrip.pictures.style import (
     AFTER,
@@ -93,12 +94,11 @@ def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
             over_time = figure.add_subplot(grid[row, 0])
             over_angle = figure.add_subplot(grid[row, 1], sharey=over_time)
             artists = _residual(over_time, over_angle, series)
-            over_time.set_ylabel("model − recorded\n[N m]")
             set_title(over_time, series)
             over_angle.tick_params(labelleft=False)
         over_time.set_xlabel("time t [s]")
         over_angle.set_xlabel("yaw angle ψ [rad]")
-        figure.align_ylabels()
+        figure.supylabel("model − recorded [N m]", fontsize="medium")
         legend_above(figure, artists)
 
 
@@ -214,10 +214,13 @@ def _remarks(axes: Axes, diagnosis: Diagnosis) -> None:
             text = f"helps once {before} is in the model"
         elif row < first and not candidate_outcome(diagnosis, name):
             text = candidate_reason(diagnosis, candidate)
-        place, paper = axes.get_yaxis_transform(), {"facecolor": "white", "lw": 0, "pad": 1}
+        # Letters of the bar's colour would not be seen on it, white ones not beside it.
+        dark = _colour(diagnosis, candidate) == AFTER
+        edge = [withStroke(linewidth=2.5, foreground=AFTER if dark else QUIET)]
         axes.text(
-            0.01, row, text, transform=place, va="center", fontsize=8, bbox=paper if text else None
-        )
+            *(0.01, row, text), transform=axes.get_yaxis_transform(), va="center", fontsize=8,
+            color="white" if dark else MEASURED, path_effects=edge,
+        )  # fmt: skip
 
 
 def _key(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artist]:

@@ -30,6 +30,8 @@ GROUP_LABELS = {"training": "training", "holdout": "validation"}
 
 LEAST_TOLD = 0.5
 """Percentage of a band from which on a part of it is told."""
+OVER_TIME = "friction over time"
+"""Family of effects by which friction changes within a recording."""
 CHANCE = 0.01
 """Chance up to which an order is told [1]."""
 
@@ -106,11 +108,27 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
         return ""
     ways = {ground: kendall_load_test([own]) for ground, own in known.items()}
     on = listed([ground for ground, (alone, way) in ways.items() if alone < 1 and way == falls])
+    told = f", though the model found tells it{at_common_load(outcome)}" * (outcome.load is not None)
     return (
-        f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction"
+        f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction{told}"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
         " whether load is the cause is not known: take the recordings near your load, with the ± of the"
         " ground."
+    )
+
+
+def at_common_load(outcome: FrictionOutcome) -> str:
+    """The load that all friction is told at, where it changes with the load; else empty."""
+    return "" if outcome.load is None else f" at a load of {outcome.load:.0f} N"
+
+
+def changes_meanwhile(diagnosis: Diagnosis) -> str:
+    """That friction changes in a recording by the model found, so that its figures tell that too."""
+    if all(effect.family != OVER_TIME for effect in diagnosis.model.effects):
+        return ""
+    return (
+        ". By the model found friction changes with time or travel: behind the arrow they tell that"
+        " change too, and the fitted value is that of the beginning"
     )
 
 

@@ -2,7 +2,12 @@
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.estimation.suspicious_recordings import weaker_direction
-from brushgrip.report.friction_summary import grounds_alike, last_usable_friction, load_trend_in_words
+from brushgrip.report.friction_summary import (
+    at_common_load,
+    grounds_alike,
+    last_usable_friction,
+    load_trend_in_words,
+)
 from brushgrip.report.next_steps import next_steps
 from brushgrip.report.validity_and_missing_effects import (
     LEFT_OUT,
@@ -37,7 +42,7 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
     further = outcome.further()
     for ground in filter(None, outcome.grounds):
         one = further.get(ground)
-        line = further_recording(ground, one, len(outcome.grounds[ground]))
+        line = further_recording(ground + at_common_load(outcome), one, len(outcome.grounds[ground]))
         (known if one and one.further is not None else notes).append(line)
     return known, notes
 
@@ -106,6 +111,9 @@ def _friction(outcome: FrictionOutcome) -> str:
         count = listed(counts) if len(set(counts)) > 1 else counts[0]
         of, more = "mean of", f"{' each' * (len(bands) > 1)}, ± for one more"
     line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{more})"
+    line += f", all told{at_common_load(outcome)}, as friction changes with it" * (
+        outcome.load is not None
+    )
     return f"{sentence(line)}{grounds_alike(outcome)}"
 
 

@@ -4,7 +4,11 @@ from collections.abc import Mapping
 
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
-from brushgrip.report.friction_summary import settling_and_coverage_rows, widest_causes
+from brushgrip.report.friction_summary import (
+    changes_meanwhile,
+    settling_and_coverage_rows,
+    widest_causes,
+)
 from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
 from brushgrip.report.tables import errors_by_stage, friction_by_recording
 from brushgrip.report.validity_and_missing_effects import notes_beside
@@ -19,6 +23,7 @@ from brushgrip.wording.diagnosis_in_words import (
     use_of_model,
 )
 from brushgrip.wording.formatting import (
+    candidate_parameters,
     candidate_reason,
     effect_words,
     judged_error_percentages,
@@ -89,6 +94,7 @@ def print_diagnosis(
     if outcome:
         headings, rows = settling_and_coverage_rows(outcome)
         title = "Friction by the assumed model → by the model found, mean over recordings"
+        title += changes_meanwhile(diagnosis)
         print_table(title, headings[:-1], [row[:-1] for row in rows], right=True)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     to_send, details = lines_to_send(diagnosis, outcome, warning) if outcome else ([], [])
@@ -110,8 +116,8 @@ def rejected_user_effects(diagnosis: Diagnosis) -> list[str]:
     added = {effect.name for effect in diagnosis.effects}
     before = judged_error_percentages(diagnosis)[1]
     return [
-        f"{effect_words(c.name)}, of your own, was not added:"
-        f" {parameter_list(c.parameters) or 'by recording'}; error {before} →"
+        f"{effect_words(c.name)}, of your own, was not added. In the refitted model, without the effects"
+        f" found: {candidate_parameters(c) or 'by recording'}; error {before} →"
         f" {percent(c.holdout_nrmse)} of range with it alone, ΔBIC {signed(c.delta_bic)};"
         f" {candidate_reason(diagnosis, c)}"
         for c in diagnosis.candidates

@@ -1,5 +1,6 @@
 """The tables of the report: captions, headings and cells as text."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,6 +10,8 @@ from markupsafe import Markup
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
+    at_common_load,
+    changes_meanwhile,
     last_usable_friction,
     median_loads,
     settling_and_coverage_rows,
@@ -16,6 +19,7 @@ from brushgrip.report.friction_summary import (
 )
 from brushgrip.wording.diagnosis_in_words import GRADES, rivals_of, split_parameter_label
 from brushgrip.wording.formatting import (
+    candidate_parameters,
     candidate_reason,
     effect_words,
     error_stages,
@@ -65,20 +69,26 @@ def friction_by_recording(friction: FrictionOutcome, diagnosis: Diagnosis) -> Re
         caption="Last usable friction μ_eff of each recording by the model found, ± 95 % band (if model"
         " and tolerances are right), and when it is usable"
         + "; a dash where none is, or too much contradicts it later" * any(r[-2] == "–" for r in rows)
+        + f"; all told{at_common_load(friction)}, as friction changes with it"
+        * (friction.load is not None)
         + "; --ground NAME says it for a further recording too" * (not named),
-        headings=("recording", *["ground"][:named], "median load [N]", "μ_eff", "usable"),
+        headings=(
+            *("recording", *["ground"][:named], "median load [N]"),
+            *(f"μ_eff{at_common_load(friction)}", "usable"),
+        ),
         rows=rows,
         words=(1, 4) if named else (3,),
     )
 
 
-def settling_and_coverage_table(friction: FrictionOutcome) -> ReportTable:
+def settling_and_coverage_table(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
     headings, rows = settling_and_coverage_rows(friction)
     some = any(" of " in figure for _, *figures, _ in rows for figure in figures)
     return ReportTable(
         caption="Mean over recordings: by the assumed model → by the model found"
-        + ". In brackets: how many recordings have the figure" * some,
+        + ". In brackets: how many recordings have the figure" * some
+        + changes_meanwhile(diagnosis),
         headings=headings,
         rows=rows,
         words=(len(headings) - 1,),
@@ -193,7 +203,7 @@ def candidates_table(diagnosis: Diagnosis) -> ReportTable:
         rows=[
             (
                 *(effect_words(c.name), c.summary.partition(";")[0]),
-                parameter_list(c.parameters, fitted=True) or "by recording",
+                candidate_parameters(c) or "by recording",
                 *(percent(c.holdout_nrmse), signed(c.delta_bic), candidate_reason(diagnosis, c)),
             )
             for c in diagnosis.candidates
@@ -251,6 +261,19 @@ def parameters_table(diagnosis: Diagnosis) -> ReportTable:
         words=(1,),
         narrow=True,
     )
+
+
+def command_line(provenance: Mapping[str, Any]) -> str:
+    """The command that made a report, its files without their folders, which concern no reader."""
+    files = [*provenance["inputs"], *filter(None, (provenance.get("rig"), provenance.get("model")))]
+    names = {file["name"] for file in files}
+
+    def without_folder(word: str) -> str:
+        last = re.split(r"[/\\]", word.rstrip("/\\"))[-1]
+        return last if last in names or re.match(r"[/\\~.]|[A-Za-z]:[/\\]", word) else word
+
+    words = ("".join(map(without_folder, re.split("([=,])", word))) for word in provenance["command"])
+    return " ".join(words)
 
 
 def files_read(provenance: Mapping[str, Any]) -> ReportTable:

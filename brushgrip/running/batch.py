@@ -4,7 +4,7 @@ import csv
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from brushgrip.estimation.friction_budget import STANDS, declared_values_in_words, friction_budget
 from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
+from brushgrip.estimation.friction_over_load import load_of_friction
 from brushgrip.estimation.observe_recording import (
     Aligning,
     friction_track,
@@ -42,12 +43,12 @@ from brushgrip.running.cluster import cluster_or_local_executor
 from brushgrip.wording.formatting import csv_text
 from brushgrip.wording.friction_in_words import (
     band_parts,
-    dry_friction_note,
     estimates_summary,
     last_usable,
+    slippery_ground_note,
     unusable_samples_and_remedy,
 )
-from brushgrip.wording.recording_remarks import BETWEEN, recording_remark
+from brushgrip.wording.recording_remarks import BETWEEN, recording_remark, with_early_ends
 from identification import Recording, read_rig
 from identification.diagnosis.found_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers
@@ -155,7 +156,8 @@ def estimate_all(
         outcomes[futures[future]] = future.result()
         if len(outcomes) < len(tasks):
             report("estimating friction", len(outcomes), len(tasks))
-    return [outcomes[i] for i in range(len(tasks))]
+    rows = with_early_ends([outcomes[i].row for i in range(len(tasks))])
+    return [replace(outcomes[i], row=row) for i, row in enumerate(rows)]
 
 
 def estimate_one(task: EstimateTask) -> EstimateOutcome:
@@ -205,7 +207,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
-        note = dry_friction_note(float(estimates.mu_eff[at]), recording.rig)
+        note = slippery_ground_note(float(estimates.mu_eff[at]), recording.rig)
         told.append(note)
     else:
         note = "" if car.speed_recorded else STANDS
@@ -218,6 +220,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
         doubts += [stiffness_note(values["k"], recording), far_load(recording, found)]
+        doubts.append(load_of_friction(found, recording, at))
         if at is not None and not by_direction:
             directed["weaker"], of_model = weaker_direction(values)
             doubts.append(of_model)

@@ -4,6 +4,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from statistics import fmean
 from typing import Any, TypeGuard
 
@@ -108,6 +109,18 @@ def parameter_list(estimates: Mapping[str, ParameterEstimate], *, fitted: bool =
         f"{name} {'not determined' if fitted and e.std is None else f'= {value_with_std(e)}'}"
         for name, e in estimates.items()
     )
+
+
+def candidate_parameters(candidate: Candidate) -> str:
+    """Parameters of a candidate in one line; one at the end of its range has no deviation there."""
+    own, ends = candidate.parameters, candidate.at_bound
+    texts = [
+        f"{name} = {value_with_std(replace(own[name], std=None))} (at the end of its range)"
+        if name in ends
+        else parameter_list({name: own[name]}, fitted=True)
+        for name in own
+    ]
+    return "; ".join(texts)
 
 
 def judged_error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:

@@ -17,7 +17,12 @@ from symbolic import Rig
 from symbolic.array_alias import Array
 
 SLIPPERY = 0.15
-"""Friction below which dry friction of a sensor matters [1]."""
+"""Friction below which dry friction and noise of a sensor matter [1]."""
+OF_SENSOR = {
+    "dry_friction": "dry friction counts as the ground's",
+    "noise": "the noise assumed may hide what the model gets wrong",
+}
+"""What it means on slippery ground that a value of the sensor is not declared, by its name."""
 MIN_REPORTED_SHARE = 0.01
 """Least share of the samples for which a suspicion, or a friction on its bound, is reported [1]."""
 REASONS = {
@@ -133,13 +138,18 @@ def band_parts(budget: Mapping[str, float]) -> str:
     )
 
 
-def dry_friction_note(mu: float, rig: Rig) -> str:
+def slippery_ground_note(mu: float, rig: Rig) -> str:
     """What an estimate on slippery ground rests on, in one line; empty on other ground."""
-    if mu >= SLIPPERY or rig.dry_friction is not None:
+    lacking = {
+        name: text for name, text in OF_SENSOR.items() if mu < SLIPPERY and getattr(rig, name) is None
+    }
+    if not lacking:
         return ""
+    names = " and ".join(name.replace("_", " ") for name in lacking)
+    keys = " and ".join(f"{name} = ..." for name in lacking)
     return (
-        f"below {SLIPPERY:g}, dry friction of the sensor not declared: it counts as the ground's, which"
-        " matters there; measure it with the wheel lifted, [sensor] dry_friction = ... N m"
+        f"below {SLIPPERY:g}, {names} of the sensor not declared: {' and '.join(lacking.values())},"
+        f" which matters there; measure with the wheel lifted, [sensor] {keys} N m"
     )
 
 
@@ -213,10 +223,23 @@ def unusable_samples_and_remedy(
     unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
     mends = noise and not (flag is Status.SUSPECT and noise.startswith((LACKING, LACKING_STILL)))
     if mends and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
-        return counts[flag], f"{status_in_words(flag)}: {noise}"
+        return counts[flag], _with_time(estimates, f"{status_in_words(flag)}: {noise}")
     wide = estimates.wide if estimates.wide.any() else -1
     share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
-    return counts[flag], _on_command_line(flag.remedy or uninformed_remedy(share), of_car=of_car)
+    told = _on_command_line(flag.remedy or uninformed_remedy(share), of_car=of_car)
+    return counts[flag], _with_time(estimates, told)
+
+
+def _with_time(estimates: Estimates, told: str) -> str:
+    """When an input looked wrong, beside a friction that is told: before it, after it or both."""
+    at, suspect = REASONS[Status.SUSPECT], estimates.t[estimates.status & Status.SUSPECT != 0]
+    last = last_usable(estimates)
+    if last is None or not told.startswith(at):
+        return told
+    sides = {"before": suspect[0] < estimates.t[last], "after": suspect[-1] > estimates.t[last]}
+    side = " and ".join(name for name, there in sides.items() if there)
+    when = f"{at} from {suspect[0]:.3g} to {suspect[-1]:.3g} s, {side} the value told"
+    return told.replace(at, when + "," * told.startswith(f"{at} "), 1)
 
 
 def _on_command_line(remedy: str, *, of_car: bool) -> str:

@@ -1,10 +1,10 @@
 """What is told of recordings beside their friction, in a table and counted."""
 
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import product
 from math import nan
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,14 @@ from observers import Estimates, ground_friction
 SIGNS = dict(zip(WAYS, "+−", strict=True))
 FEW = 0.1
 """Share of usable samples below which friction is remarked upon [1]."""
+MAX_NAMED = 10
+"""Most recordings that are named behind a remark which they share."""
+EARLY, MOST = 0.25, 3
+"""Share of the median length below which a recording ends early [1]; least number of recordings."""
+FIGURES = re.compile(r" from [\d.e+]+ to [\d.e+]+ s|(?<=ends early), after [\d.e+]+ s")
+"""Times in a remark, which differ between recordings."""
+OVER_LOAD = "by the model friction changes with the load"
+"""How the remark on the load that friction belongs to begins."""
 BETWEEN = " | "
 """Between two remarks of a row."""
 
@@ -34,11 +42,35 @@ def remark_heads(text: str) -> list[str]:
     return [one if one.startswith("not known") else one.partition(": ")[0] for one in heads]
 
 
-def remark_counts(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Of how many recordings there is which remark, whatever its figures, in one line."""
-    heads = [": ".join(h.split(": ")[:2]) for row in rows for h in remark_heads(row["remark"])]
-    counts = Counter(re.sub(r"[\d.]+(?= times)", "so many", head) for head in heads)
-    return "; ".join(f"{count} of {len(rows)}: {head}" for head, count in counts.most_common())
+def remark_counts(rows: Sequence[Mapping[str, Any]], *, named: bool = False) -> str:
+    """Of how many recordings there is which remark, whatever its figures, in one line.
+
+    Named: with the names of those recordings, where they are few.
+    """
+    names: dict[str, list[str]] = {}
+    for row in rows:
+        for head in remark_heads(row["remark"]):
+            kind = FIGURES.sub("", ": ".join(head.split(": ")[:2]))
+            kind = re.sub(r"[\d.]+(?= times)", "so many", kind)
+            names.setdefault(kind, []).append(row["recording"] if named else "")
+    return "; ".join(
+        f"{len(own)} of {len(rows)}: {kind}" + f" ({', '.join(own)})" * (named and len(own) <= MAX_NAMED)
+        for kind, own in sorted(names.items(), key=lambda one: -len(one[1]))
+    )
+
+
+def with_early_ends(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The rows, with a remark on those that are much shorter than most."""
+    lengths = [row["duration"] for row in rows if is_figure(row["duration"])]
+    usual = median(lengths) if len(lengths) >= MOST else 0.0
+    told = []
+    for row in rows:
+        seconds, own = row["duration"], row
+        if is_figure(seconds) and seconds < EARLY * usual:
+            text = f"ends early, after {seconds:.2g} s: half of all last {usual:.2g} s or more"
+            own = {**row, "remark": BETWEEN.join(filter(None, (row["remark"], text)))}
+        told.append(own)
+    return told
 
 
 def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -54,6 +86,8 @@ def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         known = np.unique(known[np.isfinite(known).all(axis=1)], axis=0)
         if known.size and len(own) > 1:
             told = f"{ground}, turning to {way} psi" if way else str(ground)
+            loads = any(OVER_LOAD in row.get("remark", "") for row in rows if row["ground"] == ground)
+            told += ", each at its own load" * loads
             lines.append(further_recording(told, ground_friction(*known.T), len(own)))
     return lines
 

@@ -13,7 +13,7 @@ from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, Series, TorqueErrors
 from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
-from identification.fits.fitting import Fit
+from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.parameter_values import ParameterEstimate, Values, replaced_rig
 from identification.reading.declared_sensor_range import greatest_friction, samples_beyond_range
 from identification.reading.recordings import Recording
@@ -119,6 +119,7 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
                 for label, estimate in _fitted(trial.fitted, recordings).items()
                 if label.startswith(f"{name}.") and " [" not in label
             },
+            at_bound=tuple(p for one, p, *_ in parameters_at_bounds(trial.fitted) if one == name),
         )
         for trial in first.trials
     )

@@ -171,6 +171,7 @@ class Candidate:
         holdout_nrmse: the judged error with it over the torque range [1].
         delta_bic: information criterion with it less that without [1].
         parameters: its shared parameters by name, coarsely fitted.
+        at_bound: names of those that end where their range does.
     """
 
     name: str
@@ -178,6 +179,7 @@ class Candidate:
     holdout_nrmse: float
     delta_bic: float
     parameters: Mapping[str, ParameterEstimate] = field(default_factory=dict)
+    at_bound: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -108,12 +108,9 @@ def unexplained(
     white = f"white noise of the torque channel about {floor:.2%}"
     if floor < 5e-5:  # Rounds to zero.
         white = "no white noise (the torque is smooth, as a filter leaves it)"
-    opening = (
-        f"residual {rms:.2%} of range, mean of all recordings; {white};"
-        f" structured part {structured:.2%}, {lasting}"
-    )
+    opening = f"residual {rms:.2%} of range, mean of all recordings; {white}"
     if not present:
-        evidence = f"{opening}: nothing beyond noise"
+        evidence = f"{opening}; {structured:.2%} beyond it, {lasting}: too little for an effect"
         return Unexplained(present=False, evidence=evidence, structured=structured)
-    evidence = f"{opening}. {followed.reading}"
+    evidence = f"{opening}; structured part {structured:.2%}, {lasting}. {followed.reading}"
     return Unexplained(present=True, evidence=evidence, structured=structured)

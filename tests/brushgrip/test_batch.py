@@ -148,7 +148,7 @@ def test_the_table_says_what_a_single_recording_says(
     why, constant = remark.removeprefix("not known: ").split("; load the same")
     assert f"samples not usable: {why}; " in alone
     assert f"doubted: load the same{constant}: " in alone
-    note = "below 0.15, dry friction of the sensor not declared"
+    note = "below 0.15, dry friction and noise of the sensor not declared"
     assert f" {note}" in next(line for line in printed.splitlines() if line.startswith("│ ice "))
     assert f"1 of 2: {note}" in printed
     # The torque has the right sign.

@@ -9,9 +9,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from brushgrip.estimation.observe_recording import FrictionTrack
-from brushgrip.pictures.diagnosis import _remarks, draw_experiment, draw_signatures
+from brushgrip.pictures import diagnosis as diagnosis_pictures
+from brushgrip.pictures.diagnosis import _remarks, draw_experiment, draw_residuals, draw_signatures
 from brushgrip.pictures.friction import RECORDINGS, STYLES, draw_friction, draw_overview
-from brushgrip.pictures.style import AFTER, BEFORE, QUIET
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET
 from tests.brushgrip.factories import TRACKS, experiment, make_diagnosis, signatures
 
 
@@ -48,6 +49,17 @@ def test_a_candidate_whose_figures_alone_mislead_says_why() -> None:
     assert [text.get_text() for text in axes.texts] == [
         "no clear gain beside what was added", "", "", "", "helps once carcass torsion is in the model"
     ]  # fmt: skip
+    assert [text.get_bbox_patch() for text in axes.texts] == [None] * 5, "its bar stays visible"
+    assert (axes.texts[0].get_color(), axes.texts[4].get_color()) == (MEASURED, "white")
+
+
+def test_residuals_name_their_torque_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    figures: list[Figure] = []
+    monkeypatch.setattr(diagnosis_pictures, "legend_above", lambda figure, _: figures.append(figure))
+    draw_residuals(Path("residuals.png"), make_diagnosis())
+
+    assert figures[0].get_supylabel() == "model − recorded [N m]"
+    assert {axes.get_ylabel() for axes in figures[0].axes} == {""}
 
 
 def test_two_observers_that_agree_are_both_visible(tracks: list[FrictionTrack]) -> None:

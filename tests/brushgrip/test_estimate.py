@@ -393,19 +393,39 @@ def test_says_what_a_model_gives(estimate: Run, simulated: Path) -> None:
 
 @pytest.mark.parametrize(
     ("loads", "is_told"),
-    [([350.0, 450.0], False), ([280.0, 290.0], False), ([250.0, 260.0], True), ([610.0, 700.0], True)],
+    [([350.0, 450.0], False), ([350.0, 370.0], False), ([350.0, 360.0], True), ([450.0, 460.0], True)],
 )
-def test_a_load_far_from_those_behind_the_model_is_told(
+def test_a_load_outside_those_behind_the_model_is_told(
     estimate: Run, simulated: Path, loads: list[float], is_told: bool
 ) -> None:
     basis = {"training": 1, "holdout": 0, "grades": {}, "loads": loads}
     Path("model.json").write_text(json.dumps({**json.loads(MODEL), "basis": basis}))
     told = estimate(simulated, "--model", "model.json", "--summary", "all.csv").out
-    line = f"load far from the model's: 400 N, found at {loads[0]:.0f} to {loads[1]:.0f} N"
+    line = f"load outside the model's: 400 N, found at {loads[0]:.0f} to {loads[1]:.0f} N"
 
-    assert ("1 of 1: load far from the model's" in told) == is_told
+    assert ("1 of 1: load outside the model's" in told) == is_told
     assert (line in Path("all.csv").read_text()) == is_told
     assert (f"run: {line}" in estimate(simulated, "--model", "model.json").out) == is_told
+
+
+def test_the_load_that_friction_belongs_to_is_told_where_it_changes_with_it(
+    run: Run, simulated: Path, write_csv: Write, rig: Path
+) -> None:
+    columns = table_of(simulated)
+    load = columns["F_N"] * (1 + 0.1 * np.sin(columns["t"]))
+    swinging = write_csv("swinging.csv", columns | {"F_N": load})
+    for effect, is_told in (("load_dependent_friction.n", True), ("asymmetric_friction.ratio", False)):
+        shared = {"k": 2.4e6, effect: 0.8}
+        name = effect.partition(".")[0]
+        model = {"version": 1, "effects": [name], "shared": shared, "recordings": {}}
+        Path("model.json").write_text(json.dumps(model))
+        (row,) = json.loads(
+            run("estimate", "--rig", rig, swinging, "--model", "model.json", "--json").out
+        )
+        assert row["last_usable"] is not None
+        at = load[np.searchsorted(columns["t"], row["last_usable"])]
+        told = f"by the model friction changes with the load: mu_eff is that at {at:.0f} N"
+        assert (told in row["remark"]) == is_told
 
 
 def test_a_k_that_is_off_is_told_and_part_of_the_band(simulated: Path, run: Run, rig: Path) -> None:

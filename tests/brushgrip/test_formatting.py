@@ -26,13 +26,20 @@ from brushgrip.wording.formatting import (
 from brushgrip.wording.friction_in_words import (
     LACKING,
     band_parts,
-    dry_friction_note,
     estimates_summary,
     last_usable,
+    slippery_ground_note,
     unusable_samples_and_remedy,
     with_95_band,
 )
-from brushgrip.wording.recording_remarks import recording_remark, remark_counts, remark_heads
+from brushgrip.wording.recording_remarks import (
+    OVER_LOAD,
+    friction_of_grounds,
+    recording_remark,
+    remark_counts,
+    remark_heads,
+    with_early_ends,
+)
 from identification import Candidate, FoundModel, ParameterEstimate, Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
@@ -295,10 +302,68 @@ def test_a_new_ground_that_a_misfit_may_have_feigned() -> None:
     assert "1 change of the ground; " in estimates_summary(sure)
 
 
-def test_ice_asks_for_the_dry_friction_of_the_sensor() -> None:
+def test_ice_asks_for_dry_friction_and_noise_of_the_sensor() -> None:
     rig = Rig(a=0.045, e=0.009)
-    assert "[sensor] dry_friction = ... N m" in dry_friction_note(0.1, rig)
-    assert dry_friction_note(0.1, replace(rig, dry_friction=0.0)) == dry_friction_note(0.3, rig) == ""
+    both = slippery_ground_note(0.1, rig)
+    assert both.startswith("below 0.15, dry friction and noise of the sensor not declared: ")
+    assert both.endswith("[sensor] dry_friction = ... and noise = ... N m")
+    noise = slippery_ground_note(0.1, replace(rig, dry_friction=0.0))
+    assert noise.startswith("below 0.15, noise of the sensor not declared: the noise assumed may hide ")
+    assert "dry_friction" not in noise
+    known = replace(rig, dry_friction=0.0, noise=0.1)
+    assert slippery_ground_note(0.1, known) == slippery_ground_note(0.3, rig) == ""
+
+
+def test_when_an_input_looked_wrong_is_told_beside_the_value() -> None:
+    """Flagged from 0.02 to 0.05 s of 0.2 s; usable from 0.1 s on, or from 0 to 0.01 s."""
+    status = [Status.USED] * 2 + [Status.SUSPECT] * 4 + [Status.USED] * 14
+    seen = estimates(*status)
+    when = "an input looks wrong from 0.02 to 0.05 s, {} the value told, by its unit, its sign"
+    assert f"4 samples not usable: {when.format('before')}" in estimates_summary(seen)
+    early = replace(seen, usable=seen.t < 0.015)
+    assert when.format("after") in unusable_samples_and_remedy(early)[1]
+    mended = estimates(*[Status.SUSPECT] * 4, *[Status.INCONSISTENT] * 2, *[Status.USED] * 14)
+    assert unusable_samples_and_remedy(mended, "declare it") == (
+        4, "an input looks wrong from 0 to 0.03 s, before the value told: declare it",
+    )  # fmt: skip
+    around = replace(mended, usable=mended.t < 0.025)
+    assert "before and after the value" in unusable_samples_and_remedy(around)[1]
+    remark = unusable_samples_and_remedy(seen)[1]
+    rows = [{"remark": remark}, {"remark": remark.replace("0.05", "7.5")}]
+    assert remark_counts(rows).startswith("2 of 2: an input looks wrong, before the value told, by")
+
+
+def test_friction_of_a_ground_says_that_each_is_at_its_own_load() -> None:
+    rows = [
+        {"ground": "ice", "mu_eff": mu, "mu_eff_std": 0.01, "remark": f"{OVER_LOAD}: mu_eff"}
+        for mu in (0.1, 0.2, 0.15)
+    ]
+    assert friction_of_grounds(rows)[0].startswith("ice, each at its own load: mu_eff ")
+    silent = [row | {"remark": ""} for row in rows]
+    assert friction_of_grounds(silent)[0].startswith("ice: mu_eff ")
+
+
+def test_few_recordings_with_a_remark_are_named_and_those_that_end_early() -> None:
+    rows = [
+        {"recording": f"b{i:02}", "duration": 14.0, "remark": "not known: no" * (i < 10)}
+        for i in range(20)
+    ]
+    rows += [
+        {"recording": "short", "duration": 0.59, "remark": "it lies"},
+        {"recording": "shorter", "duration": 0.2, "remark": ""},
+        {"recording": "broken", "duration": "", "remark": ""},
+    ]
+    told = {row["recording"]: row["remark"] for row in with_early_ends(rows)}
+
+    assert told["short"] == "it lies | ends early, after 0.59 s: half of all last 14 s or more"
+    assert told["shorter"] == "ends early, after 0.2 s: half of all last 14 s or more"
+    assert (told["b00"], told["b10"], told["broken"]) == ("not known: no", "", "")
+    counts = remark_counts(with_early_ends(rows), named=True)
+    ten = ", ".join(f"b{i:02}" for i in range(10))
+    assert counts.startswith(f"10 of 23: not known: no ({ten}); 2 of 23: ends early (short, shorter); ")
+    rows[10]["remark"] = "not known: no"
+    assert remark_counts(rows, named=True).startswith("11 of 23: not known: no; 1 of")
+    assert with_early_ends(rows[-3:])[0]["remark"] == "it lies", "of two lengths"
 
 
 def test_a_narrow_band_has_parts_that_are_told_apart() -> None:

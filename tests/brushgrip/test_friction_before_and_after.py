@@ -13,6 +13,7 @@ from brushgrip.estimation.friction_before_and_after import (
     FrictionOutcome,
     offline_friction,
 )
+from brushgrip.estimation.friction_over_load import at_load, common_load
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
@@ -28,7 +29,7 @@ from brushgrip.report.plain_summary import (
     lines_to_send,
     next_steps,
 )
-from brushgrip.report.tables import friction_by_recording
+from brushgrip.report.tables import friction_by_recording, settling_and_coverage_table
 from brushgrip.report.validity_and_missing_effects import (
     benefit_for_friction,
     error_to_quote,
@@ -45,7 +46,7 @@ from identification.diagnosis.from_search import BEYOND_RANGE
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
-from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
+from tests.brushgrip.factories import TRACKS, make_diagnosis, make_estimates, make_outcome
 
 RANGE = " from 0.1 to 10 mm/s, in a typical recording"
 SPREAD = (("a", -0.02), ("b", 0.0), ("c", 0.02))
@@ -545,3 +546,48 @@ def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_
 def test_an_order_of_very_many_recordings_has_a_chance_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("brushgrip.report.friction_summary.kendall_load_test", lambda _: (0.0, False))
     assert "by chance in 1 of 1000000 cases" in load_trend_in_words(make_outcome(), make_diagnosis())
+
+
+def test_friction_that_depends_on_the_load_is_told_at_one_load() -> None:
+    """mu_eff goes with F_N^-n, so that from 400 N to 800 N it falls by 2^-n."""
+    model = Model(effects=effects_named(["load_dependent_friction"]))
+    found = FoundModel(model=model, tyre={"k": 3e6, "load_dependent_friction.n": 0.2}, own={})
+    loads = np.array([400.0, 800.0, 500.0])
+    recording = SimpleNamespace(
+        name="one", rig=Rig(a=0.04, e=0.0), F_N=loads, ground=None, standstills=None
+    )
+    seen = make_estimates([0, 0, 0], mu_eff=loads**-0.2, mu_eff_std=0.1 * loads**-0.2)
+    told = at_load(seen, found, recording, 500.0)  # type: ignore[arg-type]
+
+    np.testing.assert_allclose(told.mu_eff, 500.0**-0.2)
+    np.testing.assert_allclose(told.mu_eff_std, 0.1 * 500.0**-0.2)
+    lighter = SimpleNamespace(**{**vars(recording), "F_N": np.full(3, 300.0)})
+    assert common_load(found, [recording, lighter]) == 400.0  # type: ignore[list-item]
+    assert common_load(replace(found, model=Model(), tyre={"k": 3e6}), [recording]) is None  # type: ignore[list-item]
+    fitted = replace(found, own={"one": {"mu": 1.2}})
+    at_two = [offline_friction(fitted, recording, load) for load in (400.0, 800.0)]  # type: ignore[arg-type]
+    assert at_two[1] / at_two[0] == pytest.approx(2**-0.2, rel=1e-9)
+
+
+def test_the_load_that_friction_is_told_at_stands_beside_it() -> None:
+    outcome = replace(make_outcome(), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
+    diagnosis = make_diagnosis(("a", "b", "c", "d"), ())
+    told, silent = replace(outcome, load=589.4), outcome
+    table = friction_by_recording(told, diagnosis)
+
+    assert table.headings[3] == "μ_eff at a load of 589 N"
+    assert "all told at a load of 589 N, as friction changes with it" in table.caption
+    assert "all told at a load of 589 N, as friction changes with it." in mail(diagnosis, told)
+    assert friction_and_notes(told)[1][0].startswith("note on ice at a load of 589 N: ")
+    assert told.to_dict()["after"]["load"] == 589.4
+    assert "at a load of 589" not in mail(diagnosis, silent)
+    assert friction_by_recording(silent, diagnosis).headings[3] == "μ_eff"
+
+
+def test_figures_of_friction_that_changes_meanwhile_are_told_to_be_no_failure() -> None:
+    diagnosis, outcome = make_diagnosis(), make_outcome("c")
+    assert "time or travel" not in settling_and_coverage_table(outcome, diagnosis).caption
+    drifting = replace(diagnosis, model=Model(effects=effects_named(["friction_drift"])))
+    assert settling_and_coverage_table(outcome, drifting).caption.endswith(
+        "behind the arrow they tell that change too, and the fitted value is that of the beginning"
+    )

@@ -145,7 +145,9 @@ def test_another_rig_than_that_of_the_diagnosis_is_told(
     gather_inputs(rig=rig, model=model)
 
     line = (
-        "the rig file says a = 0.045 m, e = 0.009 m; the model was found with a = 0.05 m, e = 0.009 m\n"
+        "the rig file says a = 0.045 m, e = 0.009 m; the model was found with a = 0.05 m, e = 0.009 m:"
+        " for the same wheel declare the lengths that it was found with; for another one diagnose anew,"
+        " with recordings of it\n"
     )
     assert capsys.readouterr() == ("", line if a == 0.05 else "")
     model.write_text("{}")

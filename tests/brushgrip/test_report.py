@@ -182,6 +182,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
         in first
     )
     assert "Simulated" not in first
+    assert "by the model found, with its 95 % band" in first
     assert "never: it has not slid enough to tell" in first
     assert "friction in b after 7.0 s" in first
     assert "Share of the informed samples whose 95 % band holds the friction that was" in rest
@@ -322,5 +323,35 @@ def test_an_own_effect_that_was_not_added_is_told_with_its_value_and_gain() -> N
     (line,) = rejected_user_effects(replace(diagnosis, candidates=(*diagnosis.candidates, boot)))
 
     assert rejected_user_effects(diagnosis) == []
-    assert line.startswith("boot spring, of your own, was not added: c = 12.3 ± 4.5 N m/rad³; error ")
+    assert line.startswith(
+        "boot spring, of your own, was not added. In the refitted model, without the effects found:"
+        " c = 12.3 ± 4.5 N m/rad³; error "
+    )
+    ended = replace(boot, at_bound=("c",))
+    (line_at_end,) = rejected_user_effects(replace(diagnosis, candidates=(ended,)))
+    assert "found: c = 12.3 N m/rad³ (at the end of its range); error " in line_at_end
+    assert any(
+        "(at the end" in row[2]
+        for row in tables.candidates_table(replace(diagnosis, candidates=(ended,))).rows
+    )
     assert line.endswith("→ 2.90 % of range with it alone, ΔBIC +3.2; alone not worth its parameters")
+
+
+def test_the_command_is_told_without_the_folders_of_its_files() -> None:
+    rig, source = {"name": "rig.toml", "sha256": ""}, {"name": "run 1.csv", "sha256": ""}
+    command = [
+        *("brushgrip", "diagnose", "/data/secret/run 1.csv", "--rig", "data/rig.toml"),
+        *(
+            "--ground=ice=../a,C:\\me\\b.csv",
+            "--map",
+            "psi=1/15*Angle:deg,M_z=-Mz",
+            "--out",
+            "/data/x/out/",
+        ),
+    ]
+    made = {"inputs": [source], "rig": rig, "model": None, "command": command}
+
+    assert tables.command_line(made) == (
+        "brushgrip diagnose run 1.csv --rig rig.toml --ground=ice=a,b.csv"
+        " --map psi=1/15*Angle:deg,M_z=-Mz --out out"
+    )

@@ -184,7 +184,7 @@ def test_sensitivity_step_names_its_inputs_and_outputs() -> None:
     [
         ("signals", (3, 10)),
         ("theta", (3,)),
-        ("theta", (2, 1)),
+        ("theta", (1, 2)),
         ("geometry", (1,)),
         ("directions", (3, 1)),
     ],
@@ -201,9 +201,10 @@ def test_wrong_shapes_are_refused(field: str, shape: tuple[int, ...]) -> None:
 
 def test_a_stiffness_in_place_of_one_over_it_is_refused() -> None:
     model = Model(effects=(EFFECTS["carcass_torsion"],))
-    theta = np.array(model.theta({"mu": 1.0, "k": 2e6, "carcass_torsion.k_t": 10.0})).ravel()
+    given = model.theta({"mu": 1.0, "k": 2e6, "carcass_torsion.k_t": 10.0})
+    torque = simulate(model, kinked_signals(), np.array([1.0, 2e6, 0.1]), GEOMETRY).M_z
 
-    assert simulate(model, kinked_signals(), theta, GEOMETRY).M_z.any()
+    np.testing.assert_array_equal(simulate(model, kinked_signals(), given, GEOMETRY).M_z, torque)
     with pytest.raises(InvalidInputError, match=r"at least 10 N m/rad, got .*1/k_t = 400; model\.theta"):
         simulate(model, kinked_signals(), np.array([1.0, 2e6, 400.0]), GEOMETRY)
 

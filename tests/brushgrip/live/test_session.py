@@ -217,7 +217,7 @@ def test_an_observer_behind_its_source_says_nothing_usable(monkeypatch: pytest.M
         return own(row)
 
     monkeypatch.setattr(session, "estimator", slow)
-    for name in ("columns", "suspicions", "implausible", "reset", "weaker", "note"):
+    for name in ("columns", "suspicions", "implausible", "reset", "weaker", "note", "outside"):
         monkeypatch.setattr(slow, name, getattr(own, name), raising=False)
     session.start()
     wait_for(lambda: len(taken) > 30)
@@ -433,3 +433,14 @@ def test_the_end_of_a_source_tells_no_friction_that_what_follows_contradicts() -
         assert last.told.startswith("friction was 0.80 ± 0.20") == is_told
         last.see(99.0, 0.0, replace(KNOWN, status=Status.RESET), usable=False)
         assert last.told == "friction is not known since a new ground was noticed at 99 s"
+
+
+def test_a_load_outside_those_behind_the_model_is_told(tmp_path: Path) -> None:
+    for loads, is_told in (("[350.0, 450.0]", False), ("[200.0, 300.0]", True)):
+        (tmp_path / "found.json").write_text(
+            '{"version": 1, "effects": [], "recordings": {}, "shared": {"k": 2.4e6}, "basis":'
+            f' {{"training": 1, "holdout": 0, "grades": {{}}, "loads": {loads}}}}}'
+        )
+        session = session_over(rows_of(200), model=tmp_path / "found.json")
+        note = run_to_end(session).state().note
+        assert note.startswith("load outside the model's: ") == is_told

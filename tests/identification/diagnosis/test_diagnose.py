@@ -106,7 +106,7 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     assert set(effect) == keys
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
     candidate = content["candidates"][0]
-    assert set(candidate) == {"name", "holdout_nrmse", "delta_bic", "parameters"}
+    assert set(candidate) == {"name", "holdout_nrmse", "delta_bic", "parameters", "at_bound"}
     assert set(candidate["parameters"]["delay"]) == {"value", "std", "unit"}
     alone = candidate["parameters"]["delay"]["value"]
     assert alone == pytest.approx(effect["parameters"]["delay"]["value"], rel=0.05)

@@ -12,7 +12,7 @@ from identification import Recording, Standstills
 from identification.diagnosis.found_effects import notes_on
 from identification.diagnosis.found_stiffness import stiffness_note, stiffness_ratio
 from identification.diagnosis.result_parts import TorqueErrors
-from identification.fits.fitting import Fit
+from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.parameter_values import Values
 from symbolic import Model, Rig, Tolerances, effects_named
 from tests.identification.factories import recording
@@ -78,6 +78,8 @@ def test_parameter_at_its_bound(fitted: Fit, name: str, value: float, said: str 
     notes = notes_on(errors(a=0.04), errors(a=0.02), replace(fitted, values=values))
 
     assert [note.partition(", so")[0] + ", so" for note in notes] == [said] * (said is not None)
+    ended = [name.split(".")] * (said is not None)
+    assert [[*one[:2]] for one in parameters_at_bounds(replace(fitted, values=values))] == ended
 
 
 def test_a_length_at_the_end_of_its_tolerance_in_a_validation_recording(fitted: Fit) -> None:

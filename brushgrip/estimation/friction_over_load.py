@@ -1,0 +1,51 @@
+"""Friction at one load, where a found model's friction depends on the load."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from brushgrip.wording.recording_remarks import OVER_LOAD
+from identification import FoundModel, Recording
+from observers import Estimates
+from symbolic.array_alias import Array
+
+LEAST_CHANGE = 0.01
+"""Change of friction over the loads of a recording from which on its load is told [1]."""
+
+
+def friction_ratio(found: FoundModel, recording: Recording, load: float) -> Array:
+    """mu_eff at a load [N] over that at the load of each sample, by the model's law [1], shape (n,)."""
+    model, rig = found.model, recording.rig
+    # The law's own mu is a factor on both.
+    theta = model.theta({**found.values_for_estimation(recording.ground), "mu": 1.0})
+    memory, loads = np.zeros(model.memory_size), np.append(recording.F_N, load)[None]
+    mu_eff, _ = model.full_slide(memory, loads, theta, [rig.a, rig.e], rig.slide_rate)
+    each = np.asarray(mu_eff, dtype=float).ravel()
+    return np.asarray(each[-1] / each[:-1])
+
+
+def common_load(found: FoundModel, recordings: Sequence[Recording]) -> float | None:
+    """The median of the recordings' loads [N], at which they compare; None where load changes nothing.
+
+    None, too, for a car, whose observer takes no found model.
+    """
+    load = float(np.median([np.median(r.F_N) for r in recordings]))
+    on_rig = [r for r in recordings if r.standstills is None]
+    ratios = [friction_ratio(found, recording, load) for recording in on_rig]
+    return load if any(np.abs(ratio - 1).max() >= LEAST_CHANGE for ratio in ratios) else None
+
+
+def at_load(estimates: Estimates, found: FoundModel, recording: Recording, load: float) -> Estimates:
+    """The estimates with mu_eff and its deviation as they would be at a load [N]."""
+    ratio = friction_ratio(found, recording, load)
+    return replace(estimates, mu_eff=ratio * estimates.mu_eff, mu_eff_std=ratio * estimates.mu_eff_std)
+
+
+def load_of_friction(found: FoundModel, recording: Recording, at: int | None) -> str:
+    """The load that mu_eff of a sample belongs to, where it changes with the load; else empty."""
+    load = math.nan if at is None else float(recording.F_N[at])
+    if at is None or np.abs(friction_ratio(found, recording, load) - 1).max() < LEAST_CHANGE:
+        return ""
+    return f"{OVER_LOAD}: mu_eff is that at {load:.0f} N"
