@@ -37,7 +37,8 @@ def remark_heads(text: str) -> list[str]:
 def remark_counts(rows: Sequence[Mapping[str, Any]]) -> str:
     """Of how many recordings there is which remark, whatever its figures, in one line."""
     heads = [": ".join(h.split(": ")[:2]) for row in rows for h in remark_heads(row["remark"])]
-    counts = Counter(re.sub(r"[\d.]+(?= times)", "so many", head) for head in heads)
+    without = (re.sub(r"[\d.]+(?= times)", "so many", head) for head in heads)
+    counts = Counter(re.sub(r", down to [\d.]+", "", head) for head in without)
     return "; ".join(f"{count} of {len(rows)}: {head}" for head, count in counts.most_common())
 
 

@@ -79,10 +79,11 @@ OUTPUTS = (
     Variable("M_slide", 11, "Real", "N.m", "torque of steady full slide, mean of both sides"),
     Variable("nis", 12, "Real", "1", "normalised innovation squared; NaN if not measured"),
     Variable("status", 8, "Integer", None, "0 where the sample was used, else flags as in the C header"),
+    Variable("weaker", 15, "Real", "1", "share of mu_eff that the weaker direction holds less"),
 )
 
 
-FIRST_PARAMETER = 15
+FIRST_PARAMETER = 16
 """Value reference of the first parameter."""
 
 

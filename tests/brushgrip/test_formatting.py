@@ -34,7 +34,7 @@ from brushgrip.wording.friction import (
 )
 from brushgrip.wording.remarks import remark, remark_counts, remark_heads
 from identification import Candidate, FoundModel, ParameterEstimate, Recording
-from observers import Estimates, Status
+from observers import DirectionalFriction, Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
 from symbolic import Model, ModelBasis, ModelError, Rig, effects_named
 from tests.brushgrip.factories import experiment, make_diagnosis, make_estimates
@@ -193,7 +193,9 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
 def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     seen = estimates(*[Status.USED] * 20)
     seen = replace(seen, M_z_predicted=np.where(np.arange(20) < 15, 1.0, -1.0))
-    row, line = friction_of_directions(seen, np.zeros(20), seen.M_z_predicted)
+    steps, aligning = np.where(np.arange(20) < 15, -0.01, 0.01), DirectionalFriction()
+    psi, M_z = np.cumsum(steps), seen.M_z_predicted
+    row, line = friction_of_directions(seen, psi, M_z, aligning)
 
     assert line == (
         "mu_eff by direction, last usable: 1.25 ± 0.08 turning to positive psi, at 0.19 s;"
@@ -204,16 +206,16 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     assert "(95 % band) turning to positive psi at the end" in estimates_summary(seen, way="positive")
     # What was usable on the ground before says nothing of this one.
     reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
-    row, line = friction_of_directions(replace(seen, status=reset), np.zeros(20), seen.M_z_predicted)
+    row, line = friction_of_directions(replace(seen, status=reset), psi, M_z, aligning)
     assert line.endswith("; never usable turning to negative psi")
     assert "mu_eff_negative" not in row
     assert row["direction"] == "positive"
     assert math.isnan(float(row["weaker"]))
-    # A torque about zero belongs to neither.
-    row, line = friction_of_directions(
-        replace(seen, M_z_predicted=0.4 * seen.M_z_predicted), np.zeros(20), np.ones(20)
-    )
-    assert (list(row), row["direction"], line) == (["direction", "weaker"], "", "")
+    # A torque about zero tells nothing of the direction that it has, and a wheel that rests has none.
+    small = replace(seen, M_z_predicted=0.4 * seen.M_z_predicted)
+    for angle, way in ((psi, "positive"), (np.zeros(20), "")):
+        row, line = friction_of_directions(small, angle, M_z, aligning)
+        assert (list(row), row["direction"], line) == (["direction", "weaker"], way, "")
 
 
 @pytest.mark.parametrize(
@@ -235,7 +237,8 @@ def test_the_direction_is_exchanged_where_the_torque_opposes_the_motion(
     seen = replace(
         seen, M_z_predicted=1.0 * (i < 15), status=np.where((i > 15) & (i < 18), int(flag), 0)
     )
-    row, _ = friction_of_directions(seen, np.where(i > 15, turn, 0.0), np.where(i < 15, 1.0, M_z))
+    psi, M_z = np.where(i > 15, turn, 0.0) - 0.01 * np.minimum(i, 14), np.where(i < 15, 1.0, M_z)
+    row, _ = friction_of_directions(seen, psi, M_z, DirectionalFriction())
 
     assert row["direction"] == way
 

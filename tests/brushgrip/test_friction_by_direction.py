@@ -47,7 +47,7 @@ def test_the_direction_that_is_told_is_the_one_of_mu_eff(noise: float, seed: int
     for back in (0.086, 0.087, 0.088, 0.09):
         recording = turned(noise, seed, back)
         estimates = observe(factory, recording)
-        row, _ = friction_of_directions(estimates, recording.psi, recording.M_z)
+        row, _ = friction_of_directions(estimates, recording.psi, recording.M_z, DirectionalFriction())
         at = last_usable(estimates)
 
         assert at is not None
