@@ -94,7 +94,10 @@ class CasadiObserver:
 
     @property
     def weaker(self) -> float:
-        """Share of mu_eff and M_slide that the weaker direction holds less [1]; 0 if they are alike."""
+        """Share of mu_eff and M_slide that the weaker direction holds less [1]; 0 if they are alike.
+
+        By an `asymmetric_friction` of the model; effects of the user's own do not count.
+        """
         return weaker_share(self.values)
 
     @property
