@@ -5,7 +5,7 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Layout, named, symbols, vector_of
-from observers.measurement.directional_friction import FOLLOWED, OTHER
+from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import declared_share, is_known
 from observers.patch.effective_friction import output_vector
@@ -52,7 +52,6 @@ def build_initial_state(
         factor = ca.MX(P)
         factor[at, other], factor[at, at] = share, (1 - share) * variance[at]
         P = covariance(factor)
-        last[CLEAN.index(FOLLOWED)] = first["psi"]
     parts = {
         "memory": model.initial(signals, theta, rig[: len(GEOMETRY)]),
         "linearisation_point": ca.vertcat(*point),
