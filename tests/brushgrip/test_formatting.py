@@ -204,6 +204,10 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     assert row["mu_eff_negative"] == pytest.approx(1.184, abs=1e-3)
     assert (row["direction"], row["weaker"]) == ("positive", pytest.approx(1 - 1.184 / 1.25, abs=2e-3))
     assert "(95 % band) turning to positive psi at the end" in estimates_summary(seen, way="positive")
+    # Exchanged where the angle turns back, mu is not of the direction whose torque is not let off yet.
+    later = replace(seen, M_z_predicted=np.where(np.arange(20) < 17, 1.0, -1.0))
+    _, line = friction_of_directions(later, psi, M_z, replace(aligning, at_reversal=True))
+    assert line.endswith("turning to negative psi, at 0.14 s")
     # What was usable on the ground before says nothing of this one.
     reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
     row, line = friction_of_directions(replace(seen, status=reset), psi, M_z, aligning)

@@ -118,18 +118,20 @@ def test_a_model_with_an_asymmetry_changes_its_limit_where_the_angle_turns(
     """Stops whose limit is that of the motion, so that the torque falls where the weaker way begins."""
     angle = start + psi
     way = np.where(np.gradient(psi) > 0, ratio, 1.0)
-    noise = 0.01 * 0.375 * F_N * RIG.a * np.random.default_rng(3).standard_normal(t.size)
-    M_z = torque(angle, way, way) + noise
+    slide = 0.375 * F_N * RIG.a
+    M_z = torque(angle, way, way) + 0.005 * slide * np.random.default_rng(3).standard_normal(t.size)
     observer = kind(
         model=Model(effects=effects_named(["asymmetric_friction"]), bristles=40),
         values={"k": K, "asymmetric_friction.ratio": ratio}, rig=RIG,
         measurement_model=DirectionalFriction(),
-        tuning=Tuning(noise=0.01, error=0.03, explained=2.5, zero_std=0.003),
+        tuning=Tuning(noise=0.007, error=0.022, explained=2.5, zero_std=0.003),
     )  # fmt: skip
     found = run(observer, t, angle, np.full(t.size, F_N), M_z)
     late, at = t > 6, TURNS[3:] - 1
 
     assert not (found.status & Status.INCONSISTENT).any()
+    # But in the samples of the reversal itself; exchanged later, every fifth is off by so much.
+    assert (np.abs(M_z - found.M_z_predicted) > 0.04 * slide)[late].mean() < 0.03
     assert found.usable[late].mean() > 0.9
     np.testing.assert_allclose(found.mu_eff[at], way[at], rtol=0.03)
     side = observer.measurement_model.directions(angle, M_z)
