@@ -88,6 +88,7 @@ class CodegenRequest:
 
     def run(self) -> None:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
+        from brushgrip.estimation.suspicious_recordings import weaker_direction
         from brushgrip.inputs.chosen_observer import chosen_observer, rig_or_vehicle_file, window_setting
         from brushgrip.inputs.command_inputs import gather_inputs
         from brushgrip.inputs.option_values import chosen_tuning
@@ -128,5 +129,9 @@ class CodegenRequest:
         observer_export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
         if found is not None and (taken := found.ground_taken(self.ground)):
             say(taken)
+        if found is not None and (
+            unlike := weaker_direction(found.values_for_estimation(self.ground))[1]
+        ):
+            say(unlike)
         show_json({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
         say(f"wrote {', '.join(path.name for path in files)} to {self.out}")

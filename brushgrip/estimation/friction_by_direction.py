@@ -4,11 +4,11 @@ The search for friction with one value for both directions finds the scale also 
 """
 
 from dataclasses import replace
-from math import copysign, nan
+from math import nan
 
 import numpy as np
 
-from brushgrip.wording.friction_in_words import WAYS, last_usable, with_95_band
+from brushgrip.wording.friction_in_words import NARROWED_BY, OF_ZERO, WAYS, last_usable, with_95_band
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Observer, Status
 from symbolic.array_alias import Array
 
@@ -16,62 +16,67 @@ UNCHECKED = int(Status.ACQUIRING | Status.SUSPECT)
 """Flags with which no estimate is informed."""
 
 
-DIRECTIONS = dict(zip(WAYS, (-1, 1), strict=True))
-"""Sign of M_z while a direction loads the patch."""
+DIRECTIONS = dict(zip(WAYS, (1, -1), strict=True))
+"""Sign of each direction of turning, that of psi."""
 OF_DIRECTIONS = tuple(f"{name}_{way}" for way in DIRECTIONS for name in ("mu_eff", "mu_eff_std"))
 """Columns of the friction of each direction."""
 
 
 def friction_of_directions(
-    estimates: Estimates, psi: Array, M_z: Array
+    estimates: Estimates, psi: Array, M_z: Array, aligning: DirectionalFriction
 ) -> tuple[dict[str, float | str], str]:
     """The known ones of `OF_DIRECTIONS`, and a line, by the last usable sample of each direction.
 
-    A sample counts for the direction that loads the patch, with more than half the torque of full slide.
+    A sample counts for the direction of its mu, if that has more than half the torque of full slide.
     Beside them `direction`, that of mu_eff, empty where none has loaded the patch yet, and `weaker`, the
     share of mu_eff that the weaker one holds less, NaN while one is not known. Takes the measured angle
-    [rad] and torque [N m], shape (n,).
+    [rad] and torque [N m], shape (n,), and how the observer takes them.
     """
     at = last_usable(estimates)
     if at is None:
         return {}, ""
     row: dict[str, float | str] = {}
-    mu_of, told, last = dict.fromkeys(DIRECTIONS, nan), [], (-1, "")
+    mu_of, told = dict.fromkeys(DIRECTIONS, nan), []
     begin = max(np.flatnonzero(estimates.status & Status.RESET), default=0)
+    side = _directions(estimates, psi, M_z, aligning)
     for way, sign in DIRECTIONS.items():
-        loads = estimates.usable & (sign * estimates.M_z_predicted > estimates.M_slide / 2)
-        own = np.flatnonzero(loads[begin : at + 1])
+        loads = (side == sign) & (-sign * estimates.M_z_predicted > estimates.M_slide / 2)
+        own = np.flatnonzero((loads & estimates.usable)[begin : at + 1])
         if own.size:
             i = int(begin + own[-1])
             mu, std = float(estimates.mu_eff[i]), float(estimates.mu_eff_std[i])
             row |= {f"mu_eff_{way}": mu, f"mu_eff_std_{way}": std}
-            mu_of[way], last = mu, max(last, (i, way))
+            mu_of[way] = mu
             told.append(f"{with_95_band(mu, std)} turning to {way} psi, at {estimates.t[i]:.4g} s")
         else:
             told.append(f"never usable turning to {way} psi")
     line = f"mu_eff by direction, last usable: {'; '.join(told)}" * bool(row)
-    # The zero of the angle may jump where it is implausible.
-    left_out = estimates.status & Status.IMPLAUSIBLE != 0
-    steps = np.where(left_out[1:] | left_out[:-1], 0.0, np.diff(psi))
-    row["direction"] = last[1] and _active(last[1], steps[last[0] : at], M_z[last[0] + 1 : at + 1])
+    row["direction"] = next((way for way, sign in DIRECTIONS.items() if side[at] == sign), "")
     # Not known where a direction is not.
     row["weaker"] = float(np.max([0.0, 1 - np.min([*mu_of.values()]) / estimates.mu_eff[at]]))
     return row, line
 
 
-def _active(way: str, steps: Array, M_z: Array) -> str:
-    """The direction of mu_eff after steps of psi [rad] from where `way` loads the patch.
+def _directions(estimates: Estimates, psi: Array, M_z: Array, aligning: DirectionalFriction) -> Array:
+    """`DirectionalFriction.directions`; the zero of the angle may jump where it is implausible."""
+    left_out = estimates.status & Status.IMPLAUSIBLE != 0
+    steps = np.where(left_out[1:] | left_out[:-1], 0.0, np.diff(psi))
+    return aligning.directions(np.cumsum([0.0, *steps]), M_z)
 
-    As `DirectionalFriction` exchanges them: where the torque opposes the motion beyond the slack of psi.
-    """
-    ahead, slack = 0.0, DirectionalFriction().slack
-    for step, torque in zip(steps.tolist(), M_z.tolist(), strict=True):
-        ahead += step
-        if abs(ahead) > slack:
-            if not ahead * torque >= 0:
-                way = WAYS[ahead < 0]
-            ahead = copysign(slack, ahead)
-    return way
+
+def hidden_by_zero(observer: Observer, estimates: Estimates) -> str:
+    """That a zero of the torque, not declared, hides friction by direction; empty if it does not."""
+    if single_friction(observer) is observer or not isinstance(observer, Ekf | Mhe):
+        return ""
+    zero, limit = observer.tuning.zero_std, observer.tuning.zero_std / observer.informed_below
+    low = estimates.wide & (estimates.mu_eff < limit)
+    if observer.rig.tolerances.zero is not None or not low.any():
+        return ""
+    return (
+        f"by direction, nothing below {limit:.2f} is usable where the torque's zero is not declared: it"
+        f" counts as {100 * zero:g} % of full slide at mu = 1; {NARROWED_BY[OF_ZERO]}, or leave"
+        " --by-direction out"
+    )
 
 
 def single_friction(observer: Observer) -> Observer:

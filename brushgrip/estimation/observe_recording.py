@@ -108,7 +108,7 @@ def model_observer(
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
         model = found.model
-        values = found.values_for_estimation(recording.ground, by_direction=by_direction)
+        values = found.values_for_estimation(recording.ground)
         rig = found.with_known_stiffness(recording.rig, recording.tyre.k, recording.ground)
     measurement_model: MeasurementModel = SteeringTorque()
     if (car := recording.standstills) is not None:

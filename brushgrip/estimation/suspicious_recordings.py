@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import islice
+from math import isfinite, nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from brushgrip.estimation.observe_recording import (
     samples_of,
     torque_channel,
 )
+from brushgrip.wording.formatting import band_decimals
 from brushgrip.wording.friction_in_words import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from identification.reading.declared_sensor_range import (
@@ -25,9 +27,14 @@ from identification.reading.declared_sensor_range import (
 from identification.reading.sensor_saturation import sensor_saturation
 from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
+from observers.estimates import BAND_STDS
 from observers.protocol import MAX_SAMPLE_PERIOD
 from observers.tuning import REFERENCE_STEP
+<<<<<<< e490b578df16aa2af9ab922a653287b14d2f6f37
 from symbolic.array_alias import Array
+=======
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
+>>>>>>> 6f42232623d5ad268777d64985b19f447b04997d
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
 """How the note on it begins in a diagnosis."""
@@ -158,12 +165,21 @@ def constant_load(recording: Recording) -> str:
     return told * bool(not known and np.ptp(recording.F_N) == 0)
 
 
-def weaker_direction(values: Mapping[str, float]) -> tuple[float, str]:
-    """Share of mu_eff that the weaker direction of a found model holds less; in words from 1 % on."""
-    ratio = values.get("asymmetric_friction.ratio", 1.0)
-    below, side = abs(1 - ratio) / (1 + ratio), "positive" if ratio < 1 else "negative"
-    told = f"{100 * below:.0f} % less turning to {side} psi: friction differs by direction,"
-    told += " mu_eff and M_slide are the mean of both"
+def weaker_direction(
+    values: Mapping[str, float], mu_eff: float = nan, mu_eff_std: float = nan
+) -> tuple[float, str]:
+    """Share of mu_eff that the weaker direction of a found model holds less; in words from 1 % on.
+
+    They tell the lower end of its 95 % band where mu_eff and its standard deviation [1] are given.
+    """
+    below = weaker_share(values)
+    told = f"{100 * below:.0f} % less than mu_eff turning to "
+    told += f"{'positive' if values.get(ASYMMETRY_RATIO, 1.0) < 1 else 'negative'} psi"
+    if isfinite(mu_eff + mu_eff_std):
+        half = BAND_STDS * mu_eff_std
+        low = max(0.0, mu_eff * (1 - below) - half)
+        told += f", down to {low:.{band_decimals(half)}f}"
+    told += ": friction differs by direction, mu_eff and M_slide are the mean of both"
     return below, told * bool(below >= MIN_REPORTED_SHARE)
 
 

@@ -165,8 +165,8 @@ def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     line = (
         f"Friction is the mean of both directions of turning; by the model found it is {listed(parts)}"
     )
-    line = line.replace("turning to positive psi", "while the angle rises")
-    line = line.replace("turning to negative psi", "while the angle falls")
+    line = line.replace("than mu_eff turning to positive psi", "while the angle rises")
+    line = line.replace("than mu_eff turning to negative psi", "while the angle falls")
     unproven = any(e.name == UNLIKE and e.grade == "stands_in" for e in diagnosis.effects)
     return sentence(f"{line} (unproven)" if unproven else line) * bool(parts)
 

@@ -27,6 +27,7 @@ from identification.diagnosis.found_effects import ASSUMED
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
 from symbolic import EFFECTS, InvalidInputError
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
 
 LEFT_OUT = "What the assumed model of tyre and rig leaves out"
 """Label of `missing_effects`."""
@@ -186,8 +187,12 @@ def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     if effect.name == "asymmetric_friction" and len(ratios) == 1:
         # Of friction at rising over that at falling angle.
         ratio = ratios[0].value
-        less, (way, back) = min(ratio, 1 / ratio), ("rises", "falls")[:: 1 if ratio < 1 else -1]
-        summary += f", {100 * (1 - less):.0f} % lower while the angle {way} than while it {back}"
+        less, (way, back) = (
+            weaker_share({ASYMMETRY_RATIO: ratio}),
+            ("rises", "falls")[:: 1 if ratio < 1 else -1],
+        )
+        summary += f", lower while the angle {way} than while it {back}"
+        summary += f" ({100 * less:.0f} % below the mean of both)"
     return f"{'looks like: ' * (effect.grade == 'stands_in')}{summary}"
 
 

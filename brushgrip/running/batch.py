@@ -11,8 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.estimation.friction_budget import STANDS, declared_values_in_words, friction_budget
+<<<<<<< e490b578df16aa2af9ab922a653287b14d2f6f37
 from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
 from brushgrip.estimation.friction_over_load import load_of_friction
+=======
+from brushgrip.estimation.friction_by_direction import (
+    OF_DIRECTIONS,
+    friction_of_directions,
+    hidden_by_zero,
+)
+>>>>>>> 6f42232623d5ad268777d64985b19f447b04997d
 from brushgrip.estimation.observe_recording import (
     Aligning,
     friction_track,
@@ -194,11 +202,11 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     doubts = [beyond_range(recording), unstated_range(recording), constant_load(recording)]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
+        cause = cause or hidden_by_zero(observer, estimates)
     number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
-    by_direction = isinstance(task.aligning, DirectionalFriction)
-    directed, line = (
-        friction_of_directions(estimates, recording.psi, recording.M_z) if by_direction else ({}, "")
-    )
+    aligning, directed, line = getattr(observer, "measurement_model", None), dict[str, str | float](), ""
+    if by_direction := isinstance(aligning, DirectionalFriction):
+        directed, line = friction_of_directions(estimates, recording.psi, recording.M_z, aligning)
     way = str(directed.get("direction", ""))
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car, way=way), line]
     if task.budget and not task.smooth:
@@ -222,7 +230,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         doubts += [stiffness_note(values["k"], recording), far_load(recording, found)]
         doubts.append(load_of_friction(found, recording, at))
         if at is not None and not by_direction:
-            directed["weaker"], of_model = weaker_direction(values)
+            directed["weaker"], of_model = weaker_direction(
+                values, float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
+            )
             doubts.append(of_model)
     doubts = [doubt for doubt in doubts if doubt != cause]
     told += doubts

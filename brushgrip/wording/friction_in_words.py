@@ -35,6 +35,8 @@ REASONS = {
 """Why a sample is not usable, the gravest first; of others the remedy says it."""
 OF_SCALE = "scale of the torque, as the model's k is not the declared one"
 """A cause of a band."""
+OF_ZERO = "zero of the torque"
+"""Another."""
 OTHER_STIFFNESS = (
     "measure k otherwise than by this torque (brushgrip identify) and declare it with its tolerance, or"
     " check the torque's scale"
@@ -45,7 +47,7 @@ NARROWED_BY = {
     OF_LENGTHS: "measure a and e, and declare them with their tolerances",
     OF_LOAD: "weigh the load, and declare its tolerance ([rig] load = { tolerance = ... })",
     OF_SCALE: OTHER_STIFFNESS,
-    "zero of the torque": "read the torque with the wheel lifted, and declare how far off its zero may"
+    OF_ZERO: "read the torque with the wheel lifted, and declare how far off its zero may"
     " be ([rig] zero = { tolerance = ... } N m)",
     OF_TUNING: "declare the tolerances of a, e and load, then --tune mu_floor=0",
     "dry friction": "declare that of the sensor's bearings ([sensor] dry_friction)",

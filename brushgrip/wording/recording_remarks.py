@@ -42,6 +42,7 @@ def remark_heads(text: str) -> list[str]:
     return [one if one.startswith("not known") else one.partition(": ")[0] for one in heads]
 
 
+<<<<<<< e490b578df16aa2af9ab922a653287b14d2f6f37
 def remark_counts(rows: Sequence[Mapping[str, Any]], *, named: bool = False) -> str:
     """Of how many recordings there is which remark, whatever its figures, in one line.
 
@@ -71,6 +72,14 @@ def with_early_ends(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]
             own = {**row, "remark": BETWEEN.join(filter(None, (row["remark"], text)))}
         told.append(own)
     return told
+=======
+def remark_counts(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Of how many recordings there is which remark, whatever its figures, in one line."""
+    heads = [": ".join(h.split(": ")[:2]) for row in rows for h in remark_heads(row["remark"])]
+    without = (re.sub(r"[\d.]+(?= times)", "so many", head) for head in heads)
+    counts = Counter(re.sub(r", down to [\d.]+", "", head) for head in without)
+    return "; ".join(f"{count} of {len(rows)}: {head}" for head, count in counts.most_common())
+>>>>>>> 6f42232623d5ad268777d64985b19f447b04997d
 
 
 def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:

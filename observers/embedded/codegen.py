@@ -28,6 +28,7 @@ from observers.embedded.scalar_expansion import with_meanings
 from observers.embedded.scalar_type import SINGLE, Real, code_in_type
 from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.angle_derivative import FILTER_TIME_CONSTANT
+from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import MIN_FIRST_LOAD, RIG
 from observers.measurement.torque_error import SENSIBLE
 from observers.protocol import (
@@ -44,6 +45,7 @@ from observers.quality.sensor_limits import SLACK
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
 from symbolic.compilation.scalar_c import c_function
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
 from symbolic.tables.found_model import units_of
 
 REFUSED = 128
@@ -153,6 +155,14 @@ def _limit(observer: FunctionObserver, real: Real) -> dict[str, str]:
     }
 
 
+def _weaker_direction(observer: FunctionObserver, real: Real, tunable: Tunable) -> dict[str, str]:
+    """What the weaker direction holds less: a number, or the parameter that tells it, or neither."""
+    ratio = ASYMMETRY_RATIO.replace(".", "_") * (tunable == "all" and ASYMMETRY_RATIO in observer.values)
+    single = OTHER not in getattr(getattr(observer, "measurement_model", None), "states", ())
+    share = real.literal(weaker_share(observer.values)) if single and not ratio else ""
+    return {"weaker": share, "ratio": ratio * single}
+
+
 def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tunable) -> dict[str, Any]:
     """The values that all templates share."""
     prior = observer.prior
@@ -167,6 +177,7 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         "real": real.c_type,
         "digits": real.digits,
         **_limit(observer, real),
+        **_weaker_direction(observer, real, tunable),
         "title": f"{observer.title}; {real.c_type}.",
         "rig_comment": _rig_comment(observer, tunable),
         "torque": observer.channel,

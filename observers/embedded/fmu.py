@@ -81,10 +81,11 @@ OUTPUTS = (
     FmiVariable(
         "status", 8, "Integer", None, "0 where the sample was used, else flags as in the C header"
     ),
+    FmiVariable("weaker", 15, "Real", "1", "share of mu_eff that the weaker direction holds less"),
 )
 
 
-FIRST_PARAMETER = 15
+FIRST_PARAMETER = 16
 """Value reference of the first parameter."""
 
 

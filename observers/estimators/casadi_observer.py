@@ -29,6 +29,7 @@ from observers.quality.sensor_limits import (
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
 from symbolic.array_alias import Array
+from symbolic.effects.asymmetric_friction import weaker_share
 from symbolic.tables.found_model import units_of
 
 _AT_REST = Sample(psi=0.0, psi_dot=0.0, F_N=1000.0, dt=0.01, M_z=0.0, M=0.0)
@@ -90,6 +91,14 @@ class CasadiObserver:
     def informed_below(self) -> float:
         """Relative standard deviation of mu below which an estimate is informed [1]."""
         return INFORMED
+
+    @property
+    def weaker(self) -> float:
+        """Share of mu_eff and M_slide that the weaker direction holds less [1]; 0 if they are alike.
+
+        By an `asymmetric_friction` of the model; effects of the user's own do not count.
+        """
+        return weaker_share(self.values)
 
     @property
     def sample_limits(self) -> tuple[float, ...]:

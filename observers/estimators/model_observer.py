@@ -11,7 +11,7 @@ import numpy as np
 from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
-from observers.measurement.directional_friction import OTHER
+from observers.measurement.directional_friction import OTHER, DirectionalFriction
 from observers.measurement.measurement_model import RIG, AligningTorque, MeasurementModel
 from observers.patch.patch_protocol import EQUIVALENT
 from observers.quality import acquisition_and_tracking
@@ -22,6 +22,7 @@ from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.array_alias import Array
 from symbolic.compliance import deflection_of
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO
 
 RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")
 
@@ -42,7 +43,8 @@ class ModelObserver(CasadiObserver):
             checked for other units, signs and scales, see `observers.quality.acquisition_and_tracking`.
             False is the
             estimator alone, from its prior: where another part of a system does all that. Friction by
-            direction is not acquired, but its inputs are checked.
+            direction is not acquired, but its inputs are checked; it takes the place of the ratio of an
+            `asymmetric_friction`.
 
     Raises:
         InvalidInputError: a parameter is missing or out of bounds, or the rig lacks one.
@@ -66,11 +68,22 @@ class ModelObserver(CasadiObserver):
             )
         if self._by_direction:
             object.__setattr__(self, "acquire", False)
+            self._take_the_place_of_a_ratio()
         if self.model.exact and (self._by_direction or deflection_of(self.model) is not None):
             object.__setattr__(self, "model", replace(self.model, discretised=True))
         self.model.theta({**self.values, "mu": self.tuning.mu})
         self.measurement_model.check(self.rig, self.model)
         require_whole(window=getattr(self, "window", 1), iterations=getattr(self, "iterations", 1))
+
+    def _take_the_place_of_a_ratio(self) -> None:
+        """Friction by direction replaces that of the model, and changes where the model's did."""
+        if ASYMMETRY_RATIO not in self.values or not isinstance(
+            self.measurement_model, DirectionalFriction
+        ):
+            return
+        exchanged = replace(self.measurement_model, at_reversal=True)
+        object.__setattr__(self, "measurement_model", exchanged)
+        object.__setattr__(self, "values", {**self.values, ASYMMETRY_RATIO: 1.0})
 
     @property
     def _by_direction(self) -> bool:
@@ -133,6 +146,20 @@ class ModelObserver(CasadiObserver):
     def informed_below(self) -> float:
         """Relative standard deviation of mu below which an estimate is informed [1]."""
         return self.tuning.informed_below
+
+    @property
+    def weaker(self) -> float:
+        """Share that the weaker direction holds less [1], see `CasadiObserver.weaker`.
+
+        Raises:
+            InvalidInputError: each direction has its own friction, and mu_eff is that of one of them.
+        """
+        if self._by_direction:
+            raise InvalidInputError(
+                "no one share: friction has a state for each direction, and mu_eff is that of the one"
+                " that loads the patch"
+            )
+        return super().weaker
 
     @property
     def sample_limits(self) -> tuple[float, ...]:

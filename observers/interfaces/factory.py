@@ -72,7 +72,7 @@ def from_files(
         settings["tuning"] = tuning_for(found, tuning, by_hand, by_direction=by_direction)
     return kind(
         model=found.model,
-        values=found.values_for_estimation(ground, by_direction=by_direction),
+        values=found.values_for_estimation(ground),
         rig=found.with_known_stiffness(geometry, tyre.k, ground),
         **settings,
     )

@@ -7,7 +7,8 @@ other, and each may change by itself. `log_mu` is of the direction that loads th
 `log_mu_other` is of the opposite one. Both walk. They are exchanged where the torque changes sign: until
 then a patch that has turned back is unloaded, and bears what the old direction gave it. The patch has
 one friction at a time. So for a moment after the exchange bristles that still are deformed the old way
-have the limit of the new one.
+have the limit of the new one. Where the model has an `asymmetric_friction`, which scales the limit by
+the direction of motion, they are exchanged where the angle turns back, as the model's limit is.
 
 A direction that has not slid yet is known from the other one alone: their priors differ by `ASYMMETRY`.
 """
@@ -15,10 +16,12 @@ A direction that has not slid yet is known from the other one alone: their prior
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
 
 from observers.layout import Expression, Parts
 from observers.measurement.measurement_model import AligningTorque, Moments
 from observers.measurement.torque_error import is_known
+from symbolic.array_alias import Array
 
 OTHER = "log_mu_other"
 """The state of the direction that does not load the patch."""
@@ -41,10 +44,13 @@ class DirectionalFriction(AligningTorque):
         zero: the zero of the torque channel is a state too [N m]; sliding tells it from a difference
             between the directions by the prior alone.
         slack: play of the angle's noise, either way [rad].
+        at_reversal: exchanged where the angle turns back, not where the torque changes sign; an observer
+            whose model has an `asymmetric_friction` sets it.
     """
 
     zero: bool = False
     slack: float = 2e-4
+    at_reversal: bool = False
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -58,18 +64,39 @@ class DirectionalFriction(AligningTorque):
         return prior | {OTHER: (mean, variance + ASYMMETRY**2)}
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
-        """As where friction has no direction, with the direction that loads the patch.
-
-        A direction takes over where the torque opposes its motion; where no torque is known, at once.
-        """
+        """As where friction has no direction, with the direction that loads the patch."""
         now, imputed = super().clean(sample, last)
         before, side = last[FOLLOWED], last[SIDE]
-        followed = ca.fmax(now["psi"] - self.slack, ca.fmin(now["psi"] + self.slack, before))
-        way = ca.sign(followed - before)
-        known = is_known(now["M_z"])
-        opposed = ca.logic_or(ca.logic_not(known), way * ca.if_else(known, now["M_z"], 0) < 0)
-        side_next = ca.if_else(ca.logic_and(way != 0, opposed), way, side)
+        followed, side_next = self._direction(now["psi"], now["M_z"], before, side)
         return {**now, FOLLOWED: followed, SIDE: side_next, EXCHANGED: side_next * side < 0}, imputed
+
+    def directions(self, psi: Array, M_z: Array) -> Array:
+        """The direction whose friction mu is at every sample: 1 to positive psi, -1, 0 for none yet.
+
+        Args:
+            psi: yaw angle [rad], shape (n,).
+            M_z: aligning torque, NaN where none was measured [N m], shape (n,).
+        """
+        last, now = ca.SX.sym("last", 2), ca.SX.sym("now", 2)
+        after = ca.vertcat(*self._direction(*ca.vertsplit(now), *ca.vertsplit(last)))
+        follow = ca.Function("follow", [last, now], [after]).mapaccum(psi.size)
+        path = follow([psi[0], 0.0], np.stack([psi, M_z]))
+        return np.array(path[1, :], dtype=float).ravel()
+
+    def _direction(
+        self, psi: Expression, M_z: Expression, before: Expression, side: Expression
+    ) -> tuple[Expression, Expression]:
+        """The angle less play, and the direction, from those before.
+
+        A direction takes over where the torque opposes its motion; at once where no torque is known.
+        """
+        followed = ca.fmax(psi - self.slack, ca.fmin(psi + self.slack, before))
+        way, known = ca.sign(followed - before), is_known(M_z)
+        takes_over = way != 0
+        if not self.at_reversal:
+            opposed = ca.logic_or(ca.logic_not(known), way * ca.if_else(known, M_z, 0) < 0)
+            takes_over = ca.logic_and(takes_over, opposed)
+        return followed, ca.if_else(takes_over, way, side)
 
     def motion(
         self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, tuning: Parts

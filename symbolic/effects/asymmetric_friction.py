@@ -3,11 +3,15 @@
 An empirical form; on rubber friction in general: Persson, Sliding Friction, 2nd ed. (2000).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import casadi as ca
 
 from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
+
+ASYMMETRY_RATIO = "asymmetric_friction.ratio"
+"""Its ratio among the values of a model."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,3 +33,13 @@ class AsymmetricFriction(Effect):
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
         """Factor on the friction limit [1]."""
         return ca.if_else(signals.psi_dot > 0, values["ratio"], 1)
+
+
+def weaker_share(values: Mapping[str, float]) -> float:
+    """Share of the mean of both directions that the weaker one holds less [1]; 0 where they are alike.
+
+    Args:
+        values: of the parameters of a model, by name, with this effect or without.
+    """
+    ratio = values.get(ASYMMETRY_RATIO, 1.0)
+    return abs(1 - ratio) / (1 + ratio)

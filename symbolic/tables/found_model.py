@@ -198,14 +198,11 @@ class FoundModel:
         known = " and ".join(self.grounds)
         return f"{'ground not given' if ground is None else f'{ground} is unknown'}: mean of {known}"
 
-    def values_for_estimation(
-        self, ground: str | None = None, *, by_direction: bool = False
-    ) -> dict[str, float]:
+    def values_for_estimation(self, ground: str | None = None) -> dict[str, float]:
         """All parameter values but mu for a recording to come, as an observer needs them.
 
         Other parameters of a recording, such as a torque zero, have their neutral values. For grounds
-        see `on_ground`. by_direction: of an observer with a friction of each direction, which takes the
-        place of the model's ratio.
+        see `on_ground`.
         """
         neutral = {
             parameter_name(effect, parameter): parameter.neutral
@@ -213,8 +210,6 @@ class FoundModel:
             if parameter.scope == "recording" and parameter.neutral is not None
         }
         values = {**self.tyre, **self.on_ground(ground)}
-        if by_direction and "asymmetric_friction.ratio" in values:
-            values["asymmetric_friction.ratio"] = 1.0
         return neutral | {name: value for name, value in values.items() if name != "mu"}
 
 

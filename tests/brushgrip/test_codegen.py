@@ -49,6 +49,17 @@ def model(tmp_path: Path) -> Model:
     return write
 
 
+def test_that_directions_differ_is_told_beside_the_code(codegen: Run, out: Path, model: Model) -> None:
+    assert "less than mu_eff" not in codegen("--model", model()).out
+    unlike = model(
+        effects=["asymmetric_friction"], shared={"k": 2.1e6, "asymmetric_friction.ratio": 0.85}
+    )
+
+    assert "8 % less than mu_eff turning to positive psi: " in codegen("--model", unlike).out
+    share = (out / "grip.h").read_text().partition("#define GRIP_WEAKER ")[2].split()[0]
+    assert float(share.removesuffix("f")) == pytest.approx(0.15 / 1.85)
+
+
 def test_writes_all_that_a_target_needs(codegen: Run, out: Path) -> None:
     outcome = codegen("--real", "double", "--target", "c")
     parameters = json.loads((out / "grip.json").read_text())

@@ -147,9 +147,12 @@ def test_that_directions_differ_is_told_in_every_row(
         rows = list(csv.DictReader(content))
 
     # (1 - 0.8) / (1 + 0.8)
-    assert "2 of 2: 11 % less turning to positive psi" in told
+    assert "2 of 2: 11 % less than mu_eff turning to positive psi\n" in told
     assert [float(row["weaker"]) for row in rows] == [pytest.approx(1 / 9, rel=1e-4)] * 2
-    assert all(" | 11 % less turning to positive psi: " in row["remark"] for row in rows)
+    for row in rows:
+        low = float(row["mu_eff"]) * (8 / 9) - 2 * float(row["mu_eff_std"])
+        remark = f" | 11 % less than mu_eff turning to positive psi, down to {low:.2f}: "
+        assert remark in row["remark"]
     (row,) = json.loads(estimate(simulated, "--json").out)
     assert row["weaker"] == 0.0
     assert "less turning" not in row["remark"]

@@ -41,7 +41,7 @@ from brushgrip.wording.recording_remarks import (
     with_early_ends,
 )
 from identification import Candidate, FoundModel, ParameterEstimate, Recording
-from observers import Estimates, Status
+from observers import DirectionalFriction, Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
 from symbolic import Model, ModelBasis, ModelError, Rig, effects_named
 from tests.brushgrip.factories import experiment, make_diagnosis, make_estimates
@@ -200,7 +200,9 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
 def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     seen = estimates(*[Status.USED] * 20)
     seen = replace(seen, M_z_predicted=np.where(np.arange(20) < 15, 1.0, -1.0))
-    row, line = friction_of_directions(seen, np.zeros(20), seen.M_z_predicted)
+    steps, aligning = np.where(np.arange(20) < 15, -0.01, 0.01), DirectionalFriction()
+    psi, M_z = np.cumsum(steps), seen.M_z_predicted
+    row, line = friction_of_directions(seen, psi, M_z, aligning)
 
     assert line == (
         "mu_eff by direction, last usable: 1.25 ± 0.08 turning to positive psi, at 0.19 s;"
@@ -209,18 +211,22 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     assert row["mu_eff_negative"] == pytest.approx(1.184, abs=1e-3)
     assert (row["direction"], row["weaker"]) == ("positive", pytest.approx(1 - 1.184 / 1.25, abs=2e-3))
     assert "(95 % band) turning to positive psi at the end" in estimates_summary(seen, way="positive")
+    # Exchanged where the angle turns back, mu is not of the direction whose torque is not let off yet.
+    later = replace(seen, M_z_predicted=np.where(np.arange(20) < 17, 1.0, -1.0))
+    _, line = friction_of_directions(later, psi, M_z, replace(aligning, at_reversal=True))
+    assert line.endswith("turning to negative psi, at 0.14 s")
     # What was usable on the ground before says nothing of this one.
     reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
-    row, line = friction_of_directions(replace(seen, status=reset), np.zeros(20), seen.M_z_predicted)
+    row, line = friction_of_directions(replace(seen, status=reset), psi, M_z, aligning)
     assert line.endswith("; never usable turning to negative psi")
     assert "mu_eff_negative" not in row
     assert row["direction"] == "positive"
     assert math.isnan(float(row["weaker"]))
-    # A torque about zero belongs to neither.
-    row, line = friction_of_directions(
-        replace(seen, M_z_predicted=0.4 * seen.M_z_predicted), np.zeros(20), np.ones(20)
-    )
-    assert (list(row), row["direction"], line) == (["direction", "weaker"], "", "")
+    # A torque about zero tells nothing of the direction that it has, and a wheel that rests has none.
+    small = replace(seen, M_z_predicted=0.4 * seen.M_z_predicted)
+    for angle, way in ((psi, "positive"), (np.zeros(20), "")):
+        row, line = friction_of_directions(small, angle, M_z, aligning)
+        assert (list(row), row["direction"], line) == (["direction", "weaker"], way, "")
 
 
 @pytest.mark.parametrize(
@@ -242,7 +248,8 @@ def test_the_direction_is_exchanged_where_the_torque_opposes_the_motion(
     seen = replace(
         seen, M_z_predicted=1.0 * (i < 15), status=np.where((i > 15) & (i < 18), int(flag), 0)
     )
-    row, _ = friction_of_directions(seen, np.where(i > 15, turn, 0.0), np.where(i < 15, 1.0, M_z))
+    psi, M_z = np.where(i > 15, turn, 0.0) - 0.01 * np.minimum(i, 14), np.where(i < 15, 1.0, M_z)
+    row, _ = friction_of_directions(seen, psi, M_z, DirectionalFriction())
 
     assert row["direction"] == way
 

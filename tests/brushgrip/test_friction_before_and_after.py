@@ -37,6 +37,7 @@ from brushgrip.report.validity_and_missing_effects import (
     missing_effects,
     notes_beside,
     simulated_warning,
+    summary_of,
     untested_assumptions,
 )
 from brushgrip.wording.formatting import percent
@@ -499,6 +500,12 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
     assert (
         "Friction is the mean of both directions of turning; by the model found it is 25 % less while"
         " the angle rises." in mail(unlike, outcome)
+    )
+    # On one page both figures are against the mean: 1 and 0.6 have 0.8.
+    ratio = SimpleNamespace(value=0.6)
+    known = replace(diagnosis.effects[0], name="asymmetric_friction", parameters={"ratio [1]": ratio})
+    assert summary_of(diagnosis, known).endswith(
+        "lower while the angle rises than while it falls (25 % below the mean of both)"
     )
     odd = replace(diagnosis.effects[0], name="asymmetric_friction", grade="stands_in")
     told = mail(replace(unlike, effects=(odd,)), outcome)

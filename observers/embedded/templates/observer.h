@@ -55,6 +55,20 @@ typedef struct {
     int32_t status;      /* flags as above */
 } ${name}_estimate_t;
 
+%% if weaker
+/* Share of mu_eff and M_slide, the means of both directions of turning, that the weaker direction holds less [1]. The
+   lower end of its 95 % band is mu_eff * (1 - ${NAME}_WEAKER) - 2 * mu_eff_std. */
+#define ${NAME}_WEAKER ${weaker}
+
+%% elif ratio
+/* ${NAME}_WEAKER is not defined: with r the parameter ${ratio}, the weaker direction of turning holds the share
+   |1 - r| / (1 + r) of mu_eff and M_slide less, which are the means of both directions. */
+
+%% else
+/* ${NAME}_WEAKER is not defined: friction has a state for each direction of turning, and mu_eff and M_slide are those of
+   the direction that loads the patch. */
+
+%% endif
 %% if tunable
 /* Parameters. Those of the prior (${prior|join(", ")}) count from the next ${name}_reset on, all others from the next
    sample. */

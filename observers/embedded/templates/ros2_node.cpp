@@ -83,17 +83,18 @@ private:
         }
     }
 
-    /* ${estimate|join(", ")}. */
+    /* ${estimate|join(", ")}, and weaker: the share of mu_eff and M_slide that the weaker direction holds less. */
     void publish() {
         const auto now = observer_.estimate();
         std_msgs::msg::Float64MultiArray message;
         message.layout.dim.resize(1);
-        message.layout.dim[0].label = "${estimate|join(",")}";
-        message.layout.dim[0].size = ${estimate|length};
-        message.layout.dim[0].stride = ${estimate|length};
+        message.layout.dim[0].label = "${estimate|join(",")},weaker";
+        message.layout.dim[0].size = ${estimate|length + 1};
+        message.layout.dim[0].stride = ${estimate|length + 1};
 %% for name in estimate
         message.data.push_back(static_cast<double>(now.${name}));
 %% endfor
+        message.data.push_back(static_cast<double>(${NAME ~ "_WEAKER" if weaker else "std::nan(\"\")"}));
         estimate_->publish(message);
     }
 

@@ -405,7 +405,7 @@ def test_the_weaker_direction_of_a_found_model_is_told_with_every_estimate(tmp_p
     assert state.weaker == pytest.approx(0.15 / 1.85)
     assert state_line(state) == "no sample has come yet"
     told = state_line(replace(state, t=1.0, estimate=prior_estimate(OBSERVER)))
-    assert ", not usable; 8 % less turning to positive psi: " in told
+    assert ", not usable; 8 % less than mu_eff turning to positive psi: " in told
     assert session_of("udp:5005").state().note == ""
 
 

@@ -60,7 +60,7 @@ def rows(name: str, recording: RigRecording, steered: SteeringRecording) -> Arra
     cases(
         "ekf declared steering; ekf few aligning; mhe declared aligning; mhe few steering",
         "ekf declared aligning; ekf few steering; mhe declared steering; mhe few aligning; "
-        "ekf few direction; mhe few direction; ekf effects direction; " + OTHERS,
+        "ekf few direction; mhe few direction; ekf effects direction; ekf found direction; " + OTHERS,
     ),
 )
 def test_double_is_the_same(generated: Generate, name: str, rows: Array) -> None:

@@ -8,7 +8,7 @@ import pytest
 from observers import CLEAN, DirectionalFriction, Ekf, Estimates, Mhe, Status, Tuning, build_clean, run
 from observers.measurement.linearisation import build_linearised_motion
 from observers.measurement.measurement_model import RIG as RIG_NUMBERS
-from symbolic import Model
+from symbolic import InvalidInputError, Model, effects_named
 from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 
@@ -110,12 +110,54 @@ def test_a_burst_alarms_by_its_duration_at_any_rate(every: int, duration: float,
     assert ((found.status & Status.RESET) > 0)[fine < 2.3].sum() == alarms
 
 
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
+@pytest.mark.parametrize(("ratio", "start"), [(0.85, 0.0), (1 / 0.85, 0.1)])
+def test_a_model_with_an_asymmetry_changes_its_limit_where_the_angle_turns(
+    kind: Any, ratio: float, start: float
+) -> None:
+    """Stops whose limit is that of the motion, so that the torque falls where the weaker way begins."""
+    angle = start + psi
+    way = np.where(np.gradient(psi) > 0, ratio, 1.0)
+    slide = 0.375 * F_N * RIG.a
+    M_z = torque(angle, way, way) + 0.005 * slide * np.random.default_rng(3).standard_normal(t.size)
+    observer = kind(
+        model=Model(effects=effects_named(["asymmetric_friction"]), bristles=40),
+        values={"k": K, "asymmetric_friction.ratio": ratio}, rig=RIG,
+        measurement_model=DirectionalFriction(),
+        tuning=Tuning(noise=0.007, error=0.022, explained=2.5, zero_std=0.003),
+    )  # fmt: skip
+    found = run(observer, t, angle, np.full(t.size, F_N), M_z)
+    late, at = t > 6, TURNS[3:] - 1
+
+    assert not (found.status & Status.INCONSISTENT).any()
+    # But in the samples of the reversal itself; exchanged later, every fifth is off by so much.
+    assert (np.abs(M_z - found.M_z_predicted) > 0.04 * slide)[late].mean() < 0.03
+    assert found.usable[late].mean() > 0.9
+    np.testing.assert_allclose(found.mu_eff[at], way[at], rtol=0.03)
+    side = observer.measurement_model.directions(angle, M_z)
+    np.testing.assert_array_equal(side[at], np.where(way == ratio, 1, -1)[at])
+
+
 @pytest.mark.parametrize("factor", [-1.0, 1000.0])
 def test_a_torque_of_another_sign_or_unit_is_suspected(factor: float) -> None:
     found, *_ = observed(Ekf, FORTH, FORTH, BACK, factor)
 
     assert not found.usable[100:].any()
     assert found.status[-1] & Status.SUSPECT
+
+
+def test_the_share_of_the_weaker_direction_is_that_of_a_model_with_one_friction() -> None:
+    settings: Any = {
+        "model": Model(effects=effects_named(["asymmetric_friction"]), bristles=40),
+        "values": {"k": K, "asymmetric_friction.ratio": 1.25},
+        "rig": RIG,
+    }
+
+    # 1 and 1.25 have the mean 1.125.
+    assert Ekf(**settings).weaker == pytest.approx(0.125 / 1.125)
+    assert Ekf(model=Model(), values={"k": K}, rig=RIG).weaker == 0.0
+    with pytest.raises(InvalidInputError, match="a state for each direction"):
+        _ = Ekf(**settings, measurement_model=DirectionalFriction()).weaker
 
 
 def test_directions_are_exchanged_where_the_torque_changes_sign() -> None:

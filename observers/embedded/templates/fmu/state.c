@@ -3,7 +3,7 @@
 #define GUID "${guid}"
 
 /* Value references, as in modelDescription.xml. */
-enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS, MU_EFF, MU_EFF_STD, M_SLIDE, NIS, TIME, USABLE, PARAMETERS };
+enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS, MU_EFF, MU_EFF_STD, M_SLIDE, NIS, TIME, USABLE, WEAKER, PARAMETERS };
 enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
 
 /* The FMU state: one block without pointers. */
@@ -85,6 +85,11 @@ static int find_number(const fmu_state_t *state, uint32_t at, double *value) {
 %% for name in numbers
     case ${name|upper}: *value = (double)estimate.${name}; break;
 %% endfor
+%% if ratio
+    case WEAKER: *value = fabs(1.0 - (double)state->parameters.${ratio}) / (1.0 + (double)state->parameters.${ratio}); break;
+%% else
+    case WEAKER: *value = (double)${NAME ~ "_WEAKER" if weaker else "NAN"}; break;
+%% endif
 %% if number == 3
     case TIME: *value = state->end; break;
 %% endif
