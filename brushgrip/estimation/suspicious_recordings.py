@@ -30,11 +30,8 @@ from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.estimates import BAND_STDS
 from observers.protocol import MAX_SAMPLE_PERIOD
 from observers.tuning import REFERENCE_STEP
-<<<<<<< e490b578df16aa2af9ab922a653287b14d2f6f37
 from symbolic.array_alias import Array
-=======
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
->>>>>>> 6f42232623d5ad268777d64985b19f447b04997d
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
 """How the note on it begins in a diagnosis."""

@@ -11,16 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.estimation.friction_budget import STANDS, declared_values_in_words, friction_budget
-<<<<<<< e490b578df16aa2af9ab922a653287b14d2f6f37
-from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS, friction_of_directions
-from brushgrip.estimation.friction_over_load import load_of_friction
-=======
 from brushgrip.estimation.friction_by_direction import (
     OF_DIRECTIONS,
     friction_of_directions,
     hidden_by_zero,
 )
->>>>>>> 6f42232623d5ad268777d64985b19f447b04997d
+from brushgrip.estimation.friction_over_load import load_of_friction
 from brushgrip.estimation.observe_recording import (
     Aligning,
     friction_track,

@@ -42,7 +42,6 @@ def remark_heads(text: str) -> list[str]:
     return [one if one.startswith("not known") else one.partition(": ")[0] for one in heads]
 
 
-<<<<<<< e490b578df16aa2af9ab922a653287b14d2f6f37
 def remark_counts(rows: Sequence[Mapping[str, Any]], *, named: bool = False) -> str:
     """Of how many recordings there is which remark, whatever its figures, in one line.
 
@@ -53,6 +52,7 @@ def remark_counts(rows: Sequence[Mapping[str, Any]], *, named: bool = False) -> 
         for head in remark_heads(row["remark"]):
             kind = FIGURES.sub("", ": ".join(head.split(": ")[:2]))
             kind = re.sub(r"[\d.]+(?= times)", "so many", kind)
+            kind = re.sub(r", down to [\d.]+", "", kind)
             names.setdefault(kind, []).append(row["recording"] if named else "")
     return "; ".join(
         f"{len(own)} of {len(rows)}: {kind}" + f" ({', '.join(own)})" * (named and len(own) <= MAX_NAMED)
@@ -72,14 +72,6 @@ def with_early_ends(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]
             own = {**row, "remark": BETWEEN.join(filter(None, (row["remark"], text)))}
         told.append(own)
     return told
-=======
-def remark_counts(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Of how many recordings there is which remark, whatever its figures, in one line."""
-    heads = [": ".join(h.split(": ")[:2]) for row in rows for h in remark_heads(row["remark"])]
-    without = (re.sub(r"[\d.]+(?= times)", "so many", head) for head in heads)
-    counts = Counter(re.sub(r", down to [\d.]+", "", head) for head in without)
-    return "; ".join(f"{count} of {len(rows)}: {head}" for head, count in counts.most_common())
->>>>>>> 6f42232623d5ad268777d64985b19f447b04997d
 
 
 def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
