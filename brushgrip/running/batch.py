@@ -215,16 +215,12 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         told.append(note)
     else:
         note = "" if car.speed_recorded else STANDS
-        told += [
-            note,
-            ""
-            if budget
-            else declared_values_in_words(car.vehicle, brakes=car.brakes[int(car.stretch[at])]),
-        ]
+        brakes = car.brakes[int(car.stretch[at])]
+        told += [note, "" if budget else declared_values_in_words(car.vehicle, brakes=brakes)]
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
-        doubts += [stiffness_note(values["k"], recording), far_load(recording, found)]
-        doubts.append(load_of_friction(found, recording, at))
+        at_load = load_of_friction(found, recording, at)
+        doubts += [stiffness_note(values["k"], recording), far_load(recording, found), at_load]
         if at is not None and not by_direction:
             directed["weaker"], of_model = weaker_direction(
                 values, float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
