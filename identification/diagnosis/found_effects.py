@@ -10,6 +10,8 @@ from identification.diagnosis.found_stiffness import return_torque_note, stiffne
 from identification.diagnosis.result_parts import Errors, FoundEffect, Grade
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
+from identification.fits.loss import influence
+from identification.fits.problem import over_range
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.residuals.residual_tests import Unexplained
@@ -21,6 +23,7 @@ from identification.selection.criteria import (
 )
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
+from identification.selection.trials import Trial
 from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
 
 CLEAR_ERRORS = 3.0
@@ -45,29 +48,38 @@ SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
 
 def found_effects(
     steps: Sequence[SearchStep],
+    rests: Mapping[Effect, Trial],
     estimates: Mapping[str, ParameterEstimate],
     recordings: Sequence[Recording],
+    holdout: Sequence[Recording],
     proposals: Mapping[Effects, Proposal],
     left: Unexplained,
 ) -> tuple[FoundEffect, ...]:
     """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`."""
-    final = steps[-1].before.fitted
+    whole, everything = steps[-1].before, [*recordings, *holdout]
+    final = whole.fitted
     added = _additions(steps, final.model.effects)
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, _ in effects_at_bounds(final)}
-    standing_in = _stand_ins(added, at_bounds, left, of_car=of_car)
+    gains = {effect.name: rest.nrmse**2 - whole.nrmse**2 for effect, rest in rests.items()}
+    standing_in = at_bounds
+    if left.present and of_car:
+        standing_in = _stand_ins_of_car(gains, at_bounds, left.structured**2)
+    elif left.present:
+        acts = {e.name: _left_where_it_acts(whole, rest, everything, left) for e, rest in rests.items()}
+        standing_in = at_bounds | _stand_ins(gains, acts, _first_effect(steps, whole.effects, gains))
     # Nothing but the fit judges a single recording.
-    alone = len(recordings) == 1 and not steps[-1].before.held_out
+    alone = len(recordings) == 1 and not whole.held_out
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
     effects = []
     for step in added:
         assert step.after is not None
         effect = step.after.effects[-1]
         scope, own = _scope_and_parameters(effect, final, estimates)
-        without = step.with_neither or step.before
-        judged = step.after.judgement, without.judgement, DEFAULT_CRITERIA.long_block
+        rest = rests[effect]
+        judged = whole.judgement, rest.judgement, DEFAULT_CRITERIA.long_block
         (gain, _), error = advantage(*judged), standard_error_by_chance(*judged)
-        bic = delta_bic(step.after.fitted, without.fitted, recordings)
+        bic = delta_bic(final, rest.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
         like_load = hidden_load and effect.name in LIKE_LOAD
@@ -116,34 +128,53 @@ def _additions(steps: Sequence[SearchStep], final: Effects) -> list[SearchStep]:
     return list(added.values())
 
 
-def _stand_ins(
-    added: Sequence[SearchStep], at_bounds: set[str], left: Unexplained, *, of_car: bool
-) -> set[str]:
-    """Effects that may stand in for something unknown, those `at_bounds` among them, see `grade_of`.
+def _stand_ins(gains: Mapping[str, float], left: Mapping[str, float], first: str | None) -> set[str]:
+    """Effects of a wheel that may stand in for something unknown: they explain too little beside it.
 
-    Beside the effect that explains most, what another explains may be a wrong law's remainder, see
-    `OF_A_WRONG_LAW`. In a car what others of them explain is unknown too: its return torque, its gear
-    and its joints all act beside the tyre, and the first that is found takes on what the others lack.
+    gains: what each explains; left: what is left unexplained where it acts; first: the one that the
+    search began with. What another one explains may be a wrong law's remainder, see `OF_A_WRONG_LAW`.
     """
-    found = set(at_bounds)
-    if not left.present:
-        return found
-    gains = {}
-    for step in added:
-        assert step.after is not None
-        without = step.with_neither or step.before
-        gains[step.after.effects[-1].name] = without.nrmse**2 - step.after.nrmse**2
-    unknown, before = left.structured**2, None
+    return {n for n, gain in gains.items() if gain < left[n] * (1 if n == first else OF_A_WRONG_LAW)}
+
+
+def _stand_ins_of_car(gains: Mapping[str, float], at_bounds: set[str], left: float) -> set[str]:
+    """The same in a car, where what stand-ins explain is unknown too.
+
+    Its return torque, its gear and its joints all act beside the tyre, and the first that is found takes
+    on what the others lack.
+    """
+    found, before, unknown = set(at_bounds), None, left
     while before != found:
         before = set(found)
-        found |= {
-            name
-            for name, gain in gains.items()
-            if gain < unknown * (1 if of_car or gain == max(gains.values()) else OF_A_WRONG_LAW)
-        }
-        if of_car:
-            unknown = left.structured**2 + sum(max(gains.get(name, 0.0), 0.0) for name in found)
+        found |= {name for name, gain in gains.items() if gain < unknown}
+        unknown = left + sum(max(gains.get(name, 0.0), 0.0) for name in found)
     return found
+
+
+def _first_effect(steps: Sequence[SearchStep], final: Effects, gains: Mapping[str, float]) -> str | None:
+    """Of the final model, the effect of the family that the search began with."""
+    added = [s.after.effects[-1].family for s in steps if s.after and s.after.effects]
+    ranked = [(added.index(e.family), -gains[e.name], e.name) for e in final if e.family in added]
+    return min(ranked)[-1] if ranked else None
+
+
+def _left_where_it_acts(
+    whole: Trial, rest: Trial, recordings: Sequence[Recording], left: Unexplained
+) -> float:
+    """Mean squared error beyond noise, over range, where the model `rest` without an effect differs [1].
+
+    Samples count by the square of what the effect adds to the torque. What a wrong law leaves lies where
+    that law acts, what has nothing to do with it lies anywhere.
+    """
+    residuals, others = (over_range(trial.residuals, recordings) for trial in (whole, rest))
+    counted = [influence(whole.fitted.loss, residual) for residual in residuals.values()]
+    errors = np.concatenate(counted) ** 2
+    weights = np.concatenate([others[name] - residual for name, residual in residuals.items()]) ** 2
+    known = np.isfinite(errors + weights)
+    if not weights[known].any():
+        return left.structured**2
+    local = np.average(errors[known], weights=weights[known]) - errors[known].mean()
+    return float(left.structured**2 + local)
 
 
 def _scope_and_parameters(
