@@ -200,12 +200,15 @@ def tasks_of(options: argparse.Namespace) -> list[Task]:
     if "outside" in options.kinds:
         planted += [(name,) for name in options.outside]
     seeds = range(options.first, options.first + options.seeds)
-    others = [name for name in options.effects if name != PARTNER]
-    drawn = {s: np.random.default_rng(s).choice(others, 2, replace=False).tolist() for s in seeds}
     given = {"off": options.off, "grounds": options.grounds}
     tasks = [Task(planted=names, seed=seed, **given) for names in planted for seed in seeds]
     if "other_pairs" in options.kinds:
-        tasks += [Task(planted=tuple(drawn[seed]), seed=seed, **given) for seed in seeds]
+        others = [name for name in options.effects if name != PARTNER]
+        drawn = [np.random.default_rng(seed).choice(others, 2, replace=False) for seed in seeds]
+        tasks += [
+            Task(planted=tuple(pair.tolist()), seed=seed, **given)
+            for seed, pair in zip(seeds, drawn, strict=True)
+        ]
     controls = range(options.first, options.first + options.controls)
     return tasks + [Task(planted=(), seed=seed, **given) for seed in controls]
 

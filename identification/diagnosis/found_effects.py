@@ -8,10 +8,9 @@ import numpy as np
 
 from identification.diagnosis.found_stiffness import return_torque_note, stiffness_notes
 from identification.diagnosis.result_parts import Errors, FoundEffect, Grade
+from identification.diagnosis.stand_ins import stand_ins
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
-from identification.fits.loss import influence
-from identification.fits.problem import over_range
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.residuals.residual_tests import Unexplained
@@ -31,9 +30,6 @@ CLEAR_ERRORS = 3.0
 its neutral value, for a finding."""
 CLEAR_BIC = -6.0
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
-OF_A_WRONG_LAW = 4.0
-"""Squared error that a further effect has to explain, over what is left [1]. Of what a wrong law leaves
-another mechanism took up to three quarters, three times the rest (laws planted, seeds 300 to 302)."""
 ASSUMED = "assumed, as nobody declared a tolerance"
 """How the note on what counts as known within the usual tolerance begins."""
 UNRECORDED_LOAD = "unrecorded_load"
@@ -56,18 +52,12 @@ def found_effects(
     left: Unexplained,
 ) -> tuple[FoundEffect, ...]:
     """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`."""
-    whole, everything = steps[-1].before, [*recordings, *holdout]
+    whole = steps[-1].before
     final = whole.fitted
     added = _additions(steps, final.model.effects)
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, _ in effects_at_bounds(final)}
-    gains = {effect.name: rest.nrmse**2 - whole.nrmse**2 for effect, rest in rests.items()}
-    standing_in = at_bounds
-    if left.present and of_car:
-        standing_in = _stand_ins_of_car(gains, at_bounds, left.structured**2)
-    elif left.present:
-        acts = {e.name: _left_where_it_acts(whole, rest, everything, left) for e, rest in rests.items()}
-        standing_in = at_bounds | _stand_ins(gains, acts, _first_effect(steps, whole.effects, gains))
+    standing_in = stand_ins(steps, rests, [*recordings, *holdout], left)
     # Nothing but the fit judges a single recording.
     alone = len(recordings) == 1 and not whole.held_out
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
@@ -128,55 +118,6 @@ def _additions(steps: Sequence[SearchStep], final: Effects) -> list[SearchStep]:
     return list(added.values())
 
 
-def _stand_ins(gains: Mapping[str, float], left: Mapping[str, float], first: str | None) -> set[str]:
-    """Effects of a wheel that may stand in for something unknown: they explain too little beside it.
-
-    gains: what each explains; left: what is left unexplained where it acts; first: the one that the
-    search began with. What another one explains may be a wrong law's remainder, see `OF_A_WRONG_LAW`.
-    """
-    return {n for n, gain in gains.items() if gain < left[n] * (1 if n == first else OF_A_WRONG_LAW)}
-
-
-def _stand_ins_of_car(gains: Mapping[str, float], at_bounds: set[str], left: float) -> set[str]:
-    """The same in a car, where what stand-ins explain is unknown too.
-
-    Its return torque, its gear and its joints all act beside the tyre, and the first that is found takes
-    on what the others lack.
-    """
-    found, before, unknown = set(at_bounds), None, left
-    while before != found:
-        before = set(found)
-        found |= {name for name, gain in gains.items() if gain < unknown}
-        unknown = left + sum(max(gains.get(name, 0.0), 0.0) for name in found)
-    return found
-
-
-def _first_effect(steps: Sequence[SearchStep], final: Effects, gains: Mapping[str, float]) -> str | None:
-    """Of the final model, the effect of the family that the search began with."""
-    added = [s.after.effects[-1].family for s in steps if s.after and s.after.effects]
-    ranked = [(added.index(e.family), -gains[e.name], e.name) for e in final if e.family in added]
-    return min(ranked)[-1] if ranked else None
-
-
-def _left_where_it_acts(
-    whole: Trial, rest: Trial, recordings: Sequence[Recording], left: Unexplained
-) -> float:
-    """Mean squared error beyond noise, over range, where the model `rest` without an effect differs [1].
-
-    Samples count by the square of what the effect adds to the torque. What a wrong law leaves lies where
-    that law acts, what has nothing to do with it lies anywhere.
-    """
-    residuals, others = (over_range(trial.residuals, recordings) for trial in (whole, rest))
-    counted = [influence(whole.fitted.loss, residual) for residual in residuals.values()]
-    errors = np.concatenate(counted) ** 2
-    weights = np.concatenate([others[name] - residual for name, residual in residuals.items()]) ** 2
-    known = np.isfinite(errors + weights)
-    if not weights[known].any():
-        return left.structured**2
-    local = np.average(errors[known], weights=weights[known]) - errors[known].mean()
-    return float(left.structured**2 + local)
-
-
 def _scope_and_parameters(
     effect: Effect, fitted: Fit, estimates: Mapping[str, ParameterEstimate]
 ) -> tuple[Scope, dict[str, ParameterEstimate]]:
@@ -219,9 +160,9 @@ def grade_of(
 ) -> Grade:
     """How sure it is that an effect that was found is the one that is missing.
 
-    stands_in: it may stand in place of something unknown, see `_stand_ins`;
-    weak: what it gains may be chance, by the standard errors by which the judged error fell, by the
-    information criterion, or by its distance from no effect at all;
+    stands_in: it may stand in place of something unknown, see `stand_ins`;
+    weak: what it gains may be chance, by the standard errors by which the judged error is lower than
+    without it, by the information criterion, or by its distance from no effect at all;
     ambiguous: what it gains is clear, but others gain as much; strong: none of these.
     """
     if stands_in:
