@@ -10,6 +10,7 @@ from identification.fits.fitting import Fit, last_effect_at_bound
 from identification.fits.loss import influence
 from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
+from identification.residuals.residual_tests import MAX_NOISE_RATIO
 from identification.selection.trials import Judgement, Trial
 from symbolic import Effect, InvalidInputError
 
@@ -117,7 +118,8 @@ def exceeds_law_mismatch(
     """
     if present.effects and not richer.nrmse < (1 - criteria.further_gain) * present.nrmse:
         return False
-    if leaves_noise(richer.fitted, training):
+    structured = present.nrmse > MAX_NOISE_RATIO * richer.nrmse
+    if structured and leaves_noise(richer.fitted, training):
         return True
     share = criteria.second_law if family_already_present((*present.effects, added)) else criteria.law
     explained = max(declared.nrmse**2 - present.nrmse**2, 0.0)

@@ -156,12 +156,11 @@ def test_a_further_effect_has_to_explain_more_than_a_wrong_law(
 def test_what_another_effect_explains_to_the_noise_is_no_wrong_laws_remainder(
     pair: Pair, effects: str
 ) -> None:
-    runner = Scripted(pair, table(**{effects[0]: 3, effects: 2.8}))
-    assert path(searched(runner, effects)) == [effects[0]]
-
-    runner = Scripted(pair, table(**{effects[0]: 3, effects: 2.8}))
-    runner.white = (effects,)
-    assert path(searched(runner, effects)) == [effects[0], effects]
+    """Unless the first leaves hardly more than noise, which many an effect matches."""
+    for error, white, expected in ((1.7, "", 1), (1.7, effects, 2), (1.8, effects, 1)):
+        runner = Scripted(pair, table(**{effects[0]: 2, effects: error}))
+        runner.white = (white,)
+        assert path(searched(runner, effects)) == [effects[0], effects][:expected]
 
 
 def test_each_effect_is_taken_out_of_the_model_found(pair: Pair) -> None:
