@@ -17,8 +17,7 @@ from identification import (
     smoothed_rate,
 )
 from identification.diagnosis.found_effects import CLEAR_ERRORS, UNRECORDED_LOAD
-from reference_rig import Campaign, make_campaign
-from rig_recordings import as_read
+from reference_rig import Campaign
 from symbolic import CANDIDATES, EFFECTS, Rig, Tolerances, Tyre
 from tests.identification.factories import read_campaign, with_torque
 from tests.refusal import refused
@@ -55,20 +54,6 @@ def test_names_what_was_planted_among_all(late: tuple[Campaign, list[Recording]]
 
     assert [effect.name for effect in found.effects] == ["sensor_delay"]
     assert {candidate.name for candidate in found.candidates} == set(EFFECTS)
-
-
-@pytest.mark.long
-def test_an_effect_is_judged_in_the_model_found() -> None:
-    """Before relaxation is added, what it explains hides what friction over speed does."""
-    made = make_campaign("viscoelastic_relaxation", 800, 3, also={"rate_friction": {"c": 0.0394}})
-    recordings = [as_read(recording, made.nominal) for recording in made.recordings]
-    candidates = ("rate_friction", "viscoelastic_relaxation", "contact_damping")
-
-    found = diagnose(recordings, candidates=candidates, jobs=1)
-
-    assert {effect.name: effect.grade for effect in found.effects} == {
-        "rate_friction": "strong", "viscoelastic_relaxation": "strong",
-    }  # fmt: skip
 
 
 def test_names_what_was_planted(late: tuple[Campaign, list[Recording]], found: Diagnosis) -> None:
