@@ -3,18 +3,20 @@
     python benchmarks/planted_effects.py --seeds 10 --controls 100 --kinds alone pairs outside
 
 `alone`: every effect of the library by itself; `pairs`: rate friction together with every other one;
-`outside`: effects that no library knows, which have to be reported as unexplained, and a relaxing torque
-that friction does not bound may also be matched to the noise; `laws`: a mechanism that the library knows
-by another formula, where its family has to be named; `law_pairs`: such a law of friction over speed
-beside another effect. It prints a line for each run and a table: runs in which everything planted is
-named, or stands in `indistinguishable_from` of what is named (outright: exactly what was planted is
-named); runs in which exactly the planted families are said to be missing, by strong or ambiguous
-effects; families that are not, and effects too many, over all runs; error after over the noise. A run
-that is wrong says what the information criterion makes of what was planted against what was named; above
-zero the recordings do not ask for it. `--out F.json` keeps the outcomes. With `--off M` every
-half-length differs from the declared one by up to so much, which is declared as its tolerance where it
-is more than the usual one; with `--grounds 2` the recordings stand on two grounds of different friction
-in turn. An hour and more on two cores for all.
+`other_pairs`: two other effects, drawn by the seed; `outside`: effects that no library knows, which
+have to be reported as unexplained, and a relaxing torque that friction does not bound may also be
+matched to the noise; `laws`: a mechanism that the library knows by another formula, where its family has
+to be named; `law_pairs`: such a law of friction over speed beside another effect.
+
+It prints a line for each run and a table: runs in which everything planted is named, or stands in
+`indistinguishable_from` of what is named (outright: exactly what was planted is named); runs in which
+exactly the planted families are said to be missing, by strong or ambiguous effects; families that are
+not, and effects too many, over all runs; error after over the noise. A run that is wrong says what the
+information criterion makes of what was planted against what was named; above zero the recordings do not
+ask for it. `--out F.json` keeps the outcomes. With `--off M` every half-length differs from the declared
+one by up to so much, which is declared as its tolerance where it is more than the usual one; with
+`--grounds 2` the recordings stand on two grounds of different friction in turn. An hour and more on two
+cores for all.
 """
 
 import argparse
@@ -102,9 +104,9 @@ def run(task: Task) -> Outcome:
     """One campaign of three recordings, two for each ground of several, diagnosed."""
     rng = np.random.default_rng([task.seed, 6])
     also = {PARTNER: {"c": rng.uniform(WEAKEST, STRONGEST)}} if len(task.planted) > 1 else {}
-    if also and task.other_law:
-        law = task.planted[0]
-        also = {law: plant_effect(law, task.seed).effects[law]}
+    if also and task.planted[0] != PARTNER:
+        first = task.planted[0]
+        also = {first: plant_effect(first, task.seed).effects[first]}
     rig = make_campaign(
         task.planted[-1] if task.planted else None,
         task.seed,
@@ -200,6 +202,13 @@ def tasks_of(options: argparse.Namespace) -> list[Task]:
     seeds = range(options.first, options.first + options.seeds)
     given = {"off": options.off, "grounds": options.grounds}
     tasks = [Task(planted=names, seed=seed, **given) for names in planted for seed in seeds]
+    if "other_pairs" in options.kinds:
+        others = [name for name in options.effects if name != PARTNER]
+        drawn = [np.random.default_rng(seed).choice(others, 2, replace=False) for seed in seeds]
+        tasks += [
+            Task(planted=tuple(pair.tolist()), seed=seed, **given)
+            for seed, pair in zip(seeds, drawn, strict=True)
+        ]
     controls = range(options.first, options.first + options.controls)
     return tasks + [Task(planted=(), seed=seed, **given) for seed in controls]
 
@@ -211,7 +220,7 @@ def main() -> None:
     parser.add_argument("--controls", type=int, default=20)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--effects", nargs="*", default=list(EFFECTS))
-    kinds = ("alone", "pairs", "laws", "law_pairs", "outside")
+    kinds = ("alone", "pairs", "other_pairs", "laws", "law_pairs", "outside")
     parser.add_argument("--kinds", nargs="*", choices=kinds, default=["alone"])
     parser.add_argument("--outside", nargs="*", default=list(UNMODELLED_EFFECTS))
     parser.add_argument("--off", type=float, default=0.0, help="error of half-lengths [m]")

@@ -215,8 +215,8 @@ def candidates_table(diagnosis: Diagnosis) -> ReportTable:
 def effects_table(diagnosis: Diagnosis) -> ReportTable:
     """The effects found."""
     return ReportTable(
-        caption="In order of selection; error and ΔBIC of each beside those above it, all fitted to the"
-        " whole recordings",
+        caption="In order of selection; error of each beside those above it, ΔBIC beside all others, all"
+        " fitted to the whole recordings",
         headings=(
             *("effect", "grade", "belongs to", "parameters ± standard deviation"),
             *("error with it", "ΔBIC", "indistinguishable from"),

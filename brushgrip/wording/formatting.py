@@ -205,7 +205,7 @@ def candidate_reason(diagnosis: Diagnosis, candidate: Candidate) -> str:
     added = {effect.name: effect for effect in diagnosis.effects}
     if candidate.name in added and diagnosis.effects[0].name != candidate.name:
         alone = "useless alone, " * (candidate.delta_bic > 0)
-        return f"{outcome}; {alone}ΔBIC {signed(added[candidate.name].delta_bic)} beside those before it"
+        return f"{outcome}; {alone}ΔBIC {signed(added[candidate.name].delta_bic)} beside the others"
     if outcome:
         return outcome
     known = EFFECTS.get(candidate.name)

@@ -25,7 +25,7 @@ from identification.residuals.signatures import signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
-from identification.selection.stepwise_search import Progress, Search, silent
+from identification.selection.stepwise_search import Progress, Search, silent, without_each
 from identification.selection.trial import RANKING
 from identification.selection.trial_runner import Effects, TrialRunner, job_count, results_of, workers
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
@@ -82,6 +82,7 @@ def diagnose(
         # Nothing of the search goes into it, and the processes have nothing else to do yet.
         declared = submit(declared_errors, recordings, holdout, loss)
         steps = Search(runner, effects, criteria, report).run()
+        rests = without_each(steps, runner)
         trials, both = (steps[0].before, steps[-1].before), [*recordings, *holdout]
         followed = [submit(signatures, trial.residuals, both, trial.fits, effects) for trial in trials]
         if not holdout:
@@ -89,7 +90,7 @@ def diagnose(
         left_out = [left_out_residuals(trial, () if holdout else recordings, submit) for trial in trials]
         proposals = _proposals(steps, runner, criteria, report)
         results = declared.result(), [future.result() for future in followed]
-    result = build_diagnosis(steps, recordings, holdout, *results, left_out, proposals, criteria)
+    result = build_diagnosis(steps, rests, recordings, holdout, *results, left_out, proposals, criteria)
     notes += friction_beyond_range(result.model, result.values, as_read)
     return replace(result, notes=(*notes, *result.notes), of_car=bool(recordings[0].standstills))
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from identification.diagnosis.found_stiffness import return_torque_note, stiffness_notes
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
+from identification.diagnosis.stand_ins import stand_ins
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
 from identification.fits.parameter_values import ParameterEstimate
@@ -20,6 +21,7 @@ from identification.selection.criteria import (
     standard_error_by_chance,
 )
 from identification.selection.search_step import SearchStep
+from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
 
@@ -28,9 +30,6 @@ CLEAR_ERRORS = 3.0
 its neutral value, for a finding."""
 CLEAR_BIC = -6.0
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
-OF_A_WRONG_LAW = 4.0
-"""Squared error that a further effect has to explain, over what is left [1]. Of what a wrong law leaves
-another mechanism took up to three quarters, three times the rest (laws planted, seeds 300 to 302)."""
 ASSUMED = "assumed, as nobody declared a tolerance"
 """How the note on what counts as known within the usual tolerance begins."""
 UNRECORDED_LOAD = "unrecorded_load"
@@ -45,29 +44,32 @@ SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
 
 def found_effects(
     steps: Sequence[SearchStep],
+    rests: Mapping[Effect, Trial],
     estimates: Mapping[str, ParameterEstimate],
     recordings: Sequence[Recording],
+    holdout: Sequence[Recording],
     proposals: Mapping[Effects, Proposal],
     left: Unexplained,
 ) -> tuple[FoundEffect, ...]:
     """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`."""
-    final = steps[-1].before.fitted
+    whole = steps[-1].before
+    final = whole.fitted
     added = _additions(steps, final.model.effects)
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, _ in effects_at_bounds(final)}
-    standing_in = _stand_ins(added, at_bounds, left, of_car=of_car)
+    standing_in = stand_ins(steps, rests, [*recordings, *holdout], left)
     # Nothing but the fit judges a single recording.
-    alone = len(recordings) == 1 and not steps[-1].before.held_out
+    alone = len(recordings) == 1 and not whole.held_out
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
     effects = []
     for step in added:
         assert step.after is not None
         effect = step.after.effects[-1]
         scope, own = _scope_and_parameters(effect, final, estimates)
-        without = step.with_neither or step.before
-        judged = step.after.judgement, without.judgement, DEFAULT_CRITERIA.long_block
+        rest = rests[effect]
+        judged = whole.judgement, rest.judgement, DEFAULT_CRITERIA.long_block
         (gain, _), error = error_reduction(*judged), standard_error_by_chance(*judged)
-        bic = delta_bic(step.after.fitted, without.fitted, recordings)
+        bic = delta_bic(final, rest.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
         like_load = hidden_load and effect.name in LIKE_LOAD
@@ -116,36 +118,6 @@ def _additions(steps: Sequence[SearchStep], final: Effects) -> list[SearchStep]:
     return list(added.values())
 
 
-def _stand_ins(
-    added: Sequence[SearchStep], at_bounds: set[str], left: Unexplained, *, of_car: bool
-) -> set[str]:
-    """Effects that may stand in for something unknown, those `at_bounds` among them, see `grade_of`.
-
-    Beside the effect that explains most, what another explains may be a wrong law's remainder, see
-    `OF_A_WRONG_LAW`. In a car what others of them explain is unknown too: its return torque, its gear
-    and its joints all act beside the tyre, and the first that is found takes on what the others lack.
-    """
-    found = set(at_bounds)
-    if not left.present:
-        return found
-    gains = {}
-    for step in added:
-        assert step.after is not None
-        without = step.with_neither or step.before
-        gains[step.after.effects[-1].name] = without.nrmse**2 - step.after.nrmse**2
-    unknown, before = left.structured**2, None
-    while before != found:
-        before = set(found)
-        found |= {
-            name
-            for name, gain in gains.items()
-            if gain < unknown * (1 if of_car or gain == max(gains.values()) else OF_A_WRONG_LAW)
-        }
-        if of_car:
-            unknown = left.structured**2 + sum(max(gains.get(name, 0.0), 0.0) for name in found)
-    return found
-
-
 def _scope_and_parameters(
     effect: Effect, fitted: Fit, estimates: Mapping[str, ParameterEstimate]
 ) -> tuple[Scope, dict[str, ParameterEstimate]]:
@@ -188,9 +160,9 @@ def grade_of(
 ) -> Grade:
     """How sure it is that an effect that was found is the one that is missing.
 
-    stands_in: it may stand in place of something unknown, see `_stand_ins`;
-    weak: what it gains may be chance, by the standard errors by which the judged error fell, by the
-    information criterion, or by its distance from no effect at all;
+    stands_in: it may stand in place of something unknown, see `stand_ins`;
+    weak: what it gains may be chance, by the standard errors by which the judged error is lower than
+    without it, by the information criterion, or by its distance from no effect at all;
     ambiguous: what it gains is clear, but others gain as much; strong: none of these.
     """
     if stands_in:

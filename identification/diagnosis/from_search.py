@@ -23,12 +23,13 @@ from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.search_step import SearchStep
 from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
-from symbolic import TOLERATED, Model, parameter_name, units_of
+from symbolic import TOLERATED, Effect, Model, parameter_name, units_of
 from symbolic.array_alias import Array
 
 
 def build_diagnosis(
     steps: Sequence[SearchStep],
+    rests: Mapping[Effect, Trial],
     training: Sequence[Recording],
     holdout: Sequence[Recording],
     declared: TorqueErrors,
@@ -39,8 +40,9 @@ def build_diagnosis(
 ) -> Diagnosis:
     """The result of a search whose last step chose nothing.
 
-    `followed` and `left_out` (residuals of each training recording left out in turn, or nothing) are
-    those before and after; `proposals` are by the set of effects that was chosen.
+    `rests` are the final model without each of its effects; `followed` and `left_out` (residuals of each
+    training recording left out in turn, or nothing) are those before and after; `proposals` are by the
+    set of effects that was chosen.
     """
     everything = [*training, *holdout]
     before, after = steps[0].before, steps[-1].before
@@ -49,7 +51,7 @@ def build_diagnosis(
     errors_after, error_after = errors_of(after, training, holdout, left_out[1])
     estimates = _estimates(after, training, holdout)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
-    effects = found_effects(steps, estimates, training, proposals, left)
+    effects = found_effects(steps, rests, estimates, training, holdout, proposals, left)
     return Diagnosis(
         recordings=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),

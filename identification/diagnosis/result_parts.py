@@ -72,13 +72,15 @@ class FoundEffect:
         family: the mechanism that it is a law of; its own name where it belongs to none.
         scope: what its parameters belong to; "ground" where each ground has its own.
         grade: how sure it is, see `grade_of`.
-        standard_errors: by how many the judged error fell when it was added; None where that is unknown.
+        standard_errors: by how many the model found, without it, has a larger judged error; None where
+            that is unknown.
         deviations: between its clearest parameter and no effect at all; None where there is none.
         at_bound: whether one of its parameters ends where its range does.
         parameters: its parameters; one that belongs to a recording has a name like "M_0 [fem1]", one
             that is given and never fitted has no deviation.
         holdout_nrmse_after: judged error once it was added [1].
-        delta_bic: change of the Bayesian information criterion by its addition; negative is better.
+        delta_bic: Bayesian information criterion of the model found less that without it; negative is
+            better.
         indistinguishable_from: effects that the judged data cannot distinguish from it; with
             `unrecorded_load` where the recorded load is constant, and a changing one would do as well.
         experiment: the manoeuvre that would distinguish it from the nearest of those; None without any.

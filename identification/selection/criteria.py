@@ -5,11 +5,12 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from identification.fits.autocorrelation import effective_samples
+from identification.fits.autocorrelation import autocorrelation_time, effective_samples
 from identification.fits.fitting import Fit, last_effect_at_bound
 from identification.fits.least_squares_problem import shares_of_torque_range
 from identification.fits.loss import influence
 from identification.reading.recordings import Recording
+from identification.residuals.residual_tests import MAX_NOISE_RATIO
 from identification.selection.trial import Judgement, Trial
 from symbolic import Effect, InvalidInputError
 
@@ -64,6 +65,8 @@ class SelectionCriteria:
 
 
 DEFAULT_CRITERIA = SelectionCriteria()
+WHITE = 1.3
+"""Autocorrelation time [samples] that white noise stays below; its estimate is 1.0 to 1.2."""
 
 
 def forward_step_justified(
@@ -77,7 +80,9 @@ def forward_step_justified(
     if len(trial.effects) <= len(present.effects):
         return exchange_justified(trial, present, training, criteria, declared)
     added = addition_justified(trial, present, training, criteria)
-    return added and exceeds_law_mismatch(trial.effects[-1], trial, present, declared, criteria)
+    return added and exceeds_law_mismatch(
+        trial.effects[-1], trial, present, training, criteria, declared
+    )
 
 
 def addition_justified(
@@ -99,7 +104,12 @@ def addition_justified(
 
 
 def exceeds_law_mismatch(
-    added: Effect, richer: Trial, present: Trial, declared: Trial, criteria: SelectionCriteria
+    added: Effect,
+    richer: Trial,
+    present: Trial,
+    training: Sequence[Recording],
+    criteria: SelectionCriteria,
+    declared: Trial,
 ) -> bool:
     """Whether the gain exceeds what slightly wrong laws of the model's effects would leave unexplained.
 
@@ -108,9 +118,18 @@ def exceeds_law_mismatch(
     """
     if present.effects and not richer.nrmse < (1 - criteria.further_gain) * present.nrmse:
         return False
+    structured = present.nrmse > MAX_NOISE_RATIO * richer.nrmse
+    if structured and leaves_noise(richer.fitted, training):
+        return True
     share = criteria.second_law if family_already_present((*present.effects, added)) else criteria.law
     explained = max(declared.nrmse**2 - present.nrmse**2, 0.0)
     return present.nrmse**2 - richer.nrmse**2 > share**2 * explained
+
+
+def leaves_noise(fitted: Fit, recordings: Sequence[Recording]) -> bool:
+    """Whether the residual of every recording is white: what a wrong law leaves is correlated."""
+    shares = shares_of_torque_range(fitted.residuals, recordings).values()
+    return all(autocorrelation_time(influence(fitted.loss, share)) < WHITE for share in shares)
 
 
 def family_already_present(effects: Sequence[Effect]) -> bool:
@@ -136,7 +155,9 @@ def backward_step_justified(
     if not addition_justified(present, poorer, training, criteria):
         return True
     removed = next(effect for effect in present.effects if effect not in poorer.effects)
-    return not (exchanged or exceeds_law_mismatch(removed, present, poorer, declared, criteria))
+    return not (
+        exchanged or exceeds_law_mismatch(removed, present, poorer, training, criteria, declared)
+    )
 
 
 def exchange_justified(

@@ -25,7 +25,6 @@ class SearchStep:
         coarse_before: the model before, fitted as coarsely as the candidates that it was compared with.
         trials: of the models with one effect more or less, least judged error first, coarsely fitted.
         indistinguishable: effects that would have done as well as the one that was added.
-        with_neither: where an effect took another one's place, the model with neither; else None.
     """
 
     before: Trial
@@ -33,7 +32,6 @@ class SearchStep:
     trials: tuple[Trial, ...]
     after: Trial | None
     indistinguishable: Effects = ()
-    with_neither: Trial | None = None
 
     @property
     def removed_effect(self) -> Effect | None:

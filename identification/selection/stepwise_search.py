@@ -136,14 +136,12 @@ class Search:
         justified = [t for t in ranked if self._improves(t, present, forward_step_justified)]
         best = rank_for_confirmation(justified, self.runner.thinned_training, self.criteria)
         indistinguishable, after = self._first_confirmed(best, present, forward_step_justified)
-        replaced = after is not None and len(after.effects) <= len(present.fine.effects)
         return SearchStep(
             before=present.fine,
             coarse_before=present.coarse,
             trials=tuple(ranked),
             after=after,
             indistinguishable=indistinguishable,
-            with_neither=self._fitted_from(after, after.effects[:-1]) if after and replaced else None,
         )
 
     def _remove(self, present: _PresentModel) -> SearchStep | None:
@@ -204,7 +202,8 @@ class Search:
         found = self._replaced(present, self._rank(present, sets, label), exchange_justified)
         if found is None or found.after is None:
             return None
-        return replace(found, after=self._fitted_from(found.after, effects), with_neither=None)
+        after = self.runner.run_fine(effects, values_for(found.after, effects))
+        return replace(found, after=after)
 
     def _replaced(
         self, present: _PresentModel, trials: Sequence[Trial], justified: Justified
@@ -214,18 +213,9 @@ class Search:
         _, after = self._first_confirmed(best, present, justified)
         if after is None:
             return None
-        exchanged = bool(after.effects) and after.effects[-1] not in present.fine.effects
         return SearchStep(
-            before=present.fine,
-            coarse_before=present.coarse,
-            trials=tuple(trials),
-            after=after,
-            with_neither=self._fitted_from(after, after.effects[:-1]) if exchanged else None,
+            before=present.fine, coarse_before=present.coarse, trials=tuple(trials), after=after
         )
-
-    def _fitted_from(self, trial: Trial, effects: Effects) -> Trial:
-        """The model with these effects on the whole recordings, from the values of another trial."""
-        return self.runner.run_fine(effects, values_for(trial, effects))
 
     def _rank(self, present: _PresentModel, sets: Sequence[Effects], label: str) -> list[Trial]:
         """Coarse trials of these sets of effects, least judged error first."""
@@ -260,6 +250,16 @@ class Search:
             if first is None:
                 at_bound = candidate.indistinguishable, after
         return at_bound
+
+
+def without_each(steps: Sequence[SearchStep], runner: TrialRunner) -> dict[Effect, Trial]:
+    """The final model without each of its effects, fitted to the whole recordings."""
+    final, known = steps[-1].before, {frozenset(s.before.effects): s.before for s in steps}
+    rests = {effect: without_effect(final.effects, effect) for effect in final.effects}
+    return {
+        effect: known.get(frozenset(rest)) or runner.run_fine(rest, values_for(final, rest))
+        for effect, rest in rests.items()
+    }
 
 
 def silent(*_: object) -> None:

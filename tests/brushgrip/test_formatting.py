@@ -116,7 +116,7 @@ def test_residual_structure() -> None:
     ("name", "bic", "reason"),
     [
         ("carcass_torsion", -400.0, "added, no. 1"),
-        ("torque_offset", 0.3, "added, no. 2; useless alone, ΔBIC −55.1 beside those before it"),
+        ("torque_offset", 0.3, "added, no. 2; useless alone, ΔBIC −55.1 beside the others"),
         ("patch_width", -300.0, "indistinguishable from carcass torsion"),
         ("iwan", -300.0, "no clear gain beside what was added"),
         ("pressure_shape", -300.0, "the same mechanism as carcass torsion; no clear gain beside it"),

@@ -9,11 +9,13 @@ import pytest
 
 from brushgrip.wording.diagnosis_in_words import explained_grade, headline, split_parameter_label
 from identification import Diagnosis, ParameterEstimate
-from identification.diagnosis import found_effects
+from identification.diagnosis import found_effects, stand_ins
 from identification.diagnosis.found_effects import distance_from_neutral, grade_of
 from identification.diagnosis.result_parts import Grade
+from identification.fits.loss import LEAST_SQUARES
 from symbolic import EFFECTS
 from tests.brushgrip.factories import make_diagnosis
+from tests.identification.factories import recording, with_torque
 
 
 def graded(diagnosis: Diagnosis, *grades: Grade, errors: float = 5.0) -> Diagnosis:
@@ -185,39 +187,67 @@ def test_parameters_have_plain_names() -> None:
 
 
 @pytest.mark.parametrize(
-    ("squares", "of_car", "expected"),
+    ("gains", "of_car", "first", "expected"),
     [
-        ((1000, 150, 80, 50), True, {"first", "last"}),
-        ((1000, 150, 80, 50), False, {"first", "last"}),
-        ((1000, 350, 120, 50), True, set()),
-        ((1000, 350, 120, 50), False, {"last"}),
-        ((300, 250, 110, 50), False, {"large", "last"}),
+        ((850, 70, 30), True, "large", {"mid", "last"}),
+        ((850, 70, 30), False, "large", {"mid", "last"}),
+        ((650, 230, 70), True, "large", set()),
+        ((650, 230, 70), False, "large", {"last"}),
+        ((60, 230, 70), False, "large", {"last"}),
+        ((60, 230, 70), False, "mid", {"large", "last"}),
+        ((850, 230, 55), False, "last", {"last"}),
     ],
     ids=[
         "of a car",
         "a remainder of the first",
         "a large one of a car",
         "more",
-        "the second explains most",
+        "the first explains as much as is left",
+        "another one does",
+        "the first explains less",
     ],
 )
 def test_what_stands_in_for_something_unknown(
-    squares: tuple[float, ...], of_car: bool, expected: set[str]
+    gains: tuple[float, ...], of_car: bool, first: str, expected: set[str]
 ) -> None:
     """What a stand-in of a car explains is unknown too; without one a further effect may be a remainder.
 
-    0.75 % of range are left, in squares 56: a further effect has to explain 225.
+    Squares of 56 are left: a further effect has to explain 225.
     """
-    effects = [SimpleNamespace(name=name) for name in ("large", "first", "last")]
-    errors = np.sqrt(1e-6 * np.array(squares))
-    trials = [SimpleNamespace(effects=effects[:n], nrmse=error) for n, error in enumerate(errors)]
-    steps = [
-        SimpleNamespace(before=before, after=after, with_neither=None)
-        for before, after in pairwise(trials)
-    ]
-    left = SimpleNamespace(present=True, structured=0.0075)
+    explained = dict(zip(("large", "mid", "last"), gains, strict=True))
+    if of_car:
+        assert stand_ins._stand_ins_of_car(explained, set(), 56.25) == expected
+    else:
+        left = dict.fromkeys(explained, 56.25)
+        assert stand_ins._stand_ins(explained, left, first) == expected
 
-    assert found_effects._stand_ins(steps, set(), left, of_car=of_car) == expected  # type: ignore[arg-type]
+
+def test_the_first_effect_is_of_the_family_that_the_search_began_with() -> None:
+    """The flexible law with which it began gave way to another one of its family, at the end."""
+    speed, law, load, second = (
+        SimpleNamespace(name=name, family=family)
+        for name, family in (("f", "speed"), ("s", "speed"), ("n", "load"), ("t", "speed"))
+    )
+    sets = ((), (speed,), (speed, load), (load, law), (load, law, second))
+    steps = [SimpleNamespace(after=SimpleNamespace(effects=effects)) for effects in sets[1:]]
+    gains = {"n": 9.0, "s": 2.0, "t": 1.0}
+    assert stand_ins._first_effect(steps, sets[-1], gains) == "s"  # type: ignore[arg-type]
+    assert stand_ins._first_effect([], (), {}) is None
+
+
+@pytest.mark.parametrize(
+    ("where", "expected"), [("there", 4 + 8.0), ("elsewhere", 4 - 8.0), ("nowhere", 4)]
+)
+def test_what_is_left_counts_where_the_effect_acts(where: str, expected: float) -> None:
+    """A residual of 4 in one half, 0 in the other, of squares 8 in the mean, 4 of them beyond noise."""
+    one, other = np.repeat([1.0, 0.0], 50), np.repeat([0.0, 1.0], 50)
+    acts = {"there": one, "elsewhere": other, "nowhere": 0 * one}[where]
+    ranged = with_torque(recording("a"), np.linspace(0, 1, recording("a").t.size))
+    whole = SimpleNamespace(residuals={"a": 4 * one}, fitted=SimpleNamespace(loss=LEAST_SQUARES))
+    rest = SimpleNamespace(residuals={"a": 4 * one + 3 * acts})
+    left = SimpleNamespace(structured=2.0)
+    local = stand_ins._left_where_it_acts(whole, rest, [ranged], left)  # type: ignore[arg-type, list-item]
+    assert local == pytest.approx(expected)
 
 
 def test_a_law_that_came_back_is_named_once() -> None:

@@ -10,7 +10,7 @@ import pytest
 from identification.fits.parameter_values import Values
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.search_step import SearchStep, rank_for_confirmation
-from identification.selection.stepwise_search import Effects, Search, silent
+from identification.selection.stepwise_search import Effects, Search, silent, without_each
 from identification.selection.trial import RANKING, ROUGH, Precision, Trial
 from identification.selection.trial_runner import TrialRunner
 from tests.identification.selection.compared import (
@@ -30,7 +30,10 @@ class Scripted:
         asked: sets of effects that were ranked, call by call.
         fitted: sets of effects that were fitted to the whole recordings.
         precisions: of the coarse trials.
+        white: sets of effects whose trials leave white noise; others leave a correlated residual.
     """
+
+    white: tuple[str, ...] = ()
 
     def __init__(  # noqa: D107
         self, pair: Pair, coarse: Callable[[str], float], fine: Callable[[str], float] | None = None
@@ -44,10 +47,12 @@ class Scripted:
     def trial(self, names: str, error: float) -> Trial:
         """A trial of this error; its training residual is so much smaller that parameters pay off."""
         trial, (training, _) = self.pair
-        white = np.random.default_rng(3).standard_normal(training.t.size)
+        noise = np.random.default_rng(3).standard_normal(training.t.size)
+        if names not in self.white:
+            noise = np.convolve(noise, np.ones(3) / np.sqrt(3), mode="same")
         labels = tuple((None, str(i)) for i in range(4 + len(names)))
         values = Values(tyre=dict.fromkeys((f"{name}.value" for name in names), 1.0), own={})
-        residuals = {training.name: error * white}
+        residuals = {training.name: error * noise}
         fitted = replace(trial.fitted, residuals=residuals, labels=labels, values=values)
         made = with_effects(replace(trial, fitted=fitted), names)
         return replace(made, judgement=judgement(np.full(SECONDS, error)))
@@ -145,6 +150,31 @@ def test_a_further_effect_has_to_explain_more_than_a_wrong_law(
 ) -> None:
     """The first explains 100 - 9, of which 0.15^2 are 2.05: the error has to fall below 2.636."""
     assert path(searched(Scripted(pair, table(**errors)), "ab"))[-1] == expected
+
+
+@pytest.mark.parametrize("effects", ["ab", "st"])
+def test_what_another_effect_explains_to_the_noise_is_no_wrong_laws_remainder(
+    pair: Pair, effects: str
+) -> None:
+    """Unless the first leaves hardly more than noise, which many an effect matches."""
+    for error, white, expected in ((1.7, "", 1), (1.7, effects, 2), (1.8, effects, 1)):
+        runner = Scripted(pair, table(**{effects[0]: 2, effects: error}))
+        runner.white = (white,)
+        assert path(searched(runner, effects)) == [effects[0], effects][:expected]
+
+
+def test_each_effect_is_taken_out_of_the_model_found(pair: Pair) -> None:
+    """A model that was a step on the way is not fitted again."""
+    runner = Scripted(pair, table(a=8, b=5, ab=3, bc=4, abc=2))
+    steps = searched(runner, "abc")
+    fitted = len(runner.fitted)
+
+    rests = without_each(steps, cast(TrialRunner, runner))
+
+    assert {effect.name: letters(rest.effects) for effect, rest in rests.items()} == {
+        "b": "ac", "a": "bc", "c": "ba",
+    }  # fmt: skip
+    assert runner.fitted[fitted:] == ["ac", "bc"]
 
 
 def test_a_flexible_law_takes_the_place_of_its_family(pair: Pair) -> None:
