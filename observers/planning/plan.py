@@ -19,7 +19,8 @@ from typing import Literal
 import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
-from observers.planning.forecast import Forecast, Forecaster, least_deviation
+from observers.planning.forecast import Forecast, ForecastCase, Forecaster, least_deviation
+from observers.planning.noisy_forecast import ENOUGH, RUNS, NoisyForecaster
 from observers.planning.path import RAMP, SteeringLimits, SteeringPath, Swing, steer, swings
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
@@ -37,8 +38,8 @@ LEGS = 4
 """Turning points from the first to the farthest."""
 NEVER = 1e3
 """Cost where the target is not reached, to which the least deviation is added."""
-MARGIN, GOES_ON = 0.95, 0.1
-"""Share of the target for a forecast without noise; travel beyond that, over that until there [1]."""
+GOES_ON = 0.1
+"""Travel beyond that until the target is reached, over that [1]."""
 MIN_SAMPLES, MIN_TARGET = 10, 1e-3
 """Least number of samples of a path; least target that makes sense [1]."""
 
@@ -131,7 +132,6 @@ class _Search:
     ) -> None:  # fmt: skip
         """Begin without a path; arguments as of `plan`."""
         self.forecaster, self.target, self.limits, self.F_N = forecaster, target, limits, F_N
-        self.sought = MARGIN * target
         self.mus, self.objective, self.over, self.dt, self.psi = mus, objective, over, dt, psi
         self.cases = forecaster.at_rest(mus, psi, F_N, dt)
         self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, limits.angle)
@@ -139,6 +139,8 @@ class _Search:
         # The case that refused the last path comes first; what no steering reaches is not tried.
         self.order = [case for case in self.cases if not self.hopeless[case.mu]]
         self.straight: set[float] = set()
+        samples = int(limits.time / dt) + 1
+        self.noisy = NoisyForecaster(forecaster, F_N, target, limits.torque, dt, samples)
 
     def path(self, swing: Swing) -> SteeringPath:
         """The path of a swing, up to where it exceeds the angle or the time."""
@@ -155,36 +157,42 @@ class _Search:
     def attempt(self, swing: Swing) -> float:
         """Forecast a path as long as it may be better than the best one; the least cost so far."""
         path = self.path(swing)
-        along, costs, failed, worst = self.along(path), [0.0], 0, 0.0
+        along, worst, costs = self.along(path), 0.0, [0.0]
         last = min(int(np.searchsorted(along, self.least[0])), along.size - 1)
         if path.leg[last] == 0 and path.psi_dot[last] == swing.rate:
             # Up to there another one was the same.
             if swing.rate in self.straight:
                 return self.least[0]
             self.straight.add(swing.rate)
-        for case in [*self.order]:
-            bound = self.least[0]
-            if self.over == "mean":
-                bound = bound * len(self.order) - sum(costs)
-            last = int(np.searchsorted(along, bound))
-            at, deviation = self.forecaster.reach(
-                path, case, self.F_N, self.sought, self.limits.torque, last
-            )
-            if at is None:
-                failed, worst = failed + 1, max(worst, deviation)
-            else:
-                costs.append(float(along[at]))
-            mean = sum(costs) / len(self.order)
-            cost = (max(costs) if self.over == "worst" else mean, mean)
-            if failed:
-                cost = (failed * NEVER + worst, mean)
-            if cost > self.least:
-                self.order.remove(case)
-                self.order.insert(0, case)
-                return self.least[0]
+        missed: set[float] = set()
+        for reach in (self._reach, self.noisy.reach):
+            costs = []
+            for case in [case for case in self.order if case.mu not in missed]:
+                bound = self.least[0]
+                if self.over == "mean":
+                    bound = bound * len(self.order) - sum(costs)
+                last = int(np.searchsorted(along, bound))
+                at, deviation = reach(path, case, last)
+                if at is None:
+                    missed.add(case.mu)
+                    worst = max(worst, deviation)
+                else:
+                    costs.append(float(along[at]))
+                mean = sum(costs) / len(self.order)
+                cost = (max([0.0, *costs]) if self.over == "worst" else mean, mean)
+                if missed:
+                    cost = (len(missed) * NEVER + worst, mean)
+                if cost > self.least:
+                    self.order.remove(case)
+                    self.order.insert(0, case)
+                    return self.least[0]
         if cost < self.least:
             self.least, self.found = cost, swing
         return self.least[0]
+
+    def _reach(self, path: SteeringPath, case: ForecastCase, last: int) -> tuple[int | None, float]:
+        """`Forecaster.reach` without noise."""
+        return self.forecaster.reach(path, case, self.F_N, self.target, self.limits.torque, last)
 
     def along(self, path: SteeringPath) -> Array:
         """The cost up to each sample."""
@@ -196,7 +204,8 @@ class _Search:
         """The plan of the best path, cut soon after the last ground is known, or where it must end."""
         path = self.path(self.found)
         whole = [self.forecaster.whole(path, case, self.F_N) for case in self.cases]
-        reached = [one.reached(self.sought, self.limits.torque) for one in whole]
+        runs = [self.noisy.reached(path, case, path.psi.size) for case in self.cases]
+        reached = [one[ENOUGH - 1] if len(one) >= ENOUGH else None for one in runs]
         last = max((at for at in reached if at is not None), default=0)
         end = min(one.allowed(self.limits.torque) for one in whole)
         if None not in reached:
