@@ -13,10 +13,12 @@ from symbolic import full_slide_torque
 RUNS, ENOUGH = 20, 18
 """Runs with noise on each ground, and how many of them have to reach the target."""
 SEED = 1
+MOST_NOISE = 0.01
+"""Greatest noise that a tuning is taken by, where the rig declares none, over full slide at mu = 1 [1]."""
 
 
 class NoisyForecaster:
-    """Runs of a `Forecaster` with the noise that the rig declares, or else its tuning.
+    """Runs of a `Forecaster` with the noise that the rig declares, or else its tuning, but `MOST_NOISE`.
 
     The same runs serve every path: the noise of a sample does not depend on what was steered before.
     """
@@ -28,7 +30,8 @@ class NoisyForecaster:
         """Draw the noise of so many samples, dt apart [s]; load [N], target [1], torque [N m]."""
         self.forecaster, self.F_N, self.target, self.most_torque = forecaster, F_N, target, most_torque
         rig, tuning = forecaster.observer.rig, forecaster.observer.tuning
-        std = tuning.noise * float(full_slide_torque(F_N, rig.a)) if rig.noise is None else rig.noise
+        slide = float(full_slide_torque(F_N, rig.a))
+        std = min(tuning.noise, MOST_NOISE) * slide if rig.noise is None else rig.noise
         std *= max(1.0, REFERENCE_STEP / dt) ** 0.5
         self.noise = std * np.random.default_rng(SEED).standard_normal((RUNS, samples))
 

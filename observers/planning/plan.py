@@ -2,8 +2,8 @@
 
 A path rests, unless time is to be least, and swings to either side at a rate, evenly growing from a
 first turning point to a farthest one. Its cost on a ground is the travel (or the time, or the greatest
-angle) until the observer's own forecast is usable with a deviation within the target; over a prior of
-mu, even in its logarithm, the worst or the mean counts.
+angle) until the observer's own forecast is usable with a deviation within the target, in most of some
+runs with noise; over a prior of mu, even in its logarithm, the worst or the mean counts.
 
 The paths are a family that does not depend on the limits. A path counts up to where it exceeds one of
 them, so that a wider limit only adds to what may be chosen: it never makes the plan worse. The best of
@@ -22,6 +22,7 @@ from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import Forecast, ForecastCase, Forecaster, least_deviation
 from observers.planning.noisy_forecast import ENOUGH, RUNS, NoisyForecaster
 from observers.planning.path import RAMP, SteeringLimits, SteeringPath, Swing, steer, swings
+from observers.planning.uncertainty_budget import uncertainty_budget
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
@@ -38,6 +39,8 @@ LEGS = 4
 """Turning points from the first to the farthest."""
 NEVER = 1e3
 """Cost where the target is not reached, to which the least deviation is added."""
+CLOSE = 0.9
+"""Share of the target from which on what no steering lowers leaves little to any of the limits [1]."""
 GOES_ON = 0.1
 """Travel beyond that until the target is reached, over that [1]."""
 MIN_SAMPLES, MIN_TARGET = 10, 1e-3
@@ -117,6 +120,8 @@ def plan(
     if limits.time < (least := MIN_SAMPLES * dt):
         raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
     search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
+    floors = [hypot(*least_deviation(observer, mu, F_N).values()) for mu in mus]
+    coarse = coarse or min(floors) > CLOSE * target
     for i, swing in enumerate(paths := swings(limits, coarse=coarse)):
         progress("trying paths", i, len(paths))
         search.attempt(swing)
@@ -212,8 +217,8 @@ class _Search:
             end = min(end, int(np.searchsorted(path.travel, (1 + GOES_ON) * path.travel[last])) + 1)
         end = max(last + 1, end)
         reasons = [
-            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one.upto(end + 1))}"
-            for mu, one, at in zip(self.mus, whole, reached, strict=True)
+            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one.upto(end + 1), len(of))}"
+            for mu, one, at, of in zip(self.mus, whole, reached, runs, strict=True)
             if at is None
         ]
         return Plan(
@@ -221,12 +226,33 @@ class _Search:
             forecasts=tuple(one.upto(end) for one in whole), reasons=tuple(reasons),
         )  # fmt: skip
 
-    def unreached(self, mu: float, path: SteeringPath, forecast: Forecast) -> str:
-        """How far the best path comes at a friction, and which limits would have to be wider."""
+    def largest_part(
+        self, path: SteeringPath, forecast: Forecast, at: int
+    ) -> tuple[str, float, float]:
+        """Largest part of the deviation at a sample, and all that no steering lowers there [1]."""
+        observer = self.forecaster.observer
+        torque = {observer.channel: forecast.torque[: at + 1]}
+        F_N, upto = np.full(at + 1, self.F_N), path.upto(at + 1)
+        budget = uncertainty_budget(observer, at, upto.t, upto.psi, F_N, **torque)
+        cause = max(budget, key=lambda name: budget[name])
+        fixed = least_deviation(observer, float(forecast.mu[at]), self.F_N)
+        return cause, budget[cause], hypot(*fixed.values())
+
+    def unreached(self, mu: float, path: SteeringPath, forecast: Forecast, count: int) -> str:
+        """How far the best path comes at a friction, and which limits would have to be wider.
+
+        count is that of the runs with noise that reach the target.
+        """
         at = forecast.best(self.limits.torque)
         known = "never usable on the best path"
         if at is not None:
             known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
+            if forecast.deviation[at] <= self.target:
+                known += f", with noise within {self.target:.1%} in {count} of {RUNS} runs"
+            cause, part, floor = self.largest_part(path, forecast, at)
+            known = f"{known}; its largest part is {cause}, {part:.1%}"
+            if floor > CLOSE * self.target:
+                return f"{known}; all that no measurement lowers is {floor:.1%}: ask for well above that"
         allowed = forecast.allowed(self.limits.torque)
         is_limited = allowed < forecast.torque.size
         if is_limited:

@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
-from observers.estimators.ekf import Ekf
+from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.run import samples_and_start
 from observers.planning.forecast import least_deviation
 from observers.protocol import OUTPUT, SAMPLE
@@ -22,7 +22,7 @@ _AT_ONCE = 100 * SAMPLES_PER_CALL
 
 
 def uncertainty_budget(
-    observer: Ekf,
+    observer: ModelObserver,
     at: int,
     t: Array,
     psi: Array,
