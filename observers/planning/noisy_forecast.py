@@ -14,7 +14,7 @@ RUNS, ENOUGH = 20, 18
 """Runs with noise on each ground, and how many of them have to reach the target."""
 SEED = 1
 MOST_NOISE = 0.01
-"""Greatest noise that a tuning is taken by, where the rig declares none, over full slide at mu = 1 [1]."""
+"""Greatest noise over full slide at mu = 1 that counts where the rig declares none [1]."""
 
 
 class NoisyForecaster:

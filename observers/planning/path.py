@@ -95,11 +95,11 @@ class SteeringPath:
     @cached_property
     def past_rate(self) -> Array:
         """Yaw rate that an observer takes from the angle where none is measured [rad/s]."""
-        psi = np.concatenate([[self.begin], self.psi])
-        count = np.arange(psi.size)
+        psi: Array = np.concatenate([[self.begin], self.psi])
+        t: Array = self.dt * np.arange(psi.size, dtype=np.float64)
         # The low-pass forgets the rate that there was before.
-        before = self.psi_dot[0] * (1 + self.dt / FILTER_TIME_CONSTANT) ** -count
-        rate: Array = (causal_rate(self.dt * count, psi) + before)[1:]
+        before = self.psi_dot[0] * (1 + self.dt / FILTER_TIME_CONSTANT) ** (-t / self.dt)
+        rate: Array = (causal_rate(t, psi) + before)[1:]
         return rate
 
     @property

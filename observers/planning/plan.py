@@ -22,7 +22,7 @@ from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import Forecast, ForecastCase, Forecaster, least_deviation
 from observers.planning.noisy_forecast import ENOUGH, RUNS, NoisyForecaster
 from observers.planning.path import RAMP, SteeringLimits, SteeringPath, Swing, steer, swings
-from observers.planning.uncertainty_budget import uncertainty_budget
+from observers.planning.uncertainty_budget import largest_part
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
@@ -226,18 +226,6 @@ class _Search:
             forecasts=tuple(one.upto(end) for one in whole), reasons=tuple(reasons),
         )  # fmt: skip
 
-    def largest_part(
-        self, path: SteeringPath, forecast: Forecast, at: int
-    ) -> tuple[str, float, float]:
-        """Largest part of the deviation at a sample, and all that no steering lowers there [1]."""
-        observer = self.forecaster.observer
-        torque = {observer.channel: forecast.torque[: at + 1]}
-        F_N, upto = np.full(at + 1, self.F_N), path.upto(at + 1)
-        budget = uncertainty_budget(observer, at, upto.t, upto.psi, F_N, **torque)
-        cause = max(budget, key=lambda name: budget[name])
-        fixed = least_deviation(observer, float(forecast.mu[at]), self.F_N)
-        return cause, budget[cause], hypot(*fixed.values())
-
     def unreached(self, mu: float, path: SteeringPath, forecast: Forecast, count: int) -> str:
         """How far the best path comes at a friction, and which limits would have to be wider.
 
@@ -248,8 +236,9 @@ class _Search:
         if at is not None:
             known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
             if forecast.deviation[at] <= self.target:
-                known += f", with noise within {self.target:.1%} in {count} of {RUNS} runs"
-            cause, part, floor = self.largest_part(path, forecast, at)
+                known += f", with noise within {self.target:.1%} in {count} of {RUNS} runs, more"
+                known += " if [sensor] noise declares less"
+            cause, part, floor = largest_part(self.forecaster.observer, path, forecast, self.F_N, at)
             known = f"{known}; its largest part is {cause}, {part:.1%}"
             if floor > CLOSE * self.target:
                 return f"{known}; all that no measurement lowers is {floor:.1%}: ask for well above that"

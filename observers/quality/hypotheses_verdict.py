@@ -191,11 +191,12 @@ def build_verdict(gear: bool = False) -> ca.Function:
     # While noise hides the torque, ln s may be far off although s may well be 1.
     gain, var_one = even.at_mode("gain"), even.at_mode("D_gain")
     off = (gain - 1) ** 2 > HIDDEN**2 * var_one
+    suspect = ca.logic_and(off, inside < -VERDICT_MARGINS[1])
     squares = -2 * ca.mmax(likelihood)
     outputs = {
         "log_mu": log_mu, "variance": var_log_mu, "log_ratio": log_ratio, "zero": zero,
         "var_zero": var_zero, "log_gain": log_gain, "var_log_gain": var_gain,
-        "verified": inside > VERDICT_MARGINS[0], "suspect": ca.logic_and(off, inside < -VERDICT_MARGINS[1]),
+        "verified": inside > VERDICT_MARGINS[0], "suspect": suspect,
         "unexplained": squares > inputs["explained"] + UNEXPLAINED,
         "wiped": declared.mean(parts["left"]) <= MAX_TWIST_SHARE * inputs["reach"],
         "gear": level, "var_gear": var_level, **dict(zip(VERDICT[-3:], covariances, strict=True)),
