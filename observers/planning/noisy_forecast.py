@@ -25,15 +25,21 @@ class NoisyForecaster:
 
     def __init__(
         self, forecaster: Forecaster, F_N: float, target: float, most_torque: float, dt: float,
-        samples: int,
+        samples: int, *, quiet: bool = False,
     ) -> None:  # fmt: skip
-        """Draw the noise of so many samples, dt apart [s]; load [N], target [1], torque [N m]."""
+        """Draw the noise of so many samples, dt apart [s]; load [N], target [1], torque [N m].
+
+        Quiet is one run without noise.
+        """
         self.forecaster, self.F_N, self.target, self.most_torque = forecaster, F_N, target, most_torque
         rig, tuning = forecaster.observer.rig, forecaster.observer.tuning
         slide = float(full_slide_torque(F_N, rig.a))
         std = min(tuning.noise, MOST_NOISE) * slide if rig.noise is None else rig.noise
         std *= max(1.0, REFERENCE_STEP / dt) ** 0.5
+        self.enough = ENOUGH
         self.noise = std * np.random.default_rng(SEED).standard_normal((RUNS, samples))
+        if quiet:
+            self.enough, self.noise = 1, np.zeros((1, samples))
 
     def reached(self, path: SteeringPath, case: ForecastCase, last: int) -> list[int]:
         """Sorted samples, up to about the `last`, at which runs reach the target; ends if too few do."""
@@ -44,7 +50,7 @@ class NoisyForecaster:
             )
             if at is not None:
                 reached.append(at)
-            if i - len(reached) >= RUNS - ENOUGH:
+            if i - len(reached) >= len(self.noise) - self.enough:
                 break
         return sorted(reached)
 
@@ -54,6 +60,6 @@ class NoisyForecaster:
         Else None, with less than the target, the less the more runs reached it.
         """
         reached = self.reached(path, case, last)
-        if len(reached) >= ENOUGH:
-            return reached[ENOUGH - 1], self.target
-        return None, self.target * (1 - len(reached) / RUNS)
+        if len(reached) >= self.enough:
+            return reached[self.enough - 1], self.target
+        return None, self.target * (1 - len(reached) / len(self.noise))

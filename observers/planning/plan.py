@@ -20,7 +20,7 @@ import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import Forecast, ForecastCase, Forecaster, least_deviation
-from observers.planning.noisy_forecast import ENOUGH, RUNS, NoisyForecaster
+from observers.planning.noisy_forecast import RUNS, NoisyForecaster
 from observers.planning.path import RAMP, SteeringLimits, SteeringPath, Swing, steer, swings
 from observers.planning.uncertainty_budget import largest_part
 from observers.protocol import Status
@@ -39,10 +39,9 @@ LEGS = 4
 """Turning points from the first to the farthest."""
 NEVER = 1e3
 """Cost where the target is not reached, to which the least deviation is added."""
-CLOSE = 0.9
-"""Share of the target from which on what no steering lowers leaves little to any of the limits [1]."""
-GOES_ON = 0.1
-"""Travel beyond that until the target is reached, over that [1]."""
+CLOSE, GOES_ON = 0.9, 0.1
+"""Share of the target from which on what no steering lowers leaves little to the limits; travel beyond
+that until the target is reached, over that [1]."""
 MIN_SAMPLES, MIN_TARGET = 10, 1e-3
 """Least number of samples of a path; least target that makes sense [1]."""
 
@@ -90,6 +89,7 @@ def plan(
     dt: float = 0.01,
     psi: float = 0.0,
     coarse: bool = False,
+    quiet: bool = False,
     progress: Callable[[str, int, int], None] = lambda *_: None,
 ) -> Plan:
     """The path with the least travel, time or greatest angle until mu is known.
@@ -105,6 +105,7 @@ def plan(
         dt: between samples [s].
         psi: angle at which the wheel stands at first, its patch free of torque [rad].
         coarse: try a few of the paths only.
+        quiet: without noise, for a start.
         progress: is told what is done, how many paths were tried, and how many there are.
 
     Returns:
@@ -119,7 +120,9 @@ def plan(
         raise InvalidInputError(f"mu = {mus[-1]:g}: {hopeless[mus[-1]]}; ask for well above that")
     if limits.time < (least := MIN_SAMPLES * dt):
         raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
-    search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
+    search = _Search(
+        Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi, quiet
+    )
     floors = [hypot(*least_deviation(observer, mu, F_N).values()) for mu in mus]
     coarse = coarse or min(floors) > CLOSE * target
     for i, swing in enumerate(paths := swings(limits, coarse=coarse)):
@@ -133,7 +136,7 @@ class _Search:
 
     def __init__(
         self, forecaster: Forecaster, target: float, limits: SteeringLimits, F_N: float,
-        mus: tuple[float, ...], objective: Objective, over: Over, dt: float, psi: float,
+        mus: tuple[float, ...], objective: Objective, over: Over, dt: float, psi: float, quiet: bool,
     ) -> None:  # fmt: skip
         """Begin without a path; arguments as of `plan`."""
         self.forecaster, self.target, self.limits, self.F_N = forecaster, target, limits, F_N
@@ -145,7 +148,7 @@ class _Search:
         self.order = [case for case in self.cases if not self.hopeless[case.mu]]
         self.straight: set[float] = set()
         samples = int(limits.time / dt) + 1
-        self.noisy = NoisyForecaster(forecaster, F_N, target, limits.torque, dt, samples)
+        self.noisy = NoisyForecaster(forecaster, F_N, target, limits.torque, dt, samples, quiet=quiet)
 
     def path(self, swing: Swing) -> SteeringPath:
         """The path of a swing, up to where it exceeds the angle or the time."""
@@ -210,7 +213,8 @@ class _Search:
         path = self.path(self.found)
         whole = [self.forecaster.whole(path, case, self.F_N) for case in self.cases]
         runs = [self.noisy.reached(path, case, path.psi.size) for case in self.cases]
-        reached = [one[ENOUGH - 1] if len(one) >= ENOUGH else None for one in runs]
+        enough = self.noisy.enough
+        reached = [one[enough - 1] if len(one) >= enough else None for one in runs]
         last = max((at for at in reached if at is not None), default=0)
         end = min(one.allowed(self.limits.torque) for one in whole)
         if None not in reached:
@@ -264,7 +268,7 @@ class _Search:
         limits = replace(self.limits, **wider)
         wide = _Search(
             self.forecaster, self.target, limits, self.F_N, (mu,), self.objective, self.over, self.dt,
-            self.psi,
+            self.psi, len(self.noisy.noise) == 1,
         )  # fmt: skip
         # The first path that reaches it will do.
         return any(wide.attempt(swing) < NEVER for swing in swings(limits, coarse=True))
