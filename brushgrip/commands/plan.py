@@ -128,6 +128,7 @@ class PlanRequest:
         """Print what the plan tells on each ground; a target that is missed on one is a fault."""
         from brushgrip.outputs.console import print_table, say, show_json
         from brushgrip.outputs.plan_texts import plan_document, rows_by_ground, turning_instruction
+        from observers.planning.noisy_forecast import ENOUGH, RUNS
         from symbolic import BrushgripError
 
         say(turning_instruction(planned, self.vehicle, angle))
@@ -136,6 +137,7 @@ class PlanRequest:
         title = f"until sigma/mu is {planned.target:.1%} (95 % band ± {2 * planned.target:.0%} of mu)"
         print_table(title, headings, rows_by_ground(planned, self.vehicle), right=True)
         say("one path for all grounds: on most its first turns do; stop once friction is as good")
+        say(f"this is enough in {ENOUGH} of {RUNS} simulated runs with noise of the torque")
         if self.vehicle:
             say("this is for a car as declared; off within its tolerances it may take more")
         elif self.model is None:

@@ -3,8 +3,9 @@
 The observer's own step runs on the torque that it expects itself at a friction: the filter without its
 supervision, started at that friction, predicts it while no torque is measured. So the deviation forecast
 is that of the observer by construction: hypotheses, tolerances of k, a, e, load and zero, its error
-model, and what makes it `usable`. Two things it cannot know: errors of the torque, which are zero here,
-and a k other than declared, both of which make an observer acquire later.
+model, the yaw rate that it takes from the angle, and what makes it `usable`. White noise of the torque
+may be added, and makes it acquire later, or not at all; so would a k other than declared, which a
+forecast cannot know.
 """
 
 from collections.abc import Iterable, Iterator
@@ -106,11 +107,14 @@ class Forecaster:
     def cases_at_rest(
         self, mus: Iterable[float], psi: float, F_N: float, dt: float
     ) -> list[ForecastCase]:
-        """Cases of a wheel that has stood at psi since the observer began."""
+        """Cases of a wheel that has stood at psi since the observer began; mus are effective ones."""
         first = Sample(psi=psi, psi_dot=0.0, F_N=F_N, dt=dt)
         state, cases = self.observer.init(first).values, []
+        stands = self.torque_filter.step(self.torque_filter.init(first), first)
+        prior = self.torque_filter.estimate(stands)
         for mu in mus:
-            ground = replace(self.torque_filter, tuning=replace(self.observer.tuning, mu=mu))
+            own = mu * (prior.mu / prior.mu_eff)
+            ground = replace(self.torque_filter, tuning=replace(self.observer.tuning, mu=own))
             cases.append(
                 ForecastCase(
                     mu=mu, torque_filter_state=ground.init(first).values,
@@ -137,8 +141,13 @@ class Forecaster:
             )  # fmt: skip
         return cases
 
-    def forecast_along(self, path: SteeringPath, case: ForecastCase, F_N: float) -> Iterator[Forecast]:
-        """Forecasts of a case from its first sample, each `SAMPLES_PER_CALL` samples longer."""
+    def forecast_along(
+        self, path: SteeringPath, case: ForecastCase, F_N: float, noise: Array | None = None
+    ) -> Iterator[Forecast]:
+        """Forecasts of a case from its first sample, each `SAMPLES_PER_CALL` samples longer.
+
+        The noise of the measured torque has an element a sample at least [N m].
+        """
         samples = np.full((len(SAMPLE), path.psi.size), np.nan)
         samples[0], samples[1], samples[2], samples[3] = path.psi, path.psi_dot, F_N, path.dt
         inertia = self._inertia(path)
@@ -156,7 +165,11 @@ class Forecaster:
                     np.pad(inertia[first : first + SAMPLES_PER_CALL], (0, SAMPLES_PER_CALL - count))
                     - torque
                 )
+            end = min(first + SAMPLES_PER_CALL, path.psi.size)
             given[SAMPLE.index(self.observer.channel)] = torque
+            if noise is not None:
+                given[SAMPLE.index(self.observer.channel), :count] += noise[first:end]
+            given[SAMPLE.index("psi_dot"), :count] = path.past_rate[first:end]
             states, output = self._step(state, given, self.observer.constants)
             state = states[:, -1].copy()
             parts.append(np.vstack([output, torque])[:, :count])
@@ -164,14 +177,14 @@ class Forecaster:
 
     def forecast_until_target(
         self, path: SteeringPath, case: ForecastCase, F_N: float,
-        target: float, most_torque: float, last: int,
+        target: float, most_torque: float, last: int, noise: Array | None = None,
     ) -> tuple[int | None, float]:  # fmt: skip
         """First sample up to about the `last` at which the target is reached, and the deviation there.
 
         None where it is not, with the least deviation up to there, 1 at most.
         """
         deviation = 1.0
-        for forecast in self.forecast_along(path, case, F_N):
+        for forecast in self.forecast_along(path, case, F_N, noise):
             at = forecast.reached(target, most_torque)
             if at is not None:
                 return at, float(forecast.deviation[at])

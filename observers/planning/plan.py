@@ -2,8 +2,8 @@
 
 A path rests, unless time is to be least, and swings to either side at a rate, evenly growing from a
 first turning point to a farthest one. Its cost on a ground is the travel (or the time, or the greatest
-angle) until the observer's own forecast is usable with a deviation within the target; over a prior of
-mu, even in its logarithm, the worst or the mean counts.
+angle) until the observer's own forecast is usable with a deviation within the target, in most of some
+runs with noise; over a prior of mu, even in its logarithm, the worst or the mean counts.
 
 The paths are a family that does not depend on the limits. A path counts up to where it exceeds one of
 them, so that a wider limit only adds to what may be chosen: it never makes the plan worse. The best of
@@ -19,7 +19,8 @@ from typing import Literal
 import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
-from observers.planning.forecast import Forecast, Forecaster, least_deviation
+from observers.planning.forecast import Forecast, ForecastCase, Forecaster, least_deviation
+from observers.planning.noisy_forecast import RUNS, NoisyForecaster
 from observers.planning.steering_path import (
     RAMP,
     SteeringLimits,
@@ -28,6 +29,7 @@ from observers.planning.steering_path import (
     fastest_path,
     swing_family,
 )
+from observers.planning.uncertainty_budget import largest_part
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
@@ -44,8 +46,9 @@ LEGS = 4
 """Turning points from the first to the farthest."""
 NEVER = 1e3
 """Cost where the target is not reached, to which the least deviation is added."""
-MARGIN, GOES_ON = 0.95, 0.1
-"""Share of the target for a forecast without noise; travel beyond that, over that until there [1]."""
+CLOSE, GOES_ON = 0.9, 0.1
+"""Share of the target from which on what no steering lowers leaves little to the limits; travel beyond
+that until the target is reached, over that [1]."""
 MIN_SAMPLES, MIN_TARGET = 10, 1e-3
 """Least number of samples of a path; least target that makes sense [1]."""
 
@@ -93,6 +96,7 @@ def plan(
     dt: float = 0.01,
     psi: float = 0.0,
     coarse: bool = False,
+    quiet: bool = False,
     progress: Callable[[str, int, int], None] = lambda *_: None,
 ) -> Plan:
     """The path with the least travel, time or greatest angle until mu is known.
@@ -108,6 +112,7 @@ def plan(
         dt: between samples [s].
         psi: angle at which the wheel stands at first, its patch free of torque [rad].
         coarse: try a few of the paths only.
+        quiet: without noise, for a start.
         progress: is told what is done, how many paths were tried, and how many there are.
 
     Returns:
@@ -122,7 +127,11 @@ def plan(
         raise InvalidInputError(f"mu = {mus[-1]:g}: {hopeless[mus[-1]]}; ask for well above that")
     if limits.time < (least := MIN_SAMPLES * dt):
         raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
-    search = _Search(Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi)
+    search = _Search(
+        Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi, quiet
+    )
+    floors = [hypot(*least_deviation(observer, mu, F_N).values()) for mu in mus]
+    coarse = coarse or min(floors) > CLOSE * target
     for i, swing in enumerate(paths := swing_family(limits, coarse=coarse)):
         progress("trying paths", i, len(paths))
         search.attempt(swing)
@@ -134,11 +143,10 @@ class _Search:
 
     def __init__(
         self, forecaster: Forecaster, target: float, limits: SteeringLimits, F_N: float,
-        mus: tuple[float, ...], objective: Objective, over: Over, dt: float, psi: float,
+        mus: tuple[float, ...], objective: Objective, over: Over, dt: float, psi: float, quiet: bool,
     ) -> None:  # fmt: skip
         """Begin without a path; arguments as of `plan`."""
         self.forecaster, self.target, self.limits, self.F_N = forecaster, target, limits, F_N
-        self.sought = MARGIN * target
         self.mus, self.objective, self.over, self.dt, self.psi = mus, objective, over, dt, psi
         self.cases = forecaster.cases_at_rest(mus, psi, F_N, dt)
         self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, limits.angle)
@@ -146,6 +154,8 @@ class _Search:
         # The case that refused the last path comes first; what no steering reaches is not tried.
         self.order = [case for case in self.cases if not self.hopeless[case.mu]]
         self.straight: set[float] = set()
+        samples = int(limits.time / dt) + 1
+        self.noisy = NoisyForecaster(forecaster, F_N, target, limits.torque, dt, samples, quiet=quiet)
 
     def path(self, swing: Swing) -> SteeringPath:
         """The path of a swing, up to where it exceeds the angle or the time."""
@@ -162,36 +172,44 @@ class _Search:
     def attempt(self, swing: Swing) -> float:
         """Forecast a path as long as it may be better than the best one; the least cost so far."""
         path = self.path(swing)
-        along, costs, failed, worst = self.along(path), [0.0], 0, 0.0
+        along, worst, costs = self.along(path), 0.0, [0.0]
         last = min(int(np.searchsorted(along, self.least[0])), along.size - 1)
         if path.leg[last] == 0 and path.psi_dot[last] == swing.rate:
             # Up to there another one was the same.
             if swing.rate in self.straight:
                 return self.least[0]
             self.straight.add(swing.rate)
-        for case in [*self.order]:
-            bound = self.least[0]
-            if self.over == "mean":
-                bound = bound * len(self.order) - sum(costs)
-            last = int(np.searchsorted(along, bound))
-            at, deviation = self.forecaster.forecast_until_target(
-                path, case, self.F_N, self.sought, self.limits.torque, last
-            )
-            if at is None:
-                failed, worst = failed + 1, max(worst, deviation)
-            else:
-                costs.append(float(along[at]))
-            mean = sum(costs) / len(self.order)
-            cost = (max(costs) if self.over == "worst" else mean, mean)
-            if failed:
-                cost = (failed * NEVER + worst, mean)
-            if cost > self.least:
-                self.order.remove(case)
-                self.order.insert(0, case)
-                return self.least[0]
+        missed: set[float] = set()
+        for reach in (self._reach, self.noisy.reach):
+            costs = []
+            for case in [case for case in self.order if case.mu not in missed]:
+                bound = self.least[0]
+                if self.over == "mean":
+                    bound = bound * len(self.order) - sum(costs)
+                last = int(np.searchsorted(along, bound))
+                at, deviation = reach(path, case, last)
+                if at is None:
+                    missed.add(case.mu)
+                    worst = max(worst, deviation)
+                else:
+                    costs.append(float(along[at]))
+                mean = sum(costs) / len(self.order)
+                cost = (max([0.0, *costs]) if self.over == "worst" else mean, mean)
+                if missed:
+                    cost = (len(missed) * NEVER + worst, mean)
+                if cost > self.least:
+                    self.order.remove(case)
+                    self.order.insert(0, case)
+                    return self.least[0]
         if cost < self.least:
             self.least, self.found = cost, swing
         return self.least[0]
+
+    def _reach(self, path: SteeringPath, case: ForecastCase, last: int) -> tuple[int | None, float]:
+        """`Forecaster.reach` without noise."""
+        return self.forecaster.forecast_until_target(
+            path, case, self.F_N, self.target, self.limits.torque, last
+        )
 
     def along(self, path: SteeringPath) -> Array:
         """The cost up to each sample."""
@@ -203,15 +221,17 @@ class _Search:
         """The plan of the best path, cut soon after the last ground is known, or where it must end."""
         path = self.path(self.found)
         whole = [self.forecaster.forecast_whole(path, case, self.F_N) for case in self.cases]
-        reached = [one.reached(self.sought, self.limits.torque) for one in whole]
+        runs = [self.noisy.reached(path, case, path.psi.size) for case in self.cases]
+        enough = self.noisy.enough
+        reached = [one[enough - 1] if len(one) >= enough else None for one in runs]
         last = max((at for at in reached if at is not None), default=0)
         end = min(one.allowed(self.limits.torque) for one in whole)
         if None not in reached:
             end = min(end, int(np.searchsorted(path.travel, (1 + GOES_ON) * path.travel[last])) + 1)
         end = max(last + 1, end)
         reasons = [
-            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one.upto(end + 1))}"
-            for mu, one, at in zip(self.mus, whole, reached, strict=True)
+            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one.upto(end + 1), len(of))}"
+            for mu, one, at, of in zip(self.mus, whole, reached, runs, strict=True)
             if at is None
         ]
         return Plan(
@@ -219,12 +239,22 @@ class _Search:
             forecasts=tuple(one.upto(end) for one in whole), reasons=tuple(reasons),
         )  # fmt: skip
 
-    def unreached(self, mu: float, path: SteeringPath, forecast: Forecast) -> str:
-        """How far the best path comes at a friction, and which limits would have to be wider."""
+    def unreached(self, mu: float, path: SteeringPath, forecast: Forecast, count: int) -> str:
+        """How far the best path comes at a friction, and which limits would have to be wider.
+
+        count is that of the runs with noise that reach the target.
+        """
         at = forecast.best(self.limits.torque)
         known = "never usable on the best path"
         if at is not None:
             known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
+            if forecast.deviation[at] <= self.target:
+                known += f", with noise within {self.target:.1%} in {count} of {RUNS} runs, more"
+                known += " if [sensor] noise declares less"
+            cause, part, floor = largest_part(self.forecaster.observer, path, forecast, self.F_N, at)
+            known = f"{known}; its largest part is {cause}, {part:.1%}"
+            if floor > CLOSE * self.target:
+                return f"{known}; all that no measurement lowers is {floor:.1%}: ask for well above that"
         allowed = forecast.allowed(self.limits.torque)
         is_limited = allowed < forecast.torque.size
         if is_limited:
@@ -247,7 +277,7 @@ class _Search:
         limits = replace(self.limits, **wider)
         wide = _Search(
             self.forecaster, self.target, limits, self.F_N, (mu,), self.objective, self.over, self.dt,
-            self.psi,
+            self.psi, len(self.noisy.noise) == 1,
         )  # fmt: skip
         # The first path that reaches it will do.
         return any(wide.attempt(swing) < NEVER for swing in swing_family(limits, coarse=True))

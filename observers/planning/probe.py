@@ -117,7 +117,7 @@ class Probe:
         """Compile, and make the first plan for a load [N], what the first sample would wait for: 1 s."""
         self._first = plan(
             self._forecaster.observer, self.target, self.limits, F_N, mus=self.mus, dt=self.dt,
-            coarse=True,
+            coarse=True, quiet=True,
         )  # fmt: skip
         return self._first
 

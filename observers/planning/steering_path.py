@@ -5,6 +5,7 @@ They swing to either side and grow evenly.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from itertools import pairwise
 from math import ceil, floor, inf, log2, log10, sqrt
 from typing import NamedTuple
@@ -12,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from observers.measurement.angle_derivative import FILTER_TIME_CONSTANT, causal_rate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 
@@ -89,6 +91,16 @@ class SteeringPath:
         """Sum of the turns without their signs [rad]."""
         travel: Array = np.cumsum(np.abs(np.diff(self.psi, prepend=self.begin)), dtype=np.float64)
         return travel
+
+    @cached_property
+    def past_rate(self) -> Array:
+        """Yaw rate that an observer takes from the angle where none is measured [rad/s]."""
+        psi: Array = np.concatenate([[self.begin], self.psi])
+        t: Array = self.dt * np.arange(psi.size, dtype=np.float64)
+        # The low-pass forgets the rate that there was before.
+        before = self.psi_dot[0] * (1 + self.dt / FILTER_TIME_CONSTANT) ** (-t / self.dt)
+        rate: Array = (causal_rate(t, psi) + before)[1:]
+        return rate
 
     @property
     def t(self) -> Array:

@@ -1,13 +1,14 @@
 """The uncertainty budget of an estimate: what its standard deviation is made of."""
 
-from math import sqrt
+from math import hypot, sqrt
 
 import numpy as np
 
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
-from observers.estimators.ekf import Ekf
+from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.run import samples_and_start
-from observers.planning.forecast import least_deviation
+from observers.planning.forecast import Forecast, least_deviation
+from observers.planning.steering_path import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality.acquisition import OWN
 from symbolic import InvalidInputError
@@ -22,7 +23,7 @@ _AT_ONCE = 100 * SAMPLES_PER_CALL
 
 
 def uncertainty_budget(
-    observer: Ekf,
+    observer: ModelObserver,
     at: int,
     t: Array,
     psi: Array,
@@ -70,3 +71,18 @@ def uncertainty_budget(
     budget[SLOPE] = own.get("excess", 0.0)
     rest = (output["mu_std"] / output["mu"]) ** 2 - sum(part**2 for part in budget.values())
     return {**budget, REST: sqrt(max(0.0, rest))}
+
+
+def largest_part(
+    observer: ModelObserver, path: SteeringPath, forecast: Forecast, F_N: float, at: int
+) -> tuple[str, float, float]:
+    """Largest part of a forecast's deviation at a sample, its cause first, and all that stays [1].
+
+    What stays is lowered by no steering. The load is in N.
+    """
+    path, torque = path.upto(at + 1), {observer.channel: forecast.torque[: at + 1]}
+    load = np.full(at + 1, F_N)
+    budget = uncertainty_budget(observer, at, path.t, path.psi, load, **torque)
+    cause = max(budget, key=lambda name: budget[name])
+    stays = least_deviation(observer, float(forecast.mu[at]), F_N)
+    return cause, budget[cause], hypot(*stays.values())

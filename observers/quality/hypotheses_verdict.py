@@ -32,6 +32,9 @@ FOUND_GAIN_FREE = 0.25
 VERDICT_MARGINS = (1.5, 2.0)
 """Margins to that limit in standard deviations of ln s: verified if further inside than the first,
 suspect if further outside than the second."""
+HIDDEN = 3.0
+"""Deviations of s by which it is off 1 where it is suspect: of a torque below its noise, ln s tells
+nothing [1]."""
 UNEXPLAINED = 60.0
 """`unexplained`: -2 ln L of the best hypothesis exceeds the sum of squares that errors and noise explain
 by more than this [1]."""
@@ -187,11 +190,15 @@ def build_hypotheses_verdict(gear: bool = False) -> ca.Function:
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     deviation, allowed = ca.sqrt(var_gain + error), ALLOWED * limits["stiffness_std"]
     inside = (allowed - ca.fabs(log_gain)) / deviation
+    # While noise hides the torque, ln s may be far off although s may well be 1.
+    gain, var_one = even.at_mode("gain"), even.at_mode("D_gain")
+    off = (gain - 1) ** 2 > HIDDEN**2 * var_one
+    suspect = ca.logic_and(off, inside < -VERDICT_MARGINS[1])
     squares = -2 * ca.mmax(likelihood)
     outputs = {
         "log_mu": log_mu, "variance": var_log_mu, "log_ratio": log_ratio, "zero": zero,
         "var_zero": var_zero, "log_gain": log_gain, "var_log_gain": var_gain,
-        "verified": inside > VERDICT_MARGINS[0], "suspect": inside < -VERDICT_MARGINS[1],
+        "verified": inside > VERDICT_MARGINS[0], "suspect": suspect,
         "unexplained": squares > inputs["explained"] + UNEXPLAINED,
         "wiped": declared.mean(parts["left"]) <= MAX_TWIST_SHARE * inputs["reach"],
         "gear": level, "var_gear": var_level, **dict(zip(VERDICT[-3:], covariances, strict=True)),

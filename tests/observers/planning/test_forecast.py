@@ -4,11 +4,12 @@ from math import hypot
 import numpy as np
 import pytest
 
-from observers import DirectionalFriction, Ekf, Mhe, Sample, SteeringTorque
+from observers import AligningTorque, DirectionalFriction, Ekf, Mhe, Sample, SteeringTorque, run
 from observers.planning.forecast import Forecaster, least_deviation
 from observers.planning.steering_path import SteeringPath, fastest_path
 from symbolic import Rig, Tolerances
-from tests.observers.planning.conftest import LOAD, observe_on_rig
+from tests.observers.factories import found_model
+from tests.observers.planning.conftest import LOAD, RIG, observe_on_rig
 
 pytestmark = pytest.mark.usefixtures("optimised")
 
@@ -93,3 +94,41 @@ def test_what_no_steering_lowers(acquiring: Ekf) -> None:
     assert least_deviation(directed, 0.5, LOAD) == {**causes, "zero of the torque": 0.06}
     floor = replace(acquiring, rig=rig).effective_tuning.mu_floor
     assert hypot(floor, causes["dry friction"]) == pytest.approx(hypot(*causes.values()))
+
+
+@pytest.mark.parametrize("mu", [0.4, 0.8])
+def test_friction_that_differs_by_direction_is_forecast_as_estimated_without_a_measured_rate(
+    mu: float,
+) -> None:
+    """The observer's own rate lags behind a turn back, and so does the direction of the friction."""
+    ratio = 0.85
+    found = found_model({"asymmetric_friction.ratio": ratio}, bristles=40)
+    observer = Ekf(**found, rig=RIG, measurement_model=AligningTorque(stiffness=True))
+    quick = fastest_path([0.0, 0.04, -0.09, 0.09, -0.09], 0.5, 2.5, 0.01, 4.0, rest=0.5)
+    forecaster = Forecaster(observer)
+    forecast = forecaster.forecast_whole(quick, forecaster.cases_at_rest([mu], 0.0, LOAD, 0.01)[0], LOAD)
+    estimates = run(observer, quick.t, quick.psi, LOAD, forecast.torque)
+
+    np.testing.assert_allclose(forecast.mu, estimates.mu, rtol=1e-3)
+    assert (forecast.usable == estimates.usable).all()
+    assert estimates.mu_eff[-1] == pytest.approx(mu, rel=0.05)
+
+
+def test_mu_of_a_case_is_the_effective_one() -> None:
+    found = found_model({"asymmetric_friction.ratio": 0.8}, bristles=40)
+    forecaster = Forecaster(Ekf(**found, rig=RIG))
+    turned = fastest_path([0.0, 0.6], 0.4, 10.0, 0.01, 3.0)
+    ahead, back = (
+        np.abs(
+            forecaster.forecast_whole(
+                one, forecaster.cases_at_rest([0.5], 0.0, LOAD, 0.01)[0], LOAD
+            ).torque
+        ).max()
+        for one in (turned, replace(turned, psi=-turned.psi, psi_dot=-turned.psi_dot))
+    )
+
+    # Full slide of parabolic pressure about the kingpin, which is that of the mean of both ways.
+    x = np.linspace(-1, 1, 20_001)
+    slide = 0.5 * LOAD * np.mean(1.5 * (1 - x**2) * np.abs(RIG.a * x - RIG.e))
+    assert min(ahead, back) / max(ahead, back) == pytest.approx(0.8, rel=0.03)
+    assert (ahead + back) / 2 == pytest.approx(slide, rel=0.02)

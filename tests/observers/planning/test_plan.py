@@ -1,10 +1,12 @@
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from observers import Ekf, Plan, SteeringLimits, plan
+from observers import Ekf, Plan, SteeringLimits, plan, run
+from observers.planning import noisy_forecast
 from observers.planning.forecast import Forecaster
 from observers.planning.plan import _Search
 from observers.planning.steering_path import fastest_path
@@ -34,10 +36,11 @@ def test_a_plan_stays_within_the_limits(planned: Plan) -> None:
 
 @pytest.mark.parametrize("torque", [1.0, 1.2])
 def test_a_path_that_reaches_no_more_ends_where_the_torque_is_too_great(
-    torque: float, acquiring: Ekf
+    torque: float, acquiring: Ekf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(noisy_forecast, "MOST_NOISE", 0.0)
     limits = SteeringLimits(angle=0.3, rate=0.4, time=6.0, torque=torque)
-    planned = plan(acquiring, 0.08, limits, LOAD, mus=(0.06, 0.9), coarse=True)
+    planned = plan(acquiring, 0.076, limits, LOAD, mus=(0.06, 0.9), coarse=True)
     (ice, dry), most = planned.reached, np.abs(planned.forecasts[1].torque)
     assert ice is not None
     assert dry is None
@@ -67,7 +70,8 @@ def test_on_the_rig_the_target_is_reached_where_planned(acquiring: Ekf, planned:
         estimates, _ = observe_on_rig(acquiring, planned.path, mu)
         good = [one.usable and one.mu_std <= 0.0505 * one.mu for one in estimates]
 
-        assert planned.path.travel[good.index(True)] == pytest.approx(travel, abs=0.01)
+        # Without noise it is sooner.
+        assert 0.6 * travel < planned.path.travel[good.index(True)] <= travel + 0.01
         assert (
             max(abs(one.mu / mu - 1) for one, known in zip(estimates, good, strict=True) if known) < 0.05
         )
@@ -169,7 +173,7 @@ def test_a_reason_without_a_flag_ends_in_words() -> None:
     search = SimpleNamespace(limits=SteeringLimits(angle=0.3), reached_with=lambda *_, **__: False)
     forecast = SimpleNamespace(best=lambda _: None, allowed=lambda _: 1, torque=np.zeros(1), status=[0])
 
-    assert _Search.unreached(search, 0.8, None, forecast).endswith("twice as wide, would do")
+    assert _Search.unreached(search, 0.8, None, forecast, 0).endswith("twice as wide, would do")
 
 
 @pytest.mark.parametrize(
@@ -190,3 +194,32 @@ def test_bad_arguments_are_refused(acquiring: Ekf, given: dict[str, object], wor
     usual = {"target": 0.05, "limits": LIMITS, "F_N": LOAD}
     with pytest.raises(InvalidInputError, match=words):
         plan(acquiring, **usual | given)
+
+
+def test_with_noise_friction_is_known_at_the_end_of_a_plan(acquiring: Ekf) -> None:
+    rig = replace(acquiring.rig, noise=0.07)
+    observer, rng = replace(acquiring, rig=rig), np.random.default_rng(7)
+    planned = plan(observer, 0.08, LIMITS, LOAD, mus=(0.1, 0.8), coarse=True)
+
+    assert planned.reasons == ()
+    path = planned.path
+    for mu, at in zip(planned.mus, planned.reached, strict=True):
+        assert at is not None
+        torque, known = observe_on_rig(observer, path, mu)[1], 0
+        for _ in range(20):
+            noisy = torque + 0.07 * rng.standard_normal(torque.size)
+            one = run(observer, path.t, path.psi, LOAD, noisy)
+            known += bool((one.usable & (one.mu_std <= 0.08 * one.mu)).any())
+        assert known >= 17
+
+
+def test_a_target_close_to_what_no_steering_lowers_is_tried_on_few_paths_and_has_a_cause(
+    acquiring: Ekf,
+) -> None:
+    tried: list[int] = []
+    told = plan(acquiring, 0.033, LIMITS, LOAD, mus=(0.1,), progress=lambda *now: tried.append(now[2]))
+
+    assert max(tried) < 200
+    (reason,) = told.reasons
+    assert "% at best, after 6 s; its largest part is tolerances of half-length and caster, 2" in reason
+    assert reason.endswith("; all that no measurement lowers is 3.3%: ask for well above that")

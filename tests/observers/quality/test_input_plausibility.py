@@ -8,7 +8,7 @@ import pytest
 
 from observers import Ekf, Estimate, Loop, Sample, Status, suspicions_of
 from reference_rig import FOURTEEN_BIT_STEP, RigRecording
-from tests.observers.conftest import RIG, make
+from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import columns_of, samples_of
 
 WRONG = {
@@ -119,3 +119,21 @@ def test_a_torque_that_was_clipped_stays_suspected(recording: RigRecording, step
     assert named, loop.suspicions
     # Also where the torque lies between the ends of the sensor again.
     assert all(flags[flags.index(True) :])
+
+
+def test_a_torque_that_noise_hides_at_first_raises_no_suspicion() -> None:
+    """Where a wheel begins to turn, s is anything from below 0 to above 2, and so is its logarithm."""
+    turning = 1.25 * (0.01 * np.arange(1, 13)) ** 2
+    psi = np.append(np.zeros(50), turning)
+    # Full stick: k (2 a^3 / 3 + 2 a e^2) times the turn.
+    slope = K * (2 * RIG.a**3 / 3 + 2 * RIG.a * RIG.e**2)
+    for seed in range(60):
+        torque = -slope * psi + 0.15 * np.random.default_rng(seed).standard_normal(psi.size)
+        _, estimates = along(
+            [
+                Sample(psi=angle, psi_dot=0.0, F_N=400.0, dt=0.01, M_z=M_z)
+                for angle, M_z in zip(psi, torque, strict=True)
+            ]
+        )
+
+        assert not any(Status.SUSPECT in one.status for one in estimates)
