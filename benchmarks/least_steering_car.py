@@ -20,7 +20,7 @@ from observers import Ekf, Probe, Sample, SteeringLimits, plan
 from observers.interfaces.car_observer import car_observer
 from reference_rig import FleetCar, SteeredCar, draw_car
 from symbolic import vehicle_from_tables
-from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
+from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
 from symbolic.vehicle.steering import mean_angle
 
 LIMITS = SteeringLimits(angle=0.4, rate=0.25, time=10.0)
@@ -39,7 +39,7 @@ class CarWheel:
         self.drawn, self.brake = drawn, drawn.brake
         self.car, self.rng = SteeredCar(drawn.car, brake=drawn.brake), np.random.default_rng(drawn.seed)
         self.ways = np.linspace(-self.vehicle.rack_travel, self.vehicle.rack_travel, 4001)
-        self.angles = straight_ahead_angle(
+        self.angles = equivalent_contact_angle(
             self.vehicle, mean_angle(self.vehicle, self.ways), brakes=self.brake
         )
         self.instant_of, self.t = RackDifferentiator(), 0.0
@@ -59,7 +59,7 @@ class CarWheel:
         moved = self.instant_of(self.t, way, force)
         torque = float(aligning_torque_with_friction(self.vehicle, *moved, brakes=self.brake))
         psi = float(
-            straight_ahead_angle(self.vehicle, mean_angle(self.vehicle, moved.s), brakes=self.brake)
+            equivalent_contact_angle(self.vehicle, mean_angle(self.vehicle, moved.s), brakes=self.brake)
         )
         return Sample(psi=psi, psi_dot=np.nan, F_N=self.vehicle.wheel_load, dt=DT, M_z=torque)
 

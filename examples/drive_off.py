@@ -30,7 +30,7 @@ from observers import Ekf, Loop, Sample
 from observers.interfaces.car_observer import car_observer
 from reference_rig import CAR_STEP, Car, CarBus, CarRecording, record_car, simulate_car
 from symbolic import Vehicle, VehicleTolerances
-from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
+from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
 from symbolic.vehicle.steering import mean_angle
 
 GROUNDS = {"ice": 0.05, "snow": 0.1, "wet cobbles": 0.4, "dry asphalt": 0.9}
@@ -89,7 +89,7 @@ def friction_of(seen: CarRecording) -> tuple[float, float, str]:
     for t, s, force in zip(seen.t.tolist(), seen.rack.tolist(), seen.F_rack.tolist(), strict=True):
         moved = instant_of(t, s, force)
         torque = aligning_torque_with_friction(VEHICLE, *moved, brakes=True)
-        psi = float(straight_ahead_angle(VEHICLE, mean_angle(VEHICLE, moved.s), brakes=True))
+        psi = float(equivalent_contact_angle(VEHICLE, mean_angle(VEHICLE, moved.s), brakes=True))
         given = {"psi": psi, "psi_dot": nan, "F_N": VEHICLE.wheel_load, "dt": t - before}
         now = loop(Sample(**given, M_z=float(torque)))
         before = t

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
+from brushgrip.inputs.recording_files import LOCAL_COPY, download_folder
 from identification import Recording, read_recording
 
 GROUNDS = {"fem": "steel", "piros": "emery"}

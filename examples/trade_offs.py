@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from identification import LIMIT, Recording, fit, initial_guess
 from identification.fits.covariance import parameter_correlation, standard_deviations
-from identification.fits.profile import HALF_LENGTH, ModelParameter, Profile, profile
+from identification.fits.profile import HALF_LENGTH, Profile, ProfiledParameter, profile
 from identification.loop_plot import matplotlib_text
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
@@ -64,7 +64,7 @@ def bristles_or_carcass() -> tuple[Profile, float, float]:
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
     fitted = fit(model, recordings, initial_guess(model, recordings))
     k, k_t = (fitted.labels.index((None, name)) for name in ("k", "carcass_torsion.k_t"))
-    result = profile(model, recordings, fitted.values, ModelParameter(name="k"), STIFFNESSES)
+    result = profile(model, recordings, fitted.values, ProfiledParameter(name="k"), STIFFNESSES)
     spread, correlated = (
         standard_deviations(fitted, recordings),
         parameter_correlation(fitted, recordings),

@@ -37,11 +37,11 @@ from identification.reading.readers import READERS, Reader
 from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig, read_signals
 from identification.reading.signal_map import SignalMap, SignalSource, parse_signals
+from identification.reading.steering_rate import smoothed_rate
 from identification.reading.table import Table
-from identification.reading.yaw_rate import smoothed_rate
+from identification.residuals.partial_correlations import SignalCorrelation, Signatures, signatures
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS
 from identification.residuals.residual_tests import Unexplained
-from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search
@@ -78,9 +78,9 @@ __all__ = [
     "Scaled",
     "SelectionCriteria",
     "Series",
+    "SignalCorrelation",
     "SignalMap",
     "SignalSource",
-    "Signature",
     "Signatures",
     "Squares",
     "Standstills",

@@ -52,7 +52,12 @@ from symbolic.tables.found_model import (
 from symbolic.tables.found_model_from_tables import model_from_tables
 from symbolic.tables.rig_from_tables import rig_from_tables
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
-from symbolic.trajectory_sensitivity import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
+from symbolic.trajectory_sensitivity import (
+    RIG_DIRECTIONS,
+    TorqueAndSensitivities,
+    sensitivity_step,
+    simulate,
+)
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
 from symbolic.wheel_dynamics import TorqueProfile, WheelMotion, simulate_motion
@@ -85,8 +90,8 @@ __all__ = [
     "Scope",
     "Signals",
     "Tolerances",
+    "TorqueAndSensitivities",
     "TorqueProfile",
-    "TorqueTrajectory",
     "TurningPoints",
     "Tyre",
     "Values",

@@ -17,7 +17,7 @@ from symbolic.array_alias import Array
 from symbolic.deformation import full_slide_arm, unit_gauss_legendre
 from symbolic.errors import InvalidInputError
 from symbolic.patch_interface import Expression, PatchInputs
-from symbolic.slip import SlipSearch, clipped, log_creep_factor, slip
+from symbolic.slip_at_friction_limit import SlipSearch, clipped, log_creep_factor, slip
 
 SPAN = 1.25
 """Half-lengths over which a patch that grows has bristles; growth is clamped to it [1]."""
@@ -41,8 +41,8 @@ class BristleTraits:
         shape: factors on the pressure parabola at u = x / a, keeping the total load.
         limits: factors on the friction limit at the speed `|x - e| |psi_dot|` [m/s] at which the wheel
             drives a bristle.
-        creep: growth of the limit with the log of each bristle's own sliding speed, see `symbolic.slip`
-            [1]; None for none.
+        creep: growth of the limit with the log of each bristle's own sliding speed, see
+            `symbolic.slip_at_friction_limit` [1]; None for none.
         growth: (load [N], a [m]) -> half-length of the patch over a [1], None for a.
         half_width: half-width of the patch [m], None for a line.
         relaxation: the Maxwell branch, None for none.
@@ -71,7 +71,7 @@ class BristlePatch:
 
     `columns` stand over the length, half as many where `rows` over the half-width smooth the sum. The
     memory holds q/a of every bristle and, with relaxation, the stress of its Maxwell branch in the same
-    unit. `search` takes the place of `symbolic.slip.slip_search`.
+    unit. `search` takes the place of `symbolic.slip_at_friction_limit.slip_search`.
     """
 
     traits: BristleTraits

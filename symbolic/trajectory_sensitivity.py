@@ -28,7 +28,7 @@ SAMPLES_PER_CALL = 100
 
 
 @dataclass(frozen=True, kw_only=True)
-class TorqueTrajectory:
+class TorqueAndSensitivities:
     """Torque of a model over a recording.
 
     Attributes:
@@ -46,7 +46,7 @@ def simulate(
     theta: Array,
     geometry: Array,
     directions: Array | None = None,
-) -> TorqueTrajectory:
+) -> TorqueAndSensitivities:
     """The torque over a recording, with derivatives along `directions` of the parameter vector.
 
     Args:
@@ -77,7 +77,7 @@ def simulate(
     if (kernel := bristle_kernel(model)) is not None:
         all_seeds = np.vstack([seeds, np.zeros((0 if rig else len(RIG_DIRECTIONS), d))])
         M_z, sensitivities = kernel.run(signals, theta, geometry, all_seeds, *initial)
-        return TorqueTrajectory(M_z=M_z, sensitivities=sensitivities)
+        return TorqueAndSensitivities(M_z=M_z, sensitivities=sensitivities)
     stretch = BufferedCall(_compiled_stretch(model, d, rig=rig))
     padded = np.pad(signals, ((0, 0), (0, -count % SAMPLES_PER_CALL)), mode="edge")
     parts = [*initial, padded[:, :SAMPLES_PER_CALL], theta, seeds, geometry]
@@ -91,7 +91,7 @@ def simulate(
             memory[:] = memory_next
         torques.append(stretch.outputs[2].copy())
         derivatives.append(stretch.outputs[3].reshape(SAMPLES_PER_CALL, d).copy())
-    return TorqueTrajectory(
+    return TorqueAndSensitivities(
         M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count]
     )
 

@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperCommand
 
 from brushgrip import commands
-from brushgrip.cli.shadowed_packages import foreign_packages
+from brushgrip.cli.own_packages_shadowed import foreign_packages
 from brushgrip.outputs.standard_streams import REMARKS, spell_unencodable, stdout_fault
 from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Verbosity, flags_first, reserve_stdout
 

@@ -39,7 +39,7 @@ class FetchRequest:
 
     def run(self) -> None:
         """Bring the published measurements to where recordings are looked for."""
-        from brushgrip.inputs.recordings import download_folder
+        from brushgrip.inputs.recording_files import download_folder
         from brushgrip.outputs.console import say, show_json
         from brushgrip.published import fetch, friction_damper
 

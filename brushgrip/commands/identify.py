@@ -150,12 +150,12 @@ class IdentifyRequest:
         """Print what a result rests on, and what it holds for."""
         from brushgrip.outputs.console import say, warn
         from identification.steering.full_slide_calibration import TyresResult
-        from identification.steering.gear_friction_on_plates import PLATE_FRICTION, slide_force
+        from identification.steering.gear_friction_on_plates import PLATE_FRICTION, full_slide_rack_force
 
         if not isinstance(result, TyresResult):
             say(
                 f"friction of the turntables is taken to be {PLATE_FRICTION:g} at most; each 0.01 more,"
-                f" as of greased plates, is told as {0.01 * slide_force(car):.0f} N of gear friction"
+                f" as of greased plates, is told as {0.01 * full_slide_rack_force(car):.0f} N of gear"
             )
             return
         say(

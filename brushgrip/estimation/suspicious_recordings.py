@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgrip.estimation.friction_by_direction import single_friction
-from brushgrip.estimation.map_correction import TIME, causes_with_map
 from brushgrip.estimation.observe_recording import (
     ObserverFactory,
     angle_without_imputed,
@@ -16,6 +15,7 @@ from brushgrip.estimation.observe_recording import (
     samples_of,
     torque_channel,
 )
+from brushgrip.estimation.signal_map_correction import TIME, causes_with_map
 from brushgrip.wording.formatting import band_decimals
 from brushgrip.wording.friction_in_words import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording

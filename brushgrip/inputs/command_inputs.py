@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from brushgrip.inputs.recordings import (
+from brushgrip.inputs.recording_files import (
     grounds_by_name,
     locate_recordings,
     refuse_overwriting,

@@ -8,7 +8,7 @@ import numpy as np
 from brushgrip.live.mapped_columns import MappedColumns, Row
 from brushgrip.live.sources import MAX_MESSAGES_AT_ONCE, WAIT
 from identification.reading.formats.can import is_extended, read_database, within_signal_range
-from identification.reading.formats.opening import import_library
+from identification.reading.formats.optional_libraries import import_library
 
 MAX_SKEW = 0.1
 """An angle and a torque of a bus that are further apart are no one sample [s]."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from brushgrip.outputs.atomic import staged_file
-from identification.reading.formats.opening import import_library
+from identification.reading.formats.optional_libraries import import_library
 from observers import ESTIMATE
 from symbolic.array_alias import Array
 

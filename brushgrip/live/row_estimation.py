@@ -17,8 +17,8 @@ from identification.reading.car_plausibility import rack_signals, require_plausi
 from identification.reading.car_recordings import require_steering, to_mean_wheel
 from identification.reading.rack_derivatives import RackDifferentiator, RackInstant
 from identification.reading.signal_map import ANGLES, NO_MAP, SignalMap
+from identification.reading.steering_rate import require_rate_of_angle
 from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
-from identification.reading.yaw_rate import require_rate_of_angle
 from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car_observer import HOLDING
 from observers.protocol import prior_estimate

@@ -9,7 +9,7 @@ import numpy as np
 from brushgrip.estimation.observe_recording import ObserverFactory
 from brushgrip.estimation.suspicious_recordings import weaker_direction
 from brushgrip.inputs.command_inputs import Inputs
-from brushgrip.inputs.recordings import locate_recordings
+from brushgrip.inputs.recording_files import locate_recordings
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import MappedColumns

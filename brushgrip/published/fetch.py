@@ -11,7 +11,7 @@ from typing import Any
 
 import pooch
 
-from brushgrip.inputs.recordings import LOCAL_COPY
+from brushgrip.inputs.recording_files import LOCAL_COPY
 from brushgrip.outputs.atomic import staged_directory
 from symbolic import BrushgripError, InvalidInputError
 

@@ -20,7 +20,7 @@ from urllib.parse import quote
 import numpy as np
 import pooch
 
-from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
+from brushgrip.inputs.recording_files import LOCAL_COPY, download_folder
 from brushgrip.outputs.atomic import staged_directory
 from brushgrip.published.fetch import RETRIES, FetchError, download_bounded
 from symbolic import InvalidInputError

@@ -11,12 +11,12 @@ from brushgrip.report.friction_summary import (
 from brushgrip.report.next_steps import next_steps
 from brushgrip.report.validity_and_missing_effects import (
     LEFT_OUT,
+    band_caveats,
     benefit_for_friction,
     error_to_quote,
     missing_effects,
     several_mechanisms,
     stiffness_cases,
-    untested_assumptions,
     validity,
 )
 from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
@@ -60,7 +60,7 @@ def lines_to_send(
     steps = next_steps(diagnosis, told)
     steps = [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)]
     first, after = [text.strip() for text in "".join(steps[:1]).partition(". ")[::2]]
-    reserved = untested_assumptions(diagnosis)
+    reserved = band_caveats(diagnosis)
     wide = [_differences(told, ground, one) for ground, one in told.further().items()]
     also = [*wide, _weaker(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis)

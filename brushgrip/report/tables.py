@@ -33,7 +33,7 @@ from brushgrip.wording.formatting import (
     value_with_std,
     worse_recordings,
 )
-from identification import Diagnosis, Signature
+from identification import Diagnosis, SignalCorrelation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,7 +179,7 @@ def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
     )
 
 
-def _correlation(signature: Signature) -> str:
+def _correlation(signature: SignalCorrelation) -> str:
     if signature.band > 0.995:  # Nothing of the signal is left.
         return "fitted, not testable"
     mark = "*" if signature.leaves_band else ""

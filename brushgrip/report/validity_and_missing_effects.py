@@ -103,7 +103,7 @@ def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
     return [sentence(one) for one in (f"{head}; no recording tells why", *cases.split("; "))]
 
 
-def untested_assumptions(diagnosis: Diagnosis) -> list[str]:
+def band_caveats(diagnosis: Diagnosis) -> list[str]:
     """What the bands of friction rest on that no recording tells, in sentences."""
     doubtful = [n for n in diagnosis.notes if n.startswith((SUSPECTED, MAY_END, BEYOND_RANGE))]
     assumed = [sentence(note) for note in diagnosis.notes if note.startswith(ASSUMED)]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from identification import Candidate, Diagnosis, FreeDecay, ParameterEstimate, TorqueErrors
 from identification.diagnosis.found_effects import UNRECORDED_LOAD
-from identification.residuals.signatures import MIN_STRUCTURE_SHARE
+from identification.residuals.partial_correlations import MIN_STRUCTURE_SHARE
 from identification.thesis import DecrementFit
 from symbolic import EFFECTS
 

@@ -20,8 +20,8 @@ from identification.reading.declared_sensor_range import left_out_note, within_d
 from identification.reading.recordings import Recording
 from identification.reading.shortened_recordings import thin_recordings
 from identification.reading.vehicle_torques import farthest_standstill_without_gear
+from identification.residuals.partial_correlations import signatures
 from identification.residuals.residual_signals import check_signatures
-from identification.residuals.signatures import signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep

@@ -18,7 +18,7 @@ from identification.selection.trial import RANKING, model_of
 from symbolic import Effect, Expression, Signals, parameter_name, simulate
 from symbolic.array_alias import Array
 from symbolic.bristle_patch import BristleTraits
-from symbolic.slip import REST_SPEED, log_creep_factor
+from symbolic.slip_at_friction_limit import REST_SPEED, log_creep_factor
 
 POINTS = 60
 """Points of a curve, and of each leg of a loop."""

@@ -17,8 +17,8 @@ from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.parameter_values import ParameterEstimate, Values, replaced_rig
 from identification.reading.declared_sensor_range import greatest_friction, samples_beyond_range
 from identification.reading.recordings import Recording
+from identification.residuals.partial_correlations import Signatures
 from identification.residuals.residual_tests import unexplained
-from identification.residuals.signatures import Signatures
 from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.search_step import SearchStep
 from identification.selection.trial import Trial

@@ -25,7 +25,7 @@ AxisPoint = tuple[list[Recording], Values]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ModelParameter:
+class ProfiledParameter:
     """A parameter of the model: `k`, `mu` or `effect.parameter`.
 
     It belongs to a recording or to a ground of this name; without, to the tyre.
@@ -91,7 +91,7 @@ class RigLength:
         return changed, values
 
 
-ProfileAxis = ModelParameter | RigLength
+ProfileAxis = ProfiledParameter | RigLength
 HALF_LENGTH = RigLength(
     name="a over a as declared", unit="1", neutral=1.0, lengths_at=lambda rig, x: {"a": rig.a * x}
 )

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 from scipy.special import fdtrc
 
-from identification.free_decay.likelihood import Contact, Likelihood, contact_geometry
+from identification.free_decay.likelihood import ContactGeometry, Likelihood, contact_geometry
 from identification.free_decay.noise_continuation import jackknife, maximise_likelihood
 from identification.free_decay.results import ContactPatchResult, IdentifiedParameter
 from identification.free_decay.vibration_detection import (
@@ -44,7 +44,9 @@ class StiffnessOfOneContact:
     degrees_of_freedom: int
 
 
-def stiffness_by_contact(likelihood: Likelihood) -> dict[Contact, StiffnessOfOneContact]:
+def stiffness_by_contact_geometry(
+    likelihood: Likelihood,
+) -> dict[ContactGeometry, StiffnessOfOneContact]:
     """The k of every contact that determines it alone; empty where there is only one contact."""
     contacts = likelihood.contacts if len(likelihood.contacts) > 1 else ()
     found = ((contact, _stiffness_of(likelihood, contact)) for contact in contacts)
@@ -63,7 +65,7 @@ def stiffnesses_agree(stiffnesses: Collection[StiffnessOfOneContact]) -> bool | 
     return bool(fdtrc(k.size - 1, degrees_of_freedom, scatter) > _SIGNIFICANCE)
 
 
-def _stiffness_of(likelihood: Likelihood, contact: Contact) -> StiffnessOfOneContact | None:
+def _stiffness_of(likelihood: Likelihood, contact: ContactGeometry) -> StiffnessOfOneContact | None:
     part = Likelihood([r for r in likelihood.vibrations if contact_geometry(r) == contact])
     try:
         solution = maximise_likelihood(part)

@@ -36,7 +36,7 @@ from identification.free_decay.vibration_model import (
 from symbolic import full_slide_level
 from symbolic.array_alias import Array
 
-Contact = tuple[float, float]
+ContactGeometry = tuple[float, float]
 """a and e [m]; recordings that share them share the slip."""
 
 COMMON = 2
@@ -158,7 +158,7 @@ class Likelihood:
         return np.concatenate([[k, b_t, *slips], own.ravel()])
 
 
-def contact_geometry(vibration: FreeVibration) -> Contact:
+def contact_geometry(vibration: FreeVibration) -> ContactGeometry:
     """Half-length and caster length of the contact [m]."""
     return vibration.decay.rig.a, vibration.decay.rig.e
 

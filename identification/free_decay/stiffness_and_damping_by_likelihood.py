@@ -11,10 +11,10 @@ from identification.fits.parameter_values import ParameterEstimate
 from identification.free_decay.identifiability import (
     StiffnessOfOneContact,
     describe_identifiability,
-    stiffness_by_contact,
+    stiffness_by_contact_geometry,
     stiffnesses_agree,
 )
-from identification.free_decay.likelihood import COMMON, Contact, Likelihood, contact_geometry
+from identification.free_decay.likelihood import COMMON, ContactGeometry, Likelihood, contact_geometry
 from identification.free_decay.noise_continuation import (
     LikelihoodMaximum,
     jackknife,
@@ -78,7 +78,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
     lengths = float(
         np.mean([relative_std_by_lengths(partial(rotational_stiffness, 1.0), d.rig) for d in decays])
     )
-    stiffnesses = stiffness_by_contact(likelihood)
+    stiffnesses = stiffness_by_contact_geometry(likelihood)
     agreed = stiffnesses_agree(stiffnesses.values())
     contacts = _contacts(likelihood, solution, covariance, stiffnesses)
     covariance[0, 0] += (lengths * k.value) ** 2
@@ -139,7 +139,7 @@ def _contacts(
     likelihood: Likelihood,
     solution: LikelihoodMaximum,
     covariance: Array,
-    stiffnesses: Mapping[Contact, StiffnessOfOneContact],
+    stiffnesses: Mapping[ContactGeometry, StiffnessOfOneContact],
 ) -> tuple[ContactPatchResult, ...]:
     """Friction force of every contact, where its slip 1/(mu F_N) differs from zero, and its k."""
     results = []

@@ -26,13 +26,13 @@ from identification.reading.channels_by_name import absent_rack_columns, map_hin
 from identification.reading.rack_derivatives import RackInstant, differentiated_rack_signals
 from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap
+from identification.reading.steering_rate import smoothed_rate
 from identification.reading.table import MIN_SAMPLES, Table
-from identification.reading.yaw_rate import smoothed_rate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.tables.parsing import MAX_TABLES_SIZE, prefix_errors, toml_of
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
-from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
+from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
 from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 
@@ -147,7 +147,7 @@ def to_mean_wheel(vehicle: Vehicle, rack: RackInstant, braked: NDArray[np.bool_]
     angles, torques = (
         [of(vehicle, *given, brakes=brakes) for brakes in (True, False)]
         for of, given in (
-            (straight_ahead_angle, (mean_angle(vehicle, s),)),
+            (equivalent_contact_angle, (mean_angle(vehicle, s),)),
             (aligning_torque_with_friction, (s, force, speed, acceleration)),
         )
     )

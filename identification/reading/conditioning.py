@@ -16,7 +16,7 @@ from functools import reduce
 import numpy as np
 
 from identification.reading.recordings import Recording
-from identification.reading.yaw_rate import smoothed_rate
+from identification.reading.steering_rate import smoothed_rate
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.array_alias import Array
 from symbolic.tables.parsing import prefix_errors

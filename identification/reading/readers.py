@@ -16,7 +16,7 @@ from identification.reading.formats.csvfile import read_csv
 from identification.reading.formats.hdf5 import open_hdf5
 from identification.reading.formats.matfile import is_hdf5, read_mat
 from identification.reading.formats.mdf import open_mdf
-from identification.reading.formats.opening import read_format
+from identification.reading.formats.optional_libraries import read_format
 from identification.reading.formats.parquet import open_parquet
 from identification.reading.formats.ros import open_ros
 from identification.reading.formats.tdms import open_tdms

@@ -111,9 +111,9 @@ def orthogonal_part(columns: Array, directions: Array) -> Array:
     return np.asarray(columns - directions @ (directions.T @ columns))
 
 
-def additional_basis(columns: Array, directions: Array) -> Array:
+def additional_basis(columns: Array, existing: Array) -> Array:
     """Orthonormal directions of these columns beyond those; none of columns that lie in their span."""
-    remaining = orthogonal_part(columns, directions)
+    remaining = orthogonal_part(columns, existing)
     new = np.linalg.norm(remaining, axis=0) > MIN_REMAINING_SHARE * np.linalg.norm(columns, axis=0)
     return orthonormal_basis(remaining[:, new])
 

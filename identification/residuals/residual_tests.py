@@ -10,7 +10,7 @@ from identification.fits.autocorrelation import autocorrelation_time, autoregres
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.reading.recordings import Recording
-from identification.residuals.signatures import MIN_STRUCTURE_SHARE, Signatures
+from identification.residuals.partial_correlations import MIN_STRUCTURE_SHARE, Signatures
 from symbolic.array_alias import Array
 
 MAX_NOISE_RATIO = 1.15

@@ -19,7 +19,7 @@ import numpy as np
 from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.car_plausibility import MOVING, require_unclipped
 from identification.reading.car_recordings import RackRecording
-from identification.reading.yaw_rate import smoothed_rate
+from identification.reading.steering_rate import smoothed_rate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
@@ -93,7 +93,7 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
     others = [np.r_[0:a, b : force.size] for a, b in pairwise(edges)]
     without = np.array([_solved(A[kept], force[kept]) for kept in others])
     variance = (BLOCKS - 1) * without.var(axis=0)
-    plates = PLATE_FRICTION * slide_force(vehicle)
+    plates = PLATE_FRICTION * full_slide_rack_force(vehicle)
     value[0] -= plates / 2
     # Levers make the force out of torques, and the return torque out of the way.
     lengths = EVEN * vehicle.tolerances.geometry * value
@@ -147,7 +147,7 @@ def _solved(A: Array, force: Array) -> Array:
     return np.asarray(np.linalg.lstsq(A, force, rcond=None)[0], dtype=np.float64)
 
 
-def slide_force(vehicle: Vehicle) -> float:
+def full_slide_rack_force(vehicle: Vehicle) -> float:
     """Force on the rack of both tyres that slide, mu = 1 [N]."""
     arm = Contact.of(vehicle, brakes=True).slide_arm
     return 2 * vehicle.wheel_load * arm / vehicle.steering_arm

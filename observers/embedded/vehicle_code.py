@@ -9,7 +9,7 @@ from observers.embedded.jinja_templates import render
 from observers.embedded.own_names import with_prefix
 from observers.embedded.scalar_type import Real, code_in_type
 from symbolic.compilation.scalar_c import c_function
-from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
+from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
 from symbolic.vehicle.steering import mean_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 
@@ -45,7 +45,7 @@ def vehicle_functions(vehicle: Vehicle) -> list[ca.Function]:
     rack, *moved = (ca.SX.sym(n) for n in ("rack", "force", "speed", "acceleration"))
     handwheel, bar, motor = (ca.SX.sym(n) for n in ("handwheel", "T_bar", "T_motor"))
     brakes = vehicle.brakes
-    psi = straight_ahead_angle(vehicle, mean_angle(vehicle, rack), brakes=brakes)
+    psi = equivalent_contact_angle(vehicle, mean_angle(vehicle, rack), brakes=brakes)
     M_z = aligning_torque_with_friction(vehicle, rack, *moved, brakes=brakes)
     of_hand = [rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor)]
     return [

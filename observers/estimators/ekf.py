@@ -34,7 +34,7 @@ from observers.patch.update import (
     slopes_by_states,
 )
 from observers.protocol import OUTPUT
-from observers.quality.change_by_direction import monitor_fields
+from observers.quality.friction_change_detection import monitor_fields
 from observers.quality.innovation_gate import COUNTS, huber_weight, innovation_variance
 from observers.udu import add_variance, build_udu_prediction, build_udu_update, covariance_expression
 from symbolic.casadi_functions import named_function

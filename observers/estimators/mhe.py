@@ -51,7 +51,7 @@ from observers.patch.history import PatchWindow
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
-from observers.quality.change_by_direction import monitor_fields
+from observers.quality.friction_change_detection import monitor_fields
 from observers.quality.innovation_gate import COUNTS
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance

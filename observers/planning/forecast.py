@@ -215,7 +215,7 @@ class Forecaster:
         return Forecast(mu=rows[MU], deviation=deviation, usable=usable, torque=rows[-1], status=status)
 
 
-def least_deviation(observer: ModelObserver, mu: float, F_N: float) -> dict[str, float]:
+def irreducible_mu_std(observer: ModelObserver, mu: float, F_N: float) -> dict[str, float]:
     """Deviations that no steering lowers, by cause, as shares of mu [1]; they add in quadrature."""
     causes = friction_floor(observer.tuning, observer.rig)
     slide = float(full_slide_torque(F_N, observer.rig.a))

@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
-from observers.planning.forecast import Forecast, ForecastCase, Forecaster, least_deviation
+from observers.planning.forecast import Forecast, ForecastCase, Forecaster, irreducible_mu_std
 from observers.planning.noisy_forecast import RUNS, NoisyForecaster
 from observers.planning.steering_path import (
     RAMP,
@@ -130,7 +130,7 @@ def plan(
     search = _Search(
         Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi, quiet
     )
-    floors = [hypot(*least_deviation(observer, mu, F_N).values()) for mu in mus]
+    floors = [hypot(*irreducible_mu_std(observer, mu, F_N).values()) for mu in mus]
     coarse = coarse or min(floors) > CLOSE * target
     for i, swing in enumerate(paths := swing_family(limits, coarse=coarse)):
         progress("trying paths", i, len(paths))
@@ -285,7 +285,7 @@ class _Search:
 
 def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:
     """Why no steering at all reaches a target at a friction; empty where one may."""
-    causes = least_deviation(observer, mu, F_N)
+    causes = irreducible_mu_std(observer, mu, F_N)
     floor, cause = hypot(*causes.values()), max(causes, key=lambda name: causes[name])
     if floor < target:
         return ""

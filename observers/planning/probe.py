@@ -20,7 +20,7 @@ from observers.estimators.ekf import Ekf
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.loop import Loop
 from observers.layout import ObserverState
-from observers.planning.forecast import ForecastCase, Forecaster, least_deviation
+from observers.planning.forecast import ForecastCase, Forecaster, irreducible_mu_std
 from observers.planning.plan import MUS, NEVER, REST, Plan, plan
 from observers.planning.steering_path import KINDS, PathPoint, SteeringLimits, SteeringPath, changed_path
 from observers.protocol import Estimate, Sample
@@ -207,7 +207,7 @@ class Probe:
     def _floor(self, sample: Sample, estimate: Estimate, state: ObserverState) -> str:
         """Why no steering reaches the target; empty where one may."""
         likely = estimate.mu if estimate.mu_std < VAGUE * estimate.mu else max(self.mus)
-        causes = least_deviation(self.observer, likely, sample.F_N)
+        causes = irreducible_mu_std(self.observer, likely, sample.F_N)
         if state["own"][_PHASE] == OVER:
             # From the end of the search for the torque's scale on it stays.
             causes["a stiffness that is not the declared one, or not known better"] = float(

@@ -7,7 +7,7 @@ import numpy as np
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.run import samples_and_start
-from observers.planning.forecast import Forecast, least_deviation
+from observers.planning.forecast import Forecast, irreducible_mu_std
 from observers.planning.steering_path import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality.acquisition import OWN
@@ -67,7 +67,7 @@ def uncertainty_budget(
     loads = used[SAMPLE.index("F_N")]
     # Dry friction counts before the results are multiplied by s.
     mu = output["mu"] / own.get("scale", 1.0)
-    budget = least_deviation(observer, mu, float(loads[np.isfinite(loads)][-1]))
+    budget = irreducible_mu_std(observer, mu, float(loads[np.isfinite(loads)][-1]))
     budget[SLOPE] = own.get("excess", 0.0)
     rest = (output["mu_std"] / output["mu"]) ** 2 - sum(part**2 for part in budget.values())
     return {**budget, REST: sqrt(max(0.0, rest))}
@@ -84,5 +84,5 @@ def largest_part(
     load = np.full(at + 1, F_N)
     budget = uncertainty_budget(observer, at, path.t, path.psi, load, **torque)
     cause = max(budget, key=lambda name: budget[name])
-    stays = least_deviation(observer, float(forecast.mu[at]), F_N)
+    stays = irreducible_mu_std(observer, float(forecast.mu[at]), F_N)
     return cause, budget[cause], hypot(*stays.values())

@@ -22,8 +22,8 @@ from observers.quality.acquisition_handover import (
 )
 from observers.quality.hypotheses_verdict import (
     VERDICT,
-    build_deviation_by_scale,
     build_hypotheses_verdict,
+    build_mu_std_from_torque_scale,
 )
 from observers.quality.hysteresis_branches import START, TRACK, build_mu_sensitivity, build_track_update
 from observers.quality.input_plausibility import MAX_TYRE_FRICTION
@@ -179,7 +179,7 @@ def build_acquisition_handover(
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
-    excess = build_deviation_by_scale(patch.misfit > 0, measurement_model.gain_share)
+    excess = build_mu_std_from_torque_scale(patch.misfit > 0, measurement_model.gain_share)
     doubt = update_unexplained(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"])
     failed = decided * (own["again"] == FAILED)
     after = own | {

@@ -43,7 +43,7 @@ from observers.quality.acquisition_handover import (
 )
 from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.equivalent_patch import added_torques
-from observers.quality.hypotheses_verdict import VERDICT, build_deviation_by_scale
+from observers.quality.hypotheses_verdict import VERDICT, build_mu_std_from_torque_scale
 from observers.quality.hysteresis_branches import TRACK, build_turning_point_update, sliding_onset_turn
 from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
@@ -128,7 +128,7 @@ def build_tracking_step(patch: EquivalentPatch, measurement_model: MeasurementMo
     )  # fmt: skip
     # While the search goes on, a branch tells something only where its torque was weighed.
     share = ca.if_else(numbers["phase"] < OVER, counted, 1) * share
-    excess = build_deviation_by_scale(patch.misfit > 0, measurement_model.gain_share)
+    excess = build_mu_std_from_torque_scale(patch.misfit > 0, measurement_model.gain_share)
     judged = ca.logic_and(numbers["phase"] == 1, ca.logic_not(named(VERDICT, verdict)["unexplained"]))
     numbers["excess"] = output_if(judged, excess, (verdict, limits), numbers["excess"])
     own, result = build_branch_consistency(patch, measurement_model)(

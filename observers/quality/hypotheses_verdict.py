@@ -254,7 +254,7 @@ def variance_of_scale(verdict: Parts, stiffness_std: Expression) -> Expression:
 
 
 @cache
-def build_deviation_by_scale(found: bool, gain_share: float) -> ca.Function:
+def build_mu_std_from_torque_scale(found: bool, gain_share: float) -> ca.Function:
     """What the scale adds to the relative deviation of mu [1]: (verdict, limits) -> excess.
 
     It is the torque's share of what s may be off by beyond what is k's own, from its value and its

@@ -278,7 +278,7 @@ def sliding_onset_turn(mu: Expression, F_N: Expression, tyre: Expression) -> Exp
 
 
 @cache
-def build_sliding_onset() -> ca.Function:
+def build_sliding_onset_turn() -> ca.Function:
     """`sliding_onset_turn`: (mu, F_N, tyre) -> turn."""
     inputs = symbols(ca.SX, mu=1, F_N=1, tyre=3)
     return named_function("sliding", inputs, {"turn": sliding_onset_turn(*inputs.values())})

@@ -3,7 +3,7 @@
 An innovation beyond the gate is rejected. After `Tuning.reset_after` in a row, all to one side, the
 ground has changed: the variance that two grounds differ by is added to that of ln mu, and the samples
 are accepted. What stays within the gate is watched by `observers.quality.innovation_monitor`, and
-friction by direction by `observers.quality.change_by_direction`.
+friction by direction by `observers.quality.friction_change_detection`.
 
 Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
 section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
@@ -17,7 +17,7 @@ from observers.layout import Expression, named, outputs_of, symbols, symbols_lik
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
-from observers.quality.change_by_direction import (
+from observers.quality.friction_change_detection import (
     has_changed,
     monitor_fields,
     predicted_reference,

@@ -1,8 +1,8 @@
 """One bristle, a sample and the elements in series as Functions of scalars, with their derivatives.
 
-The expressions are those of `symbolic.bristle_patch`, `symbolic.slip`, `symbolic.compliance` and the
-effects, with one bristle in the place of all. `symbolic.compilation.bristle_kernel` makes a recording of
-them.
+The expressions are those of `symbolic.bristle_patch`, `symbolic.slip_at_friction_limit`,
+`symbolic.compliance` and the effects, with one bristle in the place of all.
+`symbolic.compilation.bristle_kernel` makes a recording of them.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from symbolic.casadi_functions import named_function
 from symbolic.compliance import build_series_torque
 from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch
 from symbolic.patch_interface import Expression, Signals, patch_inputs
-from symbolic.slip import slip_search
+from symbolic.slip_at_friction_limit import slip_search
 
 Functions = dict[str, ca.Function]
 SCALARS = (*SIGNALS, "factor")
@@ -25,7 +25,7 @@ PLACES = ("lever", "limit", "moment")
 SHARED = 4
 """How many follow there that all bristles share."""
 FOUND = 4
-"""Results of `symbolic.slip.slip_search`."""
+"""Results of `symbolic.slip_at_friction_limit.slip_search`."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ import casadi as ca
 
 from symbolic.bristle_patch import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_limit
-from symbolic.slip import REFERENCE_SPEED, REST_SPEED
+from symbolic.slip_at_friction_limit import REFERENCE_SPEED, REST_SPEED
 
 MIN_FACTOR = 0.05
 """The logarithm is not followed below this factor [1]."""

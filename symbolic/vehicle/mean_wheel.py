@@ -164,7 +164,7 @@ def _spreads(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> 
     return parts
 
 
-def straight_ahead_angle(vehicle: Vehicle, psi: Expression, *, brakes: bool) -> Expression:
+def equivalent_contact_angle(vehicle: Vehicle, psi: Expression, *, brakes: bool) -> Expression:
     """Angle of the mean wheel's contact straight ahead [rad], see `symbolic.vehicle.kingpin`."""
     growth = growth_to_full_lock(vehicle, brakes=brakes)
     sine, cosine = sine_and_cosine(psi)

@@ -19,9 +19,9 @@ from identification.diagnosis.result_parts import (
 from identification.experiments.manoeuvre_within_range import SampledManoeuvre
 from identification.experiments.proposals import Proposal
 from identification.fits.parameter_values import ParameterEstimate, Values
+from identification.residuals.partial_correlations import Autocorrelation, SignalCorrelation, Signatures
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.residual_tests import Unexplained
-from identification.residuals.signatures import Autocorrelation, Signature, Signatures
 from observers import Estimates, FrictionQuality, Status
 from symbolic import EFFECTS, Model, effects_named
 
@@ -69,7 +69,7 @@ def signatures(strength: float, band: float = 0.3) -> Signatures:
     """Every signal with the same correlation, the even ones against it."""
     lags = 0.01 * np.arange(1, 101)
     each = tuple(
-        Signature(
+        SignalCorrelation(
             signal=signal.name,
             unit=signal.unit,
             correlation=strength * (-1) ** number,

@@ -7,9 +7,9 @@ import pytest
 
 import brushgrip
 from brushgrip import commands
-from brushgrip.cli import shadowed_packages
+from brushgrip.cli import own_packages_shadowed
 from brushgrip.cli.app import COMMANDS, app, command_of, found_commands, main, repeat_lists
-from brushgrip.cli.shadowed_packages import BEGINNINGS, foreign_packages
+from brushgrip.cli.own_packages_shadowed import BEGINNINGS, foreign_packages
 from brushgrip.published.fetch import FetchError
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Run, Write
@@ -137,9 +137,9 @@ def test_a_command_is_a_file(
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder where `symbolic` stands, and no `observers` is anywhere."""
     (tmp_path / "symbolic").mkdir()
-    found = shadowed_packages._origin
+    found = own_packages_shadowed._origin
     places = {"symbolic": tmp_path / "symbolic" / "__init__.py", "observers": None}
-    monkeypatch.setattr(shadowed_packages, "_origin", lambda name: places.get(name, found(name)))
+    monkeypatch.setattr(own_packages_shadowed, "_origin", lambda name: places.get(name, found(name)))
     return tmp_path
 
 
@@ -161,7 +161,7 @@ def test_a_package_that_was_written_over_is_not_ours(
 ) -> None:
     package = place / "symbolic" / "__init__.py"
     monkeypatch.setattr(
-        shadowed_packages, "__file__", str(place / "brushgrip" / "cli" / "shadowed_packages.py")
+        own_packages_shadowed, "__file__", str(place / "brushgrip" / "cli" / "own_packages_shadowed.py")
     )
     package.write_text('"""Something else."""\n')
     assert f"'symbolic' in {package.parent} is another" in foreign_packages()

@@ -31,6 +31,7 @@ from brushgrip.report.plain_summary import (
 )
 from brushgrip.report.tables import friction_by_recording, settling_and_coverage_table
 from brushgrip.report.validity_and_missing_effects import (
+    band_caveats,
     benefit_for_friction,
     error_to_quote,
     friction_over_speed,
@@ -38,7 +39,6 @@ from brushgrip.report.validity_and_missing_effects import (
     notes_beside,
     simulated_warning,
     summary_of,
-    untested_assumptions,
 )
 from brushgrip.wording.formatting import percent
 from identification import Curve, Diagnosis, FoundFamily, FoundModel
@@ -270,23 +270,23 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     note = assumed_tolerances([SimpleNamespace(rig=Rig(a=0.04, e=0.0))])  # type: ignore[list-item]
     diagnosis = replace(make_diagnosis(), notes=(note, "c got worse"))
 
-    assert untested_assumptions(diagnosis) == [
+    assert band_caveats(diagnosis) == [
         "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e (kingpin to"
         " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 % around the value found. The ± counts the"
         " tolerances, and allows for what the model leaves out. A value that is off by more than its"
         " tolerance shifts friction too."
     ]
     text = mail(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
-    assert untested_assumptions(diagnosis)[0] in text
+    assert band_caveats(diagnosis)[0] in text
     to_declare = next_steps(diagnosis, replace(make_outcome("c"), tracks=TRACKS))[-1]
     assert to_declare.startswith(
         "at the rig, measure half-length a, caster e, load and tread stiffness k, and declare"
     )
     assert notes_beside(diagnosis, text) == ["c got worse"]
     assert notes_beside(diagnosis, "") == [note, "c got worse"]
-    assert untested_assumptions(make_diagnosis())[0].startswith("The ± counts the tolerances")
+    assert band_caveats(make_diagnosis())[0].startswith("The ± counts the tolerances")
     beyond = replace(diagnosis, notes=(f"{BEYOND_RANGE}, so", f"{MAY_END}: c"))
-    assert untested_assumptions(beyond)[:2] == [
+    assert band_caveats(beyond)[:2] == [
         f"{BEYOND_RANGE[:1].upper()}{BEYOND_RANGE[1:]}, so.",
         "The sensor may end: c.",
     ]

@@ -10,7 +10,7 @@ import pytest
 from brushgrip.estimation.observe_recording import observer_factory
 from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.inputs.option_choices import ObserverName
-from brushgrip.inputs.recordings import grounds_by_name
+from brushgrip.inputs.recording_files import grounds_by_name
 from brushgrip.live.session_setup import source_and_estimator
 from brushgrip.outputs.provenance import provenance_of
 from tests.brushgrip.helpers import Run, Write

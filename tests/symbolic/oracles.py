@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic import Model, TorqueTrajectory, simulate
+from symbolic import Model, TorqueAndSensitivities, simulate
 
 Array = NDArray[np.float64]
 PERIOD = 0.01
@@ -63,7 +63,7 @@ def run(
     *,
     directions: Array | None = None,
     **effect_values: float,
-) -> TorqueTrajectory:
+) -> TorqueAndSensitivities:
     """Simulate; effect values by coordinate with a double underscore: effect__parameter."""
     values = {name.replace("__", "."): value for name, value in effect_values.items()}
     theta, geometry = theta_of(model, values, path.tyre), np.array([path.tyre.a, path.tyre.e])

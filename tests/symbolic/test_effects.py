@@ -19,7 +19,7 @@ from symbolic import (
     Model,
     Parameter,
     Signals,
-    TorqueTrajectory,
+    TorqueAndSensitivities,
     Values,
     simulate,
 )
@@ -74,7 +74,7 @@ def samples() -> Array:
 
 def simulated(
     model: Model, planted: Mapping[str, Mapping[str, float]], signals: Array
-) -> TorqueTrajectory:
+) -> TorqueAndSensitivities:
     theta = theta_of(model, flat(planted), TYRE)
     # Derivatives are made where nobody looks at them, too: these Functions are the ones that fits run.
     return simulate(model, signals, theta, GEOMETRY, np.eye(len(theta)))

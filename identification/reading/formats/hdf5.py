@@ -11,7 +11,7 @@ import numpy as np
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats.matfile import VARIABLES
-from identification.reading.formats.opening import import_library, require_size
+from identification.reading.formats.optional_libraries import import_library, require_size
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import SignalMap
 from identification.reading.units import stated_unit

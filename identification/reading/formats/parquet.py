@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
-from identification.reading.formats.opening import import_library, require_size
+from identification.reading.formats.optional_libraries import import_library, require_size
 from identification.reading.signal_map import SignalMap
 from identification.reading.units import stated_unit
 from symbolic import InvalidInputError

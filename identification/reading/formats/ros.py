@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
-from identification.reading.formats.opening import import_library, require_size
+from identification.reading.formats.optional_libraries import import_library, require_size
 from identification.reading.signal_map import SignalMap
 
 _DEEPEST = 6

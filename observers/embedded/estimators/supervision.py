@@ -52,12 +52,12 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         ),
         hysteresis_branches.build_turning_point_update(),
         hysteresis_branches.build_new_ground_branches(),
-        hysteresis_branches.build_sliding_onset(),
+        hysteresis_branches.build_sliding_onset_turn(),
         _edge(observer, constants.tunable == "all"),
         mu_over_k_hypotheses.build_one_hypothesis_update(has_gear_friction(model)),
         mu_over_k_hypotheses.build_torque_error(),
         expand_with_constants("follow_output", follow, known),
-        hypotheses_verdict.build_deviation_by_scale(patch.misfit > 0, model.gain_share),
+        hypotheses_verdict.build_mu_std_from_torque_scale(patch.misfit > 0, model.gain_share),
         expand_with_constants("conclude", conclude, known),
     ]
     if (added := build_added_torque(observer.model)) is not None:

@@ -36,7 +36,7 @@ from observers.measurement.linearisation import build_linearised_motion, slope_s
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE
-from observers.quality.change_by_direction import monitor_fields
+from observers.quality.friction_change_detection import monitor_fields
 from observers.quality.innovation_gate import COUNTS, build_innovation_test
 from observers.quality.innovation_monitor import log_mu_change_variance
 from observers.tuning import TUNING_FIELDS

@@ -24,7 +24,7 @@ from symbolic.bristle_patch import SPAN
 from symbolic.compilation.scalar_c import c_function, c_records
 from symbolic.compliance import BALANCE_STEPS
 from symbolic.deformation import full_slide_arm
-from symbolic.slip import REFERENCE_SPEED, REST_SPEED
+from symbolic.slip_at_friction_limit import REFERENCE_SPEED, REST_SPEED
 
 OMEGA = (-12, 24)
 """Arguments between which Wright's function is a table; it is e^x before."""

@@ -8,7 +8,14 @@ from identification import Fit, FitOptions, Recording, Values, fit, initial_gues
 from identification.fits import profile as profiling
 from identification.fits.covariance import standard_deviations
 from identification.fits.loss import Huber
-from identification.fits.profile import CASTER, HALF_LENGTH, LIMIT, ModelParameter, ProfileAxis, profile
+from identification.fits.profile import (
+    CASTER,
+    HALF_LENGTH,
+    LIMIT,
+    ProfileAxis,
+    ProfiledParameter,
+    profile,
+)
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 from symbolic import InvalidInputError, Model, Rig, effects_named
@@ -34,7 +41,7 @@ def test_the_interval_of_white_noise_is_that_of_the_deviation(fitted, loss: Hube
     best = fit(MODEL, recordings, fitted[0].values, options)
     k, spread = best.values.tyre["k"], standard_deviations(best, recordings)[0]
     grid = k + spread * np.array([-3.3, -1.5, 0.4, 2.1, 3.5])
-    made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid, options)
+    made = profile(MODEL, recordings, best.values, ProfiledParameter(name="k"), grid, options)
 
     assert made.converged
     assert made.best == pytest.approx(k, abs=0.05 * spread)
@@ -47,7 +54,7 @@ def test_one_recordings_friction(fitted) -> None:
     best, recordings = fitted
     name = recordings[1].name
     mu, spread = best.values.own[name]["mu"], standard_deviations(best, recordings)[2]
-    axis = ModelParameter(name="mu", recording=name)
+    axis = ProfiledParameter(name="mu", recording=name)
     made = profile(MODEL, recordings, best.values, axis, mu + spread * np.linspace(-4, 4, 5))
 
     ends = (np.array(made.interval, dtype=float) - mu) / spread
@@ -88,7 +95,7 @@ def test_a_profile_is_open_where_the_grid_ends_too_soon(fitted) -> None:
     best, recordings = fitted
     k, spread = best.values.tyre["k"], standard_deviations(best, recordings)[0]
     grid = k + spread * np.array([-4.0, -2.0, -1.0])
-    made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid)
+    made = profile(MODEL, recordings, best.values, ProfiledParameter(name="k"), grid)
 
     assert made.interval[0] is not None
     assert made.interval[1] is None
@@ -106,7 +113,7 @@ def test_every_fit_begins_where_its_neighbour_ended(fitted, monkeypatch: pytest.
     monkeypatch.setattr(profiling, "fit", watched)
     k = best.values.tyre["k"]
     grid = k * np.array([0.8, 0.9, 1.0, 1.1, 1.2])
-    made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid)
+    made = profile(MODEL, recordings, best.values, ProfiledParameter(name="k"), grid)
 
     friction = dict(zip(made.grid.tolist(), made.paths["mu"].tolist(), strict=True))
     for value, neighbour in ((0.8, 0.9), (0.9, 1.0), (1.1, 1.0), (1.2, 1.1)):
@@ -119,13 +126,17 @@ def test_every_fit_begins_where_its_neighbour_ended(fitted, monkeypatch: pytest.
 @pytest.mark.parametrize(
     ("axis", "grid", "match"),
     [
-        (ModelParameter(name="k"), [1e6, 2e6], "the grid of k must be at least three increasing values"),
-        (ModelParameter(name="k"), [1e6, 3e6, 2e6], "increasing"),
-        (ModelParameter(name="k"), [1e6, np.nan, 2e6], "increasing"),
-        (ModelParameter(name="k"), [1.0, 1e6, 2e6], "parameter k must lie in"),
-        (ModelParameter(name="what"), [1, 2, 3], "unknown parameter 'what'; the model has mu, k"),
-        (ModelParameter(name="mu"), [1, 2, 3], "mu is no parameter of all recordings"),
-        (ModelParameter(name="mu", recording="x"), [1, 2, 3], "mu is no parameter of 'x'"),
+        (
+            ProfiledParameter(name="k"),
+            [1e6, 2e6],
+            "the grid of k must be at least three increasing values",
+        ),
+        (ProfiledParameter(name="k"), [1e6, 3e6, 2e6], "increasing"),
+        (ProfiledParameter(name="k"), [1e6, np.nan, 2e6], "increasing"),
+        (ProfiledParameter(name="k"), [1.0, 1e6, 2e6], "parameter k must lie in"),
+        (ProfiledParameter(name="what"), [1, 2, 3], "unknown parameter 'what'; the model has mu, k"),
+        (ProfiledParameter(name="mu"), [1, 2, 3], "mu is no parameter of all recordings"),
+        (ProfiledParameter(name="mu", recording="x"), [1, 2, 3], "mu is no parameter of 'x'"),
         (HALF_LENGTH, [0.01, 0.5, 1], "a must lie between 0.001 and 1 m"),
     ],
 )
@@ -141,7 +152,7 @@ def test_values_that_are_missing_begin_at_their_own_start(fitted) -> None:
     start = initial_guess(MODEL, recordings)
     model = Model(effects=effects_named(["contact_damping"]), corners=16)
     bare = Values(tyre=start.tyre, own=start.own)
-    axis = ModelParameter(name="contact_damping.c")
+    axis = ProfiledParameter(name="contact_damping.c")
     made = profile(model, recordings, bare, axis, [0.0, 0.05, 0.1])
 
     assert made.unit == "N m s/rad"

@@ -15,7 +15,7 @@ from identification.free_decay import (
 )
 from identification.free_decay.identifiability import (
     StiffnessOfOneContact,
-    stiffness_by_contact,
+    stiffness_by_contact_geometry,
     stiffnesses_agree,
 )
 from identification.free_decay.likelihood import Likelihood
@@ -349,14 +349,14 @@ def test_seldom_wrong() -> None:
 
 
 def test_each_contact_tells_k(decays: list[Decay]) -> None:
-    found = stiffness_by_contact(Likelihood([find_vibration(one) for one in decays]))
+    found = stiffness_by_contact_geometry(Likelihood([find_vibration(one) for one in decays]))
 
     assert list(found) == [(a, TYRE.e) for a in THREE]
     for one in found.values():
         assert abs(one.k - TYRE.k) < 4 * one.std
         assert one.std < 0.003 * TYRE.k
     assert stiffnesses_agree(found.values()) is True
-    assert stiffness_by_contact(Likelihood([find_vibration(one) for one in decays[:2]])) == {}
+    assert stiffness_by_contact_geometry(Likelihood([find_vibration(one) for one in decays[:2]])) == {}
 
 
 @pytest.mark.parametrize(
@@ -394,10 +394,10 @@ def test_contacts_that_do_not_tell(decays: list[Decay], monkeypatch: pytest.Monk
         raise np.linalg.LinAlgError
 
     monkeypatch.setattr(identifiability, "maximise_likelihood", singular)
-    assert stiffness_by_contact(likelihood) == {}
+    assert stiffness_by_contact_geometry(likelihood) == {}
     monkeypatch.setattr(
         identifiability,
         "maximise_likelihood",
         lambda part: replace(maximise_likelihood(part), converged=False),
     )
-    assert stiffness_by_contact(likelihood) == {}
+    assert stiffness_by_contact_geometry(likelihood) == {}

@@ -14,7 +14,7 @@ import pytest
 from identification import Recording, read_recording, read_rig
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats import can
-from identification.reading.formats.opening import read_format
+from identification.reading.formats.optional_libraries import read_format
 from identification.reading.signal_map import NO_MAP, SignalMap
 from tests.identification.reading.logs import OWN_CLOCK, WRITERS, as_logged
 from tests.refusal import refused
@@ -92,7 +92,7 @@ def test_a_library_that_is_not_there_is_named(
     def missing(name: str) -> None:
         raise ImportError(name)
 
-    monkeypatch.setattr("identification.reading.formats.opening.import_module", missing)
+    monkeypatch.setattr("identification.reading.formats.optional_libraries.import_module", missing)
     path = tmp_path / f"run{suffix}"
     path.write_bytes(b"anything")
 
@@ -198,7 +198,7 @@ def test_a_channel_too_long_is_refused_before_it_is_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, signals = written("parquet", tmp_path)
-    monkeypatch.setattr("identification.reading.formats.opening.MAX_SAMPLES", 100)
+    monkeypatch.setattr("identification.reading.formats.optional_libraries.MAX_SAMPLES", 100)
 
     assert "at most 100 allowed" in refusal(path, signals)
 
@@ -228,7 +228,7 @@ def test_memory_is_bounded_whatever_a_library_asks_for(
     import resource
 
     usual = resource.getrlimit(resource.RLIMIT_AS)
-    monkeypatch.setattr("identification.reading.formats.opening.LIMIT.most", 1_000_000_000)
+    monkeypatch.setattr("identification.reading.formats.optional_libraries.LIMIT.most", 1_000_000_000)
     message = refusal_where(lambda: np.ones(300_000_000), tmp_path)
 
     assert re.search(r"run\.xyz: takes more than .* GB of memory to read", message)

@@ -10,7 +10,7 @@ from benchmarks.embedded import adversarial
 from observers import Ekf, Mhe, car_observer
 from observers.embedded import DOUBLE, SINGLE, generate, generate_vehicle
 from observers.embedded.instruction_count import ERROR, estimated_instructions
-from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, straight_ahead_angle
+from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
 from symbolic.vehicle.steering import mean_angle
 from tests.compile_once import compile_once
 from tests.observers.embedded.conftest import Generate, Unpacked
@@ -28,7 +28,7 @@ MOST_INSTRUCTIONS, MOST_MEMORY = 20_000, 4096
 @pytest.fixture(scope="module")
 def rows() -> np.ndarray:
     t, rack = steering(seconds=8.0)
-    psi = straight_ahead_angle(CAR, mean_angle(CAR, rack), brakes=True)
+    psi = equivalent_contact_angle(CAR, mean_angle(CAR, rack), brakes=True)
     M_z = aligning_torque_with_friction(CAR, rack, SimulatedCar(mu=(0.3, 0.3)).force(rack), brakes=True)
     same = np.ones(t.size)
     return SINGLE.round(np.column_stack([psi, np.nan * same, M_z, 4000.0 * same, 0.01 * same]))
@@ -84,7 +84,7 @@ def test_sensors_of_a_car_in_c(tmp_path: Path) -> None:
     compile_once(["cc", *flags, "use.c", "-o", "use.so", "-lm"], tmp_path, "use.so")
     library, out = ctypes.CDLL(str(tmp_path / "use.so")), (ctypes.c_double * 3)()
     library.use(ctypes.c_double(0.04), ctypes.c_double(-900.0), out)
-    psi = straight_ahead_angle(CAR, mean_angle(CAR, 0.04), brakes=True)
+    psi = equivalent_contact_angle(CAR, mean_angle(CAR, 0.04), brakes=True)
 
     assert list(out) == pytest.approx(
         [psi, aligning_torque_with_friction(CAR, 0.04, -900.0, brakes=True), 4000.0]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from observers import AligningTorque, DirectionalFriction, Ekf, Mhe, Sample, SteeringTorque, run
-from observers.planning.forecast import Forecaster, least_deviation
+from observers.planning.forecast import Forecaster, irreducible_mu_std
 from observers.planning.steering_path import SteeringPath, fastest_path
 from symbolic import Rig, Tolerances
 from tests.observers.factories import found_model
@@ -85,13 +85,13 @@ def test_other_observers_are_forecast(acquiring: Ekf, kind: str) -> None:
 
 def test_what_no_steering_lowers(acquiring: Ekf) -> None:
     rig = Rig(a=0.045, e=0.0, dry_friction=0.135, tolerances=Tolerances(a=0.0045, e=0.0, load=0.03))
-    causes = least_deviation(replace(acquiring, rig=rig), 0.5, LOAD)
+    causes = irreducible_mu_std(replace(acquiring, rig=rig), 0.5, LOAD)
 
     # Full slide measures mu times half-length and load; evenly spread, a tolerance counts by 1/sqrt(3).
     assert sorted(causes.values()) == pytest.approx([0.0, 0.03 / 3**0.5, 0.04, 0.1 / 3**0.5], abs=1e-4)
     directed = replace(acquiring, rig=rig, measurement_model=DirectionalFriction())
     # 0.03 of full slide at mu = 1, of 0.5.
-    assert least_deviation(directed, 0.5, LOAD) == {**causes, "zero of the torque": 0.06}
+    assert irreducible_mu_std(directed, 0.5, LOAD) == {**causes, "zero of the torque": 0.06}
     floor = replace(acquiring, rig=rig).effective_tuning.mu_floor
     assert hypot(floor, causes["dry friction"]) == pytest.approx(hypot(*causes.values()))
 

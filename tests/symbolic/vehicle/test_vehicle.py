@@ -14,8 +14,8 @@ from symbolic.parameters import EVEN
 from symbolic.vehicle.kingpin import growth_to_full_lock, standing_point
 from symbolic.vehicle.mean_wheel import (
     aligning_torque_with_friction,
+    equivalent_contact_angle,
     friction_uncertainties,
-    straight_ahead_angle,
 )
 from symbolic.vehicle.steering import (
     jacking_torque,
@@ -122,7 +122,7 @@ def test_upright_kingpins_turn_the_contact_alike_everywhere() -> None:
     growth = growth_to_full_lock(upright, brakes=True)
 
     assert (growth.torque, growth.stiffness) == pytest.approx((0.0, 0.0), abs=1e-12)
-    assert straight_ahead_angle(upright, 0.4, brakes=True) == pytest.approx(0.4)
+    assert equivalent_contact_angle(upright, 0.4, brakes=True) == pytest.approx(0.4)
     assert growth_to_full_lock(CAR, brakes=True).torque > 0.05
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from brushgrip.inputs.command_inputs import gather_inputs
-from brushgrip.inputs.recordings import (
+from brushgrip.inputs.recording_files import (
     download_folder,
     locate_recordings,
     refuse_overwriting,

@@ -17,6 +17,7 @@ from identification.residuals.correlation import (
     residual_noise,
     residual_rows,
 )
+from identification.residuals.partial_correlations import SignalCorrelation, Signatures, signatures
 from identification.residuals.residual_signals import (
     RESIDUAL_SIGNALS,
     Signal,
@@ -24,7 +25,6 @@ from identification.residuals.residual_signals import (
     motion_and_model_torque,
     reading_of,
 )
-from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.selection.trial import model_of
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
@@ -90,7 +90,7 @@ def looked(name: str | None, seed: int) -> Signatures:
     return signatures(fitted.residuals, made, [fitted])
 
 
-def named(found: Signatures, signal: str) -> Signature:
+def named(found: Signatures, signal: str) -> SignalCorrelation:
     return next(s for s in found.signatures if s.signal == signal)
 
 

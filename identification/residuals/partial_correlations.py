@@ -59,7 +59,7 @@ class Autocorrelation:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Signature:
+class SignalCorrelation:
     """How far the residual follows a signal.
 
     Attributes:
@@ -122,8 +122,8 @@ class Signatures:
 
     rms: float
     autocorrelation: Autocorrelation
-    signatures: tuple[Signature, ...]
-    followed: tuple[Signature, ...]
+    signatures: tuple[SignalCorrelation, ...]
+    followed: tuple[SignalCorrelation, ...]
 
     @property
     def reading(self) -> str:
@@ -236,14 +236,14 @@ def _correlate(
     noise: ResidualNoise,
     effects: Sequence[Effect],
     added: Sequence[Effect],
-) -> tuple[Signature, ...]:
+) -> tuple[SignalCorrelation, ...]:
     """How far the residual follows each signal."""
     every = []
     for signal, own in columns.items():
         degrees_of_freedom = 1e9 if signal.centred else noise.degrees_of_freedom
         value, band, slopes = correlation(own, absorbed.of(signal), noise, degrees_of_freedom)
         every.append(
-            Signature(
+            SignalCorrelation(
                 signal=signal.name,
                 unit=signal.unit,
                 correlation=value,
@@ -263,13 +263,13 @@ def _followed(
     columns: Mapping[Signal, Array],
     absorbed: _Absorbed,
     rows: ResidualRows,
-    marginal: tuple[Signature, ...],
+    marginal: tuple[SignalCorrelation, ...],
     effects: Sequence[Effect],
     added: Sequence[Effect],
-) -> tuple[Signature, ...]:
+) -> tuple[SignalCorrelation, ...]:
     """The strongest that stands out, then the strongest in the residual that remains without it."""
     by_name = {signal.name: signal for signal in columns}
-    followed: list[Signature] = []
+    followed: list[SignalCorrelation] = []
     every = marginal
     least = MIN_CORRELATION * rows.rms
     while len(followed) < MAX_EXTRACTED:
