@@ -10,6 +10,7 @@ forecast cannot know.
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from math import hypot
 from typing import Any
 
 import numpy as np
@@ -225,3 +226,16 @@ def irreducible_mu_std(observer: ModelObserver, mu: float, F_N: float) -> dict[s
     if OTHER in states and "M_0" not in states:
         causes["zero of the torque"] = (observer.tuning.zero_std if zero is None else zero / slide) / mu
     return causes
+
+
+def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:
+    """Why no steering at all reaches a target at a friction; empty where one may."""
+    causes = irreducible_mu_std(observer, mu, F_N)
+    floor, cause = hypot(*causes.values()), max(causes, key=lambda name: causes[name])
+    if floor < target:
+        return ""
+    return (
+        f"{target:.1%} cannot be reached by any steering: {cause} alone"
+        f" {'leave' if cause[:10] == 'tolerances' else 'leaves'} {causes[cause]:.1%}, all that no"
+        f" measurement lowers {floor:.1%}"
+    )

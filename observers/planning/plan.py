@@ -19,7 +19,13 @@ from typing import Literal
 import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
-from observers.planning.forecast import Forecast, ForecastCase, Forecaster, irreducible_mu_std
+from observers.planning.forecast import (
+    Forecast,
+    ForecastCase,
+    Forecaster,
+    irreducible_mu_std,
+    out_of_reach,
+)
 from observers.planning.noisy_forecast import RUNS, NoisyForecaster
 from observers.planning.steering_path import (
     RAMP,
@@ -281,19 +287,6 @@ class _Search:
         )  # fmt: skip
         # The first path that reaches it will do.
         return any(wide.attempt(swing) < NEVER for swing in swing_family(limits, coarse=True))
-
-
-def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:
-    """Why no steering at all reaches a target at a friction; empty where one may."""
-    causes = irreducible_mu_std(observer, mu, F_N)
-    floor, cause = hypot(*causes.values()), max(causes, key=lambda name: causes[name])
-    if floor < target:
-        return ""
-    return (
-        f"{target:.1%} cannot be reached by any steering: {cause} alone"
-        f" {'leave' if cause[:10] == 'tolerances' else 'leaves'} {causes[cause]:.1%}, all that no"
-        f" measurement lowers {floor:.1%}"
-    )
 
 
 def _check(target: float, mus: Sequence[float], F_N: float) -> None:

@@ -191,8 +191,7 @@ def build_hypotheses_verdict(gear: bool = False) -> ca.Function:
     deviation, allowed = ca.sqrt(var_gain + error), ALLOWED * limits["stiffness_std"]
     inside = (allowed - ca.fabs(log_gain)) / deviation
     # While noise hides the torque, ln s may be far off although s may well be 1.
-    gain, var_one = even.at_mode("gain"), even.at_mode("D_gain")
-    off = (gain - 1) ** 2 > HIDDEN**2 * var_one
+    off = (even.at_mode("gain") - 1) ** 2 > HIDDEN**2 * even.at_mode("D_gain")
     suspect = ca.logic_and(off, inside < -VERDICT_MARGINS[1])
     squares = -2 * ca.mmax(likelihood)
     outputs = {
