@@ -128,14 +128,13 @@ def plan(
         InvalidInputError: a target, friction or load is out of range, or the limits leave no rate.
     """
     _check(target, mus, F_N)
-    hopeless = {mu: out_of_reach(observer, target, mu, F_N) for mu in mus}
-    if all(hopeless.values()):
-        raise InvalidInputError(f"mu = {mus[-1]:g}: {hopeless[mus[-1]]}; ask for well above that")
     if limits.time < (least := MIN_SAMPLES * dt):
         raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
     search = _Search(
         Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi, quiet
     )
+    if all(search.hopeless.values()):
+        raise InvalidInputError(f"mu = {mus[-1]:g}: {search.hopeless[mus[-1]]}: ask for well above that")
     floors = [hypot(*irreducible_mu_std(observer, mu, F_N).values()) for mu in mus]
     coarse = coarse or min(floors) > CLOSE * target
     for i, swing in enumerate(paths := swing_family(limits, coarse=coarse)):
@@ -262,8 +261,7 @@ class _Search:
             if floor > CLOSE * self.target:
                 return f"{known}; all that no measurement lowers is {floor:.1%}: ask for well above that"
         allowed = forecast.allowed(self.limits.torque)
-        is_limited = allowed < forecast.torque.size
-        if is_limited:
+        if is_limited := allowed < forecast.torque.size:
             known = f"{known}, beyond the limit of the torque from {path.t[allowed]:.3g} s on"
         if self.reached_with(mu):
             return f"{known}; another path reaches it: plan for this friction alone"
