@@ -163,7 +163,9 @@ def friction_by_both_models(
     if any(is_of_other_scale(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):
         return None
     load = common_load(found, recordings)
-    references = {r.name: offline_friction(fitted, r, load) for r in recordings}
+    references = {
+        at: {r.name: offline_friction(fitted, r, at) for r in recordings} for at in (load, None)
+    }
     runs = {
         MHE_FOUND: (ObserverName.MHE, found, compared),
         EKF_FOUND: (ObserverName.EKF, found, recordings),
@@ -172,7 +174,7 @@ def friction_by_both_models(
     # To build an observer takes longer than to run it, and one serves all recordings.
     outcomes: dict[str, dict[str, _Observed]] = results_of(
         {
-            label: submit(_observed, observer, model, some, references, load)
+            label: submit(_observed, observer, model, some, references[load if model else None], load)
             for label, (observer, model, some) in runs.items()
         }
     )

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from statistics import median_low
 
 import numpy as np
 
@@ -27,11 +28,11 @@ def friction_ratio(found: FoundModel, recording: Recording, load: float) -> Arra
 
 
 def common_load(found: FoundModel, recordings: Sequence[Recording]) -> float | None:
-    """The median of the recordings' loads [N], at which they compare; None where load changes nothing.
+    """A load of the recordings amid theirs [N], at which they compare; None where it changes nothing.
 
     None, too, for a car, whose observer takes no found model.
     """
-    load = float(np.median([np.median(r.F_N) for r in recordings]))
+    load = median_low(float(np.median(r.F_N)) for r in recordings)
     on_rig = [r for r in recordings if r.standstills is None]
     ratios = [friction_ratio(found, recording, load) for recording in on_rig]
     return load if any(np.abs(ratio - 1).max() >= LEAST_CHANGE for ratio in ratios) else None

@@ -23,6 +23,7 @@ from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
 from brushgrip.wording.formatting import effect_words, listed, percent, sentence
 from brushgrip.wording.friction_in_words import further_recording, prediction_band
 from identification import Diagnosis
+from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from observers import GroundFriction
 
 UNLIKE = "asymmetric_friction"
@@ -123,7 +124,8 @@ def _with_values(
     """What another stiffness may mean, with the friction of each ground in the cases that change it."""
     bands = {g: one for g, one in outcome.further().items() if g and one.further is not None}
     told, ratio = list(cases), diagnosis.stiffness_ratio
-    if not _is_provisional(diagnosis, known=known) or not bands or len(told) < 3:
+    single = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) == 1
+    if not _is_provisional(diagnosis, known=known) or not bands or not single:
         return told
     bound = "at least" if ratio > 1 else "at most"
     for at, factor, about in ((1, ratio, "about"), (2, ratio ** (1 / 3), bound)):

@@ -41,8 +41,13 @@ class NoisyForecaster:
         if quiet:
             self.enough, self.noise = 1, np.zeros((1, samples))
 
-    def reached(self, path: SteeringPath, case: ForecastCase, last: int) -> list[int]:
-        """Sorted samples, up to about the `last`, at which runs reach the target; ends if too few do."""
+    def reached(
+        self, path: SteeringPath, case: ForecastCase, last: int, *, every: bool = False
+    ) -> list[int]:
+        """Sorted samples, up to about the `last`, at which runs reach the target.
+
+        Ends where too few do, except that every run is to be counted.
+        """
         reached: list[int] = []
         for i, noise in enumerate(self.noise):
             at, _ = self.forecaster.forecast_until_target(
@@ -50,7 +55,7 @@ class NoisyForecaster:
             )
             if at is not None:
                 reached.append(at)
-            if i - len(reached) >= len(self.noise) - self.enough:
+            if not every and i - len(reached) >= len(self.noise) - self.enough:
                 break
         return sorted(reached)
 

@@ -226,7 +226,7 @@ class _Search:
         """The plan of the best path, cut soon after the last ground is known, or where it must end."""
         path = self.path(self.found)
         whole = [self.forecaster.forecast_whole(path, case, self.F_N) for case in self.cases]
-        runs = [self.noisy.reached(path, case, path.psi.size) for case in self.cases]
+        runs = [self.noisy.reached(path, case, path.psi.size, every=True) for case in self.cases]
         enough = self.noisy.enough
         reached = [one[enough - 1] if len(one) >= enough else None for one in runs]
         last = max((at for at in reached if at is not None), default=0)
@@ -254,8 +254,7 @@ class _Search:
         if at is not None:
             known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
             if forecast.deviation[at] <= self.target:
-                known += f", with noise within {self.target:.1%} in {count} of {RUNS} runs, more"
-                known += " if [sensor] noise declares less"
+                known += f", with noise within {self.target:.1%} in {count} of {RUNS} runs"
             cause, part, floor = largest_part(self.forecaster.observer, path, forecast, self.F_N, at)
             known = f"{known}; its largest part is {cause}, {part:.1%}"
             if floor > CLOSE * self.target:

@@ -6,6 +6,7 @@ import hashlib
 import logging
 import os
 import platform
+import shutil
 import subprocess
 from collections.abc import Callable
 from functools import cache, partial
@@ -126,6 +127,14 @@ def _accepts(command: str, flags: tuple[str, ...]) -> bool:
 
 
 @cache
+def _build_of(command: str) -> str:
+    """Which build of a compiler a command runs, as another one may take other flags."""
+    place = Path(shutil.which(command.split()[0]) or command).resolve()
+    state = place.stat() if place.exists() else None
+    return f"{place} {state.st_size} {state.st_mtime_ns}" if state else str(place)
+
+
+@cache
 def _processor() -> str:
     """What -march=native stands for here, so that a cache shared by machines stays right."""
     return (
@@ -152,7 +161,7 @@ def _library(
     name: str, source: str, command: str, flags: tuple[str, ...], load: Callable[[str], Loaded]
 ) -> Loaded:
     """Load a library of the cache; build it first where the cache has none that loads."""
-    text = "\0".join((source, command, _processor(), *flags)).encode()
+    text = "\0".join((source, command, _build_of(command), _processor(), *flags)).encode()
     folder, stem = private_cache(), f"{name}_{_digest(text)}"
     for library in folder.glob(f"{stem}_*{LIBRARY_SUFFIX}"):
         if _is_sound(library):
