@@ -69,6 +69,7 @@ def test_says_the_path_in_the_angle_that_the_rig_file_maps(planning: PlanRun, ri
     assert rest == f" turns the wheel, as below, {plain.removeprefix('turn ')}"
 
 
+@pytest.mark.long
 def test_says_why_a_target_is_out_of_reach(planning: PlanRun) -> None:
     planning("--mu", "0.8", "--target", "0.02").refused(
         "2.0% cannot be reached by any steering: tolerances of half-length", "ask for well above that"

@@ -58,6 +58,7 @@ def test_a_fit_does_not_settle_at_next_to_no_friction_below_a_low_range() -> Non
     assert values.own[one.name]["mu"] == pytest.approx(0.7, rel=0.02)
 
 
+@pytest.mark.long
 def test_a_diagnosis_leaves_them_out_and_says_what_is_not_known_then() -> None:
     candidates = ("frictional_creep", "carcass_torsion", "asymmetric_friction")
     silent, declared = (diagnose(clipped(reach), candidates=candidates, jobs=1) for reach in (None, 1.0))

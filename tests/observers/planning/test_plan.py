@@ -56,6 +56,7 @@ def test_a_path_that_reaches_no_more_ends_where_the_torque_is_too_great(
     assert (planned.path.travel[-1] > 1.5 * planned.path.travel[ice]) == (torque == 1.2)
 
 
+@pytest.mark.long
 def test_a_stricter_target_never_needs_less_on_the_worst_ground(acquiring: Ekf, planned: Plan) -> None:
     looser = [
         plan(acquiring, target, LIMITS, LOAD, mus=(0.1, 0.8), coarse=True) for target in (0.08, 0.06)
@@ -89,6 +90,7 @@ def test_turning_back_tells_ice_sooner_than_turning_on(acquiring: Ekf) -> None:
     assert forecaster.forecast_whole(back, case, LOAD).reached(0.07) is not None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "seed", [pytest.param(n, marks=() if n in (1, 2, 3) else pytest.mark.long) for n in range(6)]
 )
