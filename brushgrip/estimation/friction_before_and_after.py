@@ -164,7 +164,7 @@ def friction_by_both_models(
         return None
     load = common_load(found, recordings)
     references = {
-        at: {r.name: offline_friction(fitted, r, at) for r in recordings} for at in (load, None)
+        at: {r.name: offline_friction(fitted, r, at) for r in recordings} for at in {load, None}
     }
     runs = {
         MHE_FOUND: (ObserverName.MHE, found, compared),

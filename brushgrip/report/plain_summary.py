@@ -53,8 +53,7 @@ def lines_to_send(
 ) -> tuple[Parts, Parts]:
     """A mail of a few lines, what is acted on first, and what is to be known before acting on it.
 
-    Each is a list of parts, a label and its items; a label of the second goes on where that of the first
-    ends.
+    Each is a list of parts, a label and its items.
     """
     told = outcome or FrictionOutcome(before={}, after={}, grounds={})
     known = any(map(told.known_tracks, told.grounds))
