@@ -107,12 +107,19 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     if chance > CHANCE:
         return ""
     ways = {ground: kendall_load_test([own]) for ground, own in known.items()}
-    on = listed([ground for ground, (alone, way) in ways.items() if alone < 1 and way == falls])
+    ends = {ground: (min(own), max(own)) for ground, own in known.items() if own}
+    on = listed(
+        [
+            f"{ground} ({' to '.join(f'{mu:.2f} at {load:.0f} N' for load, mu in ends[ground])})"
+            for ground, (alone, way) in ways.items()
+            if alone < 1 and way == falls
+        ]
+    )
     told = f", though the model found tells it{at_common_load(outcome)}" * (outcome.load is not None)
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction{told}"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
-        " whether load is the cause is not known: take the recordings near your load, with the ± of the"
+        " whether load is the cause is not known: take the value nearest to your load, with the ± of the"
         " ground."
     )
 

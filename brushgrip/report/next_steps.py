@@ -24,14 +24,14 @@ TOLD = 0.95
 MAX_STEPS = 4
 """What to do next that is told."""
 CHECKS = {
-    False: "at the desk, find where the declared stiffness comes from; at the rig, check the torque (its"
-    " zero with nothing on it, then a known weight on a lever), the angle (a known turn), the gear"
-    " ratios and the half-length of the contact (a print at the load of each recording). If a factor"
-    " or a length was wrong and is known now, correct it in the rig file and run this program again;"
-    " if something had to be repaired, record again: every figure here may change. If the rig is"
+    False: "who keeps the rig file: find where the declared stiffness comes from; who runs the rig:"
+    " check the torque (its zero with nothing on it, then a known weight on a lever), the angle (a"
+    " known turn), the gear ratios and the half-length of the contact (an ink print at each load). If a"
+    " factor or a length was wrong and is known now, correct it in the rig file and run this program"
+    " again; if something had to be repaired, record again: every figure here may change. If the rig is"
     " right and the declared stiffness is of another tyre or guessed, declare the one found (k under"
     " [tyre] in the rig file), and friction is no longer provisional; if the declared stiffness is"
-    " right too, friction stays provisional, and the next step may tell why",
+    " right too, friction stays provisional; further recordings may tell why",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -111,7 +111,7 @@ def _for_the_model(diagnosis: Diagnosis) -> list[str]:
         return [
             f"{still if stiffness_cases(diagnosis) else 'as something unknown remains'}, record at"
             " other speeds, angles and loads to find it, which may move friction"
-            + f"; first{unchecked} what {proposed}"
+            + f". First{unchecked} record what {proposed}"
             * bool(apart)
         ]
     if unrefitted is not None:

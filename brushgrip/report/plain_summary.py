@@ -65,10 +65,15 @@ def lines_to_send(
     also = [*wide, _weaker(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
-    provisional = ", provisional" * _is_provisional(diagnosis, known=known)
-    friction = {f"Friction between tyre and ground{provisional}": [_friction(told)]}
-    cases = _with_values(stiffness_cases(diagnosis), diagnosis, told, known=known)
+    provisional = ", provisional" * (known and diagnosis.stiffness_ratio != 1)
+    if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
+    friction = {f"Friction between tyre and ground{provisional}": [_friction(told, *if_wrong[:1])]}
+    cases = stiffness_cases(diagnosis)
+    for at, value in enumerate(if_wrong, 1):
+        cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
+    benefit = benefit_for_friction(diagnosis, told)
+    error, *adjusted = error_to_quote(diagnosis)
     mail = {
         "Note": [warning],
         **(friction if outcome else finding),
@@ -77,12 +82,12 @@ def lines_to_send(
         "To do first": [sentence(first)] if first else [],
         **finding,
         "Valid for": [valid],
-        "Torque error": [" ".join(error_to_quote(diagnosis))],
+        "Gain" if benefit else "Error": [benefit, error],
     }
     details = {
         "More on how sure": also if known else [],
         "To do then": [f"After (1), {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
-        "Before and after": [benefit_for_friction(diagnosis, told)],
+        "Error with each recording adjusted": adjusted,
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
@@ -94,15 +99,8 @@ def _filled(parts: dict[str, list[str]]) -> Parts:
     return [(label, items) for label, items in filled.items() if items]
 
 
-def _is_provisional(diagnosis: Diagnosis, *, known: bool) -> bool:
-    """Whether the stiffness found makes a friction that is known doubtful."""
-    ratio = diagnosis.stiffness_ratio
-    # Suspension and column make the k of a car small, and leave its friction as it is.
-    return known and ratio != 1 and not (diagnosis.of_car and ratio < 1)
-
-
-def _friction(outcome: FrictionOutcome) -> str:
-    """Friction of every ground, and which grounds may be one."""
+def _friction(outcome: FrictionOutcome, if_wrong: str = "") -> str:
+    """Friction of every ground, what it is if the torque reads wrong, and which grounds may be one."""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     bands = list(outcome.further().values())
     count, of, more = str(len(outcome.before)), "from", ""
@@ -114,23 +112,22 @@ def _friction(outcome: FrictionOutcome) -> str:
     line += f", all told{at_common_load(outcome)}, as friction changes with it" * (
         outcome.load is not None
     )
+    line += f", but {if_wrong} if the torque reads wrong" * bool(if_wrong)
     return f"{sentence(line)}{grounds_alike(outcome)}"
 
 
-def _with_values(
-    cases: list[str], diagnosis: Diagnosis, outcome: FrictionOutcome, *, known: bool
-) -> list[str]:
-    """What another stiffness may mean, with the friction of each ground in the cases that change it."""
+def _if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+    """Friction of each ground if the torque, then if the half-length makes the stiffness what it is."""
     bands = {g: one for g, one in outcome.further().items() if g and one.further is not None}
-    told, ratio = list(cases), diagnosis.stiffness_ratio
+    ratio = diagnosis.stiffness_ratio
     single = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) == 1
-    if not _is_provisional(diagnosis, known=known) or not bands or not single:
-        return told
+    if not bands or not single:
+        return []
     bound = "at least" if ratio > 1 else "at most"
-    for at, factor, about in ((1, ratio, "about"), (2, ratio ** (1 / 3), bound)):
-        values = listed([f"{one.mu_eff / factor:.2f} on {ground}" for ground, one in bands.items()])
-        told[at] = f"{told[at].removesuffix('.')}: then {about} {values}."
-    return told
+    return [
+        f"{about} {listed([f'{one.mu_eff / factor:.2f} on {ground}' for ground, one in bands.items()])}"
+        for factor, about in ((ratio, "about"), (ratio ** (1 / 3), bound))
+    ]
 
 
 def _holds(outcome: FrictionOutcome) -> list[str]:
@@ -146,10 +143,10 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
             f"{'Where a recording is named, t' if any(bands) else 'T'}he truth lies within ± in 95 of"
             " 100 cases, if model and tolerances are right."
         )
-    where = "It is no bound of the true friction, which was not measured otherwise: w" * any(bands)
+    bound = "It is no bound of the true friction, which was not measured in another way: a" * any(bands)
     lines.append(
-        f"{where or 'W'}here the torque, or the load beyond its tolerance, reads wrong, friction is"
-        " wrong by as much, and these recordings do not show it."
+        f"{bound or 'A'} torque that reads wrong, or a load beyond its tolerance, makes friction wrong"
+        " by as much, and these recordings do not show it."
     )
     return lines
 
@@ -205,7 +202,7 @@ def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]
         parts.append(f"friction in {listed(never)}")
     ending = [t for t in tracks if t.last_usable not in (None, t.t.size - 1)]
     if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in ending]:
-        parts.append(f"friction in {listed(early)}")
+        parts.append(f"friction in {listed(early)} (told is the value until then)")
     for e in diagnosis.effects:
         rivals = listed([effect_words(name) for name in (e.name, *e.indistinguishable_from)], "or")
         if e.grade == "ambiguous" and several_mechanisms(e):

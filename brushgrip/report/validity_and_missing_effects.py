@@ -29,9 +29,11 @@ from identification.diagnosis.from_search import BEYOND_RANGE
 from symbolic import EFFECTS, InvalidInputError
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
 
+MEANING = ", how steeply the torque rises before anything slides, is"
+"""What the stiffness k is, behind its name."""
 LEFT_OUT = "What the assumed model of tyre and rig leaves out"
 """Label of `missing_effects`."""
-CERTAIN = "the gain is not luck, this cause likely but not proven"
+CERTAIN = "that it helps is not luck; that it is the cause is likely, not proven"
 """Of a gain that is as good as certainly no chance."""
 OVER_SPEED = "friction over speed"
 MECHANISMS = {
@@ -99,7 +101,7 @@ def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
     notes = [note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)]
     if len(notes) != 1:
         return [sentence(note) for note in notes]
-    head, _, cases = notes[0].partition(": ")
+    head, _, cases = notes[0].replace(" is", MEANING, 1).partition(": ")
     return [sentence(one) for one in (f"{head}; no recording tells why", *cases.split("; "))]
 
 
@@ -229,8 +231,8 @@ def benefit_for_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
         return ""
     return (
-        f"Friction is usable in {_known(found)} by the model found, which has its own stiffness and the"
-        f" effects; in {_known(declared)} by the assumed model."
+        f"Friction can be told in {_known(found)} by the model found; in {_known(declared)} by the"
+        " assumed model."
     )
 
 
@@ -278,7 +280,8 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
         steps = zip(letters, _by_cause(diagnosis)[:-1], strict=False)
         adjusted[2:2] = [f"{percent(own[-1].holdout_nrmse_after)} with ({i})" for i, (_, own) in steps]
     fitted, where = f"with {adjusted_values(diagnosis)}, fitted to each", f", of its range, in {judged}"
+    told = "The calculated torque differs from the recorded one by"
     if not diagnosis.after.unrefitted:
-        return [f"{', '.join(adjusted)}{where}, {fitted}."]
+        return [f"{told} {', '.join(adjusted)}{where}, {fitted}."]
     bare = ", ".join(chain("holdout_torque_nrmse_unrefitted"))
-    return [f"{bare}{where}.", sentence(f"{fitted}: {', '.join(adjusted)}")]
+    return [f"{told} {bare}{where}.", sentence(f"{fitted}: {', '.join(adjusted)}")]

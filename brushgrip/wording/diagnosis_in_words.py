@@ -133,7 +133,7 @@ def explained_grade(effect: FoundEffect) -> str:
             if effect.at_bound:
                 return f"Its best value is at the allowed limit: {UNPROVEN}."
             return (
-                "What it explains is too little beside what nothing explains: it may make up for a flaw"
+                "It explains too little beside what remains unexplained: it may make up for a flaw"
                 f" of another effect, {UNPROVEN}."
             )
         case "weak":

@@ -60,7 +60,7 @@ def stiffness_note(k: float, recording: Recording) -> str:
         f" declared {declared / 1e6:.3g}·10⁶: if the {torque} reads too {high} ({where}),"
         f" friction is told too {high} by a factor of about {factor:.2f}; if the declared half-length of"
         f" the contact is too {long}, by a factor of {factor ** (1 / 3):.2f} at most; if {like} really"
-        f" so {soft}, friction stays; if the angle reads too {low}, it is that of {fast} turning"
+        f" so {soft}, friction stays; if the angle reads too {low}, friction is that of {fast} turning"
     )
     refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
     return f"{note} (estimate refuses this model)" if refused else note

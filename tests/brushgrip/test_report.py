@@ -139,9 +139,9 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
     assert page.headings == [
         "What the assumed model of tyre and rig leaves out: (a) The tyre's body yields, or its pressure"
-        " is spread otherwise (the gain is not luck, this cause likely but not proven). (b) The torque"
-        " channel has a zero error (the gain is not luck, this cause likely but not proven). (c) The"
-        " error that remains, beyond noise, which no effect explains.",
+        " is spread otherwise (that it helps is not luck; that it is the cause is likely, not proven)."
+        " (b) The torque channel has a zero error (that it helps is not luck; that it is the cause is"
+        " likely, not proven). (c) The error that remains, beyond noise, which no effect explains.",
         "Before you act on it",
         "Contents",
         "What was found",
