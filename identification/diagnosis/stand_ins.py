@@ -78,12 +78,13 @@ def _left_where_it_acts(
     """Mean squared error beyond noise, over range, where the model `rest` without an effect differs [1].
 
     Samples count by the square of what the effect adds to the torque. What a wrong law leaves lies where
-    that law acts, what has nothing to do with it lies anywhere.
+    that law acts, what has nothing to do with it lies anywhere. The product of neighbouring errors is
+    without white noise, which may be of another size where the effect acts.
     """
     residuals, others = (shares_of_torque_range(trial.residuals, recordings) for trial in (whole, rest))
     counted = [influence(whole.fitted.loss, residual) for residual in residuals.values()]
-    errors = np.concatenate(counted) ** 2
-    weights = np.concatenate([others[name] - residual for name, residual in residuals.items()]) ** 2
+    errors = np.concatenate([one[1:] * one[:-1] for one in counted])
+    weights = np.concatenate([(others[name] - one)[1:] for name, one in residuals.items()]) ** 2
     known = np.isfinite(errors + weights)
     if not weights[known].any():
         return left.structured**2
