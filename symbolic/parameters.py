@@ -54,6 +54,7 @@ class Tolerances:
         load: of the recorded load, as a share of it [1], less than 1.
         zero: of the zero of the recorded aligning torque [N m].
         k: of the distributed lateral stiffness [N/m^2].
+        scale: of the recorded torque, as a share of it [1]; only where a found k tells it.
 
     None stands for nothing declared: a fit takes the value as exact, a diagnosis and an observer take
     `USUAL`. 0 stands for exact.
@@ -67,6 +68,7 @@ class Tolerances:
     load: float | None = None
     zero: float | None = None
     k: float | None = None
+    scale: float = 0.0
 
     def of(self, name: str) -> float:
         """A tolerance by its name, 0 where none is declared."""

@@ -137,7 +137,10 @@ class PlanRequest:
         title = f"until sigma/mu is {planned.target:.1%} (95 % band ± {2 * planned.target:.0%} of mu)"
         print_table(title, headings, rows_by_ground(planned, self.vehicle), right=True)
         say("one path for all grounds: on most its first turns do; stop once friction is as good")
-        say(f"this is enough in {ENOUGH} of {RUNS} simulated runs with noise of the torque")
+        if not planned.reasons:
+            say(f"this is enough in {ENOUGH} of {RUNS} simulated runs with noise of the torque")
+        if self.vehicle is None and self.torque is TorqueChannel.GROUND:
+            say("k counts as a state: estimate with --stiffness-state")
         if self.vehicle:
             say("this is for a car as declared; off within its tolerances it may take more")
         elif self.model is None:

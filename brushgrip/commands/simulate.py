@@ -19,7 +19,10 @@ class SimulateRequest(GroundRequest):
     mu: Annotated[
         float | None,
         option(
-            "--mu", "MU", "Friction coefficient, in place of what model file, recording and rig say."
+            "--mu",
+            "MU",
+            "Friction of the model's own law, in place of what model file, recording and rig say; which"
+            " mu_eff that is, is printed.",
         ),
     ] = None
 

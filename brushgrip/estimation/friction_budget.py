@@ -6,11 +6,11 @@ import numpy as np
 
 from brushgrip.estimation.observe_recording import ObserverFactory, run_arguments, with_brakes
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction_in_words import OF_SCALE, last_usable
+from brushgrip.wording.friction_in_words import last_usable
 from identification import FoundModel, Recording
 from observers import Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
-from observers.quality.tuning_from_tolerances import OF_LOAD, friction_floor
+from observers.quality.tuning_from_tolerances import OF_LOAD
 from symbolic import Vehicle
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 
@@ -45,7 +45,6 @@ def friction_budget(
 ) -> dict[str, float]:
     """Half of the 95 % band of mu_eff by cause at the last usable sample [1], which add up as squares.
 
-    Of a load that counts as less known, as k of the found model is not the declared one, that is told.
     Empty where no sample is usable, for other observers than an `Ekf`, and beyond `MAX_BUDGET_SAMPLES`.
     """
     at = last_usable(estimates)
@@ -62,10 +61,6 @@ def friction_budget(
     if not isinstance(observer, Ekf):
         return {}
     shares = uncertainty_budget(observer, at, **channels)
-    if found is not None:
-        floors = [friction_floor(observer.tuning, rig)[OF_LOAD] for rig in (recording.rig, observer.rig)]
-        own = floors[0] / floors[1] if floors[1] else 1.0
-        shares |= {OF_LOAD: own * shares[OF_LOAD], OF_SCALE: (1 - own**2) ** 0.5 * shares[OF_LOAD]}
     if car is not None:
         shares.pop(OF_LOAD)
         declared = friction_uncertainties(car.vehicle, brakes=car.brakes[number])

@@ -47,4 +47,11 @@ def values_in_words(
     a, e = rig.get("a", recording.rig.a), rig.get("e", recording.rig.e)
     line = f"{recording.name}: mu = {values['mu']:.4g} ({source}), a = {a:.4g} m and e = {e:.4g} m"
     line += f" ({fitted if rig else declared})"
-    return line + "; not known as a file of the model" * (found is not None and not own)
+    if found is None:
+        return line
+    model, load = found.model, float(np.median(recording.F_N))
+    mu_eff, _ = model.full_slide(
+        np.zeros(model.memory_size), load, model.theta(values), [a, e], recording.rig.slide_rate
+    )
+    line += "; not known as a file of the model" * (not own)
+    return f"{line}; mu_eff, which estimate tells, is {float(mu_eff):.2f} at {load:.0f} N"

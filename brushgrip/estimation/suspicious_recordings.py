@@ -146,9 +146,9 @@ def load_outside(F_N: Array, loads: tuple[float, float] | None) -> str:
         return ""
     own = " to ".join(dict.fromkeys((f"{low:.0f}", f"{high:.0f}")))
     return (
-        f"load outside the model's: {own} N, found at {least:.0f} to {greatest:.0f} N; friction is off"
-        " by the share that the load is: check it; where it is right, half-length, k and effects may be"
-        " others here: diagnose with a recording at this load"
+        f"load more than a tenth outside the model's: {own} N, found at {least:.0f} to {greatest:.0f} N;"
+        " friction is off by the share that the load is: check it; where it is right, half-length, k and"
+        " effects may be others here: diagnose with a recording at this load"
     )
 
 

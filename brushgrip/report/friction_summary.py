@@ -8,12 +8,12 @@ import numpy as np
 from brushgrip.estimation.friction_before_and_after import FrictionOutcome, mean_figures
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction_in_words import OF_SCALE, status_in_words, with_95_band
+from brushgrip.wording.friction_in_words import status_in_words, with_95_band
 from identification import Diagnosis
 from observers import Status
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.quality.friction_across_recordings import kendall_load_test
-from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
+from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
 
 IN_PLAIN_WORDS = {
     SLOPE: "that the tyre may be stiffer or softer than its parameters say",

@@ -187,5 +187,5 @@ def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
             best = sqrt(max(0.0, one.further**2 - share * BAND_95**2 * fmean(squares)))
             digits, where = band_decimals(one.further), f" on {ground}" * bool(ground)
             old, new = f"± {one.further:.{digits}f}", f"± {best:.{digits}f}"
-            changes += [f"{old} to {new}{where}"] * (best < TOLD * one.further)
+            changes += [f"{old} to {new}{where}"] * (best < TOLD * one.further and old != new)
     return f", which brings {listed(changes)} at best" * bool(changes)

@@ -12,7 +12,7 @@ from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.protocol import UNCHECKED, uninformed_remedy
 from observers.quality.friction_across_recordings import MIN_RECORDINGS
-from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD, OF_TUNING
+from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
 from symbolic import Rig
 from symbolic.array_alias import Array
 
@@ -33,7 +33,6 @@ REASONS = {
     Status.RESET: "the ground has changed",
 }
 """Why a sample is not usable, the gravest first; of others the remedy says it."""
-OF_SCALE = "scale of the torque, as the model's k is not the declared one"
 """A cause of a band."""
 OF_ZERO = "zero of the torque"
 """Another."""

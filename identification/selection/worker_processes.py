@@ -10,6 +10,7 @@ import logging
 import os
 import pickle
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -66,7 +67,8 @@ class WorkerProcesses(Executor):
 
     def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
         """Run in a thread, which waits for its process; a process that ends is replaced once."""
-        request, reason = pickle.dumps((function, arguments)), ""
+        # A process may have begun before the user's own modules were found.
+        request, reason = pickle.dumps((sys.path, pickle.dumps((function, arguments)))), ""
         for _ in range(2):
             try:
                 worker = self._worker()
@@ -168,7 +170,8 @@ def _end_with_parent() -> None:
 
 def _answer(request: bytes) -> bytes:
     try:
-        function, arguments = pickle.loads(request)
+        sys.path[:], call = pickle.loads(request)
+        function, arguments = pickle.loads(call)
     except Exception as error:  # an import of the user's own may raise anything
         reason = f"cannot import what it should work on, {type(error).__name__}: {error}"
         return pickle.dumps((False, BrushgripError(ENDED.format(reason))))

@@ -81,7 +81,7 @@ class Loop:
 
     @property
     def suspicions(self) -> tuple[str, ...]:
-        """Present causes of `Status.SUSPECT`, a sentence each; empty without it."""
+        """Causes of `Status.SUSPECT`, or of a scale for which friction is not acquired; else empty."""
         return suspicions(self.state, self.observer.channel)
 
     @property

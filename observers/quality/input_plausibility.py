@@ -47,6 +47,8 @@ IN_A_ROW = 10
 """Samples in a row that make a suspicion."""
 WORK_TRAVEL = 2.0
 """Turn in which work is forgotten [rad]."""
+MAX_STRETCH = 0.05
+"""Turn between two torques up to which the work of the second is that of all of it [rad]."""
 FROZEN = 6
 """Samples in a row with the same torque that may be a frozen one."""
 FROZEN_TRAVEL = 0.015
@@ -57,8 +59,9 @@ the least change that the sensor resolves [1]."""
 JUMP_LEFT = (0.7, 0.3)
 """Share of the change before that counts beside a change of the other sign, as noise makes them, and of
 the same, as a torque that grows into full slide [1]: of a noisy torque the last change may be small."""
-KNOWN_SCALE = 0.1
-"""Standard deviation of ln s below which a scale that is not verified is named [1]."""
+KNOWN_SCALE, OFF_SCALE = 0.1, 0.25
+"""Standard deviation of ln s below which, and |ln s| beyond which a scale that is not verified, and why
+friction is not acquired, is named [1]."""
 CONVENTIONS = {
     "M_z": "M_z is the moment of the ground on the wheel, negative for a first turn to positive psi"
     " (left): flip M_z, or psi if that is positive to the right",
@@ -67,16 +70,16 @@ CONVENTIONS = {
 }
 """What to flip, by the torque that is measured."""
 EVIDENCE = Layout.of(
-    angle=1, period=1, friction=1, load=1, first_load=1, psi=1, travel=1, work=1, exchanged=1, torque=1,
-    jump=1, digit=1, frozen=1, frozen_travel=1, clipped=1,
+    angle=1, period=1, friction=1, load=1, first_load=1, psi=1, turn=1, travel=1, work=1, exchanged=1,
+    torque=1, jump=1, digit=1, frozen=1, frozen_travel=1, clipped=1,
 )  # fmt: skip
 """State of the check. Samples in a row, up to now, beyond what is possible, `IN_A_ROW` stays: angle,
-period, friction. The last load and the first one [N], the last angle [rad], NaN before; the turn so far
-without its sign, while the torque was measured [rad]; work of the ground on the wheel, and the same with
-each sample without its sign [N m]. The last torque; its last change, with its sign, no less than
-`JUMP_LEFT` of the one before, and the least one, 0 before [N m]; samples for which it has been the same,
-and their turn [rad]; 1 once it was clipped."""
-START = np.array([0.0, 0, 0, -1, -1, np.nan, 0, 0, 0, np.nan, 0, 0, 0, 0, 0])
+period, friction. The last load and the first one [N], the last angle [rad], NaN before; the turn since
+the last torque, and the turn so far between torques, without its sign [rad]; work of the ground on the
+wheel, and the same with each torque without its sign [N m]. The last torque; its last change, with its
+sign, no less than `JUMP_LEFT` of the one before, and the least one, 0 before [N m]; samples for which it
+has been the same, and their turn [rad]; 1 once it was clipped."""
+START = np.array([0.0, 0, 0, -1, -1, np.nan, 0, 0, 0, 0, np.nan, 0, 0, 0, 0, 0])
 """The state before the first sample; a load of -1 is none."""
 
 
@@ -93,11 +96,14 @@ def build_implausibility_evidence(channel: str) -> ca.Function:
     beyond = ca.logic_and(measured, ca.logic_and(load > 0, ca.fabs(torque) > most))
     known = is_known(now["psi"])
     turn = ca.if_else(ca.logic_and(known, is_known(was["psi"])), now["psi"] - was["psi"], 0)
-    work = ca.if_else(measured, torque * turn, 0)
+    # A torque may come more seldom than the angle.
+    since = was["turn"] + turn
+    stretch = ca.if_else(ca.logic_and(measured, ca.fabs(since) < MAX_STRETCH), since, 0)
+    work = ca.if_else(measured, torque * stretch, 0)
     older = ca.if_else(ca.fabs(turn) < WORK_TRAVEL, 1 - ca.fabs(turn) / WORK_TRAVEL, 0)
     change = ca.if_else(ca.logic_and(measured, is_known(was["torque"])), torque - was["torque"], 0)
     same = ca.logic_and(measured, change == 0)
-    turned = ca.if_else(same, was["frozen_travel"] + ca.fabs(turn), 0)
+    turned = ca.if_else(change == 0, was["frozen_travel"] + ca.fabs(turn), 0)
     frozen = ca.if_else(same, was["frozen"] + 1, ca.if_else(measured, 0, was["frozen"]))
     size, earlier = ca.fabs(change), ca.fabs(was["jump"])
     left = ca.if_else(change * was["jump"] < 0, *JUMP_LEFT) * earlier
@@ -116,7 +122,8 @@ def build_implausibility_evidence(channel: str) -> ca.Function:
         "load": load,
         "first_load": first,
         "psi": ca.if_else(known, now["psi"], was["psi"]),
-        "travel": was["travel"] + ca.if_else(measured, ca.fabs(turn), 0),
+        "turn": ca.if_else(measured, 0, since),
+        "travel": was["travel"] + ca.fabs(stretch),
         "work": older * was["work"] + work,
         "exchanged": older * was["exchanged"] + ca.fabs(work),
         "torque": ca.if_else(measured, torque, was["torque"]),
@@ -166,7 +173,8 @@ def suspicions(state: Any, channel: str) -> tuple[str, ...]:
     status = int(np.nan_to_num(state["output"][OUTPUT.index("status")]))
     verdict = dict(zip(VERDICT, np.ravel(state["verdict"]).tolist(), strict=True))
     known = 0 < verdict["var_log_gain"] < KNOWN_SCALE**2
-    if verdict["suspect"] or (status & Status.ACQUIRING and known and not verdict["verified"]):
+    off = known and abs(verdict["log_gain"]) > OFF_SCALE
+    if verdict["suspect"] or (status & Status.ACQUIRING and off and not verdict["verified"]):
         return (
             f"the torque grows with the angle {math.exp(verdict['log_gain']):.2g} times as k, a and F_N"
             " say: check the torque's unit and gear, the angle's unit, k, a and F_N",

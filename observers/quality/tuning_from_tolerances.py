@@ -16,6 +16,7 @@ from symbolic.parameters import EVEN, USUAL, relative_std_by_lengths
 
 OF_LENGTHS = "tolerances of half-length and caster"
 OF_LOAD = "tolerance of the load"
+OF_SCALE = "scale of the torque, as the model's k is not the declared one"
 OF_TUNING = "mu_floor of the tuning"
 """Causes of a floor of mu."""
 LEAST_STIFFNESS = 1.5
@@ -46,5 +47,6 @@ def friction_floor(tuning: Tuning, rig: Rig) -> dict[str, float]:
     return {
         OF_LENGTHS: relative_std_by_lengths(full_slide_arm, rig),
         OF_LOAD: EVEN * load,
+        OF_SCALE: EVEN * rig.tolerances.scale,
         OF_TUNING: tuning.mu_floor,
     }

@@ -15,8 +15,8 @@ OTHER_SCALE = 3.0, 2.5
 """Tolerances of a declared k beyond which a found one is no tyre's but that of a torque or an angle in
 another unit or before a gear [1]; and the factor that is always beyond, if not within the tolerance, and
 where none is declared [1]. What is too large by a factor is too small by its inverse."""
-SHARED, MAX_LOAD_TOLERANCE = 0.5, 0.95
-"""Share of what k is off by that counts as the torque's scale [1]; greatest tolerance of a load [1]."""
+SHARED = 0.5
+"""Share of what k is off by that counts as the torque's scale [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,9 +134,9 @@ class FoundModel:
     def with_known_stiffness(self, rig: Rig, declared: float, ground: str | None = None) -> Rig:
         """The rig with the tolerance of this model's k: that of the declared k is of another number.
 
-        It is as wide as the diagnosis knows k. What k is off by may be the tyre or the torque's scale,
-        and what a wrong scale does to friction, a wrong load does: where a tolerance of k is declared,
-        half of what k is off by, in its logarithm, is a standard deviation of the load.
+        It is as wide as the diagnosis knows k. What k is off by may be the tyre or the torque's scale:
+        where a tolerance of k is declared, half of what k is off by, in its logarithm, is a standard
+        deviation of the scale.
 
         Args:
             rig: with the tolerance of the declared k.
@@ -154,14 +154,12 @@ class FoundModel:
                 " looks like that, and makes friction wrong by as much: check the torque with a weight."
                 " If k was measured otherwise, declare that value and its tolerance in the rig file"
             )
-        known, load = tolerance, rig.tolerances.load
+        known, scale = tolerance, 0.0
         if self.k_std is not None:
             known = min(max(self.k_std / EVEN, STIFFNESS_CHANGES * k), USUAL["k"] * k)
         if tolerance is not None and k != declared:
-            off = SHARED * abs(math.log(k / declared)) / EVEN
-            load = USUAL["load"] if load is None else load
-            load = max(load, min(math.hypot(load, off), MAX_LOAD_TOLERANCE))
-        return replace(rig, tolerances=replace(rig.tolerances, k=known, load=load))
+            scale = SHARED * abs(math.log(k / declared)) / EVEN
+        return replace(rig, tolerances=replace(rig.tolerances, k=known, scale=scale))
 
     def values_for(
         self, recording: str, mu: float | None = None, ground: str | None = None

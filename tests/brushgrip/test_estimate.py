@@ -404,9 +404,11 @@ def test_a_load_outside_those_behind_the_model_is_told(
     basis = {"training": 1, "holdout": 0, "grades": {}, "loads": loads}
     Path("model.json").write_text(json.dumps({**json.loads(MODEL), "basis": basis}))
     told = estimate(simulated, "--model", "model.json", "--summary", "all.csv").out
-    line = f"load outside the model's: 400 N, found at {loads[0]:.0f} to {loads[1]:.0f} N"
+    line = (
+        f"load more than a tenth outside the model's: 400 N, found at {loads[0]:.0f} to {loads[1]:.0f} N"
+    )
 
-    assert ("1 of 1: load outside the model's" in told) == is_told
+    assert ("1 of 1: load more than a tenth outside the model's" in told) == is_told
     assert (line in Path("all.csv").read_text()) == is_told
     assert (f"run: {line}" in estimate(simulated, "--model", "model.json").out) == is_told
 

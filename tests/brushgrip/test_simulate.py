@@ -95,7 +95,9 @@ def test_what_was_fitted_is_for_that_very_file(
 def test_friction_from_the_command_line(simulate: Run, write_csv: Write, rig: Path) -> None:
     path = write_csv("run.csv")
     simulate(path, out="declared.csv")
-    simulate(path, "--model", "model.json", "--mu", 1.2, out="model.csv")
+    said = simulate(path, "--model", "model.json", "--mu", 1.2, out="model.csv").out
+    assert "mu = 1.2 (--mu)" in said
+    assert "; mu_eff, which estimate tells, is 1.20 at 400 N" in said
     rig.write_text(rig.read_text().replace("mu = 1.2", "mu = 0.7"))
     simulate(path, "--mu", 1.2, out="given.csv")
     declared, found = (table_of(Path(f"{name}.csv"))["M_z"] for name in ("declared", "model"))

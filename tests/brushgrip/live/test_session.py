@@ -443,4 +443,4 @@ def test_a_load_outside_those_behind_the_model_is_told(tmp_path: Path) -> None:
         )
         session = session_over(rows_of(200), model=tmp_path / "found.json")
         note = run_to_end(session).state().note
-        assert note.startswith("load outside the model's: ") == is_told
+        assert note.startswith("load more than a tenth outside the model's: ") == is_told

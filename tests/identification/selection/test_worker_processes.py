@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from importlib import import_module
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -87,6 +88,17 @@ def test_processes_begin_before_there_is_work_for_them() -> None:
         wait_for(lambda: len(pool._running) == 2)
         begun = {worker.process.pid for worker in pool._running}
         assert pool.submit(os.getpid).result(60) in begun
+
+
+def test_a_module_that_is_found_after_a_process_has_begun_is_found_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "of_a_user.py").write_text("def own():\n    return 3\n")
+    with processes(2, start=2) as pool:
+        assert pool is not None
+        wait_for(lambda: len(pool._running) == 2)
+        monkeypatch.syspath_prepend(tmp_path)
+        assert pool.submit(import_module("of_a_user").own).result(60) == 3
 
 
 @needs_signals

@@ -75,6 +75,26 @@ def test_an_estimator_alone_does_not_check(recording: RigRecording) -> None:
     assert along(samples, acquire=False)[0].suspicions == ()
 
 
+@pytest.mark.parametrize("cause", ["has the other sign", "stays the same"])
+def test_a_torque_that_comes_more_seldom_than_the_angle_is_evidence(
+    recording: RigRecording, cause: str
+) -> None:
+    """Nine samples without a torque beside each with one."""
+    columns = columns_of(recording)
+    torque = -columns["M_z"] if "sign" in cause else columns["M_z"].copy()
+    if "same" in cause:
+        torque[150:] = torque[150]
+    seldom = samples_of({**columns, "M_z": torque})
+    between = [replace(s, dt=0.001, M_z=np.nan) for s in seldom]
+    turns = np.diff([s.psi for s in seldom], append=seldom[-1].psi)
+    samples = []
+    for sample, empty, turn in zip(seldom, between, turns, strict=True):
+        samples.append(replace(sample, dt=0.001))
+        samples += [replace(empty, psi=empty.psi + turn * i / 10) for i in range(1, 10)]
+
+    assert any(cause in named for named in suspicions_of(samples, RIG, "M_z"))
+
+
 @pytest.mark.parametrize("step", [0.05, 0.1])
 def test_a_torque_in_coarse_steps_is_no_clipped_one(recording: RigRecording, step: float) -> None:
     """A sliding patch gives such a sensor the same torque to the last digit."""
