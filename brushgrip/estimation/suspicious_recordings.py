@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import islice
-from math import isfinite, nan
+from math import exp, isfinite, log1p, nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from brushgrip.estimation.observe_recording import (
     has_aligning_torque,
     samples_of,
     torque_channel,
+    with_brakes,
 )
 from brushgrip.estimation.signal_map_correction import TIME, causes_with_map
 from brushgrip.wording.formatting import band_decimals
@@ -29,7 +30,9 @@ from identification.residuals.residual_tests import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.estimates import BAND_STDS
 from observers.protocol import MAX_SAMPLE_PERIOD
+from observers.quality.hypotheses_verdict import VERDICT
 from observers.tuning import REFERENCE_STEP
+from symbolic import USUAL
 from symbolic.array_alias import Array
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
 
@@ -73,6 +76,30 @@ def suspected_cause(
     for sample in islice(samples_of(recording), int(flagged[-1]) + 1):
         loop(sample)
     return causes_with_map(recording, loop.suspicions, torque_channel(recording))
+
+
+def slope_of_car(factory: ObserverFactory, recording: Recording, at: int) -> str:
+    """That a car's force rises otherwise than declared, up to sample `at`; empty within tolerances."""
+    if (car := recording.standstills) is None:
+        return ""
+    number = int(car.stretch[at])
+    held = with_brakes(recording, car, car.brakes[number])
+    loop, first = Loop(factory(held, None)), int(np.argmax(car.stretch == number))
+    for sample in islice(samples_of(held), max(first, at - MAX_REPLAYED_SAMPLES), at + 1):
+        loop(sample)
+    verdict = dict(zip(VERDICT, np.ravel(loop.state["verdict"]).tolist(), strict=True))
+    slope, std = exp(verdict["log_gain"]), verdict["var_log_gain"] ** 0.5
+    tolerance = held.rig.tolerances.k
+    known = USUAL["k"] if tolerance is None else tolerance / held.tyre.k
+    if abs(verdict["log_gain"]) < log1p(known) + 2 * std:
+        return ""
+    high, other = ("high", "the tyres are stiffer"), ("low", "suspension, column or tyres yield")
+    way, yields = high if slope > 1 else other
+    return (
+        f"the force rises {slope:.2f} ± {2 * std * slope:.2f} times as steeply as declared: {yields},"
+        f" which leaves friction as it is, or the force reads too {way} (unit, motor_ratio), and"
+        f" friction is told too {way} by as much"
+    )
 
 
 def hardly_turned(recording: Recording) -> str:

@@ -32,6 +32,7 @@ from brushgrip.estimation.suspicious_recordings import (
     hardly_turned,
     implausibility_lines,
     inconsistency_remedy,
+    slope_of_car,
     suspected_cause,
     unstated_range,
     weaker_direction,
@@ -217,6 +218,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         note = "" if car.speed_recorded else STANDS
         brakes = car.brakes[int(car.stretch[at])]
         told += [note, "" if budget else declared_values_in_words(car.vehicle, brakes=brakes)]
+        doubts.append(slope_of_car(factory, recording, at))
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
         at_load = load_of_friction(found, recording, at)
