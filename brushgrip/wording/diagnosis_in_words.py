@@ -56,7 +56,7 @@ def headline(diagnosis: Diagnosis) -> str:
             found = f"Something unknown remains, {rest} of range; {found[:1].lower()}{found[1:]}"
         else:
             found = f"{found}; {rest} of range stay unexplained"
-    return f"{found}: {kind} error {before} → {after} of range{_unrefitted(diagnosis)}."
+    return f"{found}: {kind} error {before} (k refitted) → {after} of range{_unrefitted(diagnosis)}."
 
 
 def _unrefitted(diagnosis: Diagnosis) -> str:

@@ -86,7 +86,7 @@ def test_figures_sentences_and_lists() -> None:
 
 FOUND = (
     "The assumed model lacks compliance and contact shape (carcass torsion) and sensor and steering"
-    " (torque offset); 1.20 % of range stay unexplained: validation error 4.30 % → 2.37 %"
+    " (torque offset); 1.20 % of range stay unexplained: validation error 4.30 % (k refitted) → 2.37 %"
 )
 
 

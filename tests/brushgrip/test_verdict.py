@@ -121,7 +121,7 @@ def test_what_is_unexplained_goes_first_where_it_is_the_larger(
 
     assert line.startswith("Something unknown remains, ") == first
     assert f"{100 * structured:.2f} % of range" in line
-    assert line.endswith(": validation error 4.30 % → 2.37 % of range.")
+    assert line.endswith(": validation error 4.30 % (k refitted) → 2.37 % of range.")
 
 
 @pytest.mark.parametrize(
