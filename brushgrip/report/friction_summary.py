@@ -1,6 +1,6 @@
 """Friction of a diagnosis in words: each recording, and what the figures mean."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import chain, combinations
 
 import numpy as np
@@ -32,8 +32,8 @@ LEAST_TOLD = 0.5
 """Percentage of a band from which on a part of it is told."""
 OVER_TIME = "friction over time"
 """Family of effects by which friction changes within a recording."""
-CHANCE = 0.01
-"""Chance up to which an order is told [1]."""
+MAX_TOLD, CHANCE = 4, 0.01
+"""Recordings of a ground whose loads are told; chance up to which an order is told [1]."""
 
 
 def last_usable_friction(track: FrictionTrack) -> str:
@@ -107,10 +107,9 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     if chance > CHANCE:
         return ""
     ways = {ground: kendall_load_test([own]) for ground, own in known.items()}
-    ends = {ground: (min(own), max(own)) for ground, own in known.items() if own}
     on = listed(
         [
-            f"{ground} ({' to '.join(f'{mu:.2f} at {load:.0f} N' for load, mu in ends[ground])})"
+            f"{ground} ({', '.join(f'{mu:.2f} at {load:.0f} N' for load, mu in _few(known[ground]))})"
             for ground, (alone, way) in ways.items()
             if alone < 1 and way == falls
         ]
@@ -122,6 +121,12 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
         " whether load is the cause is not known: take the value nearest to your load, with the ± of the"
         " ground."
     )
+
+
+def _few(values: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """At most `MAX_TOLD` of these pairs, in order, the ends among them."""
+    at = np.linspace(0, len(values) - 1, min(len(values), MAX_TOLD)).round().astype(int)
+    return [sorted(values)[i] for i in at]
 
 
 def at_common_load(outcome: FrictionOutcome) -> str:

@@ -24,8 +24,8 @@ TOLD = 0.95
 MAX_STEPS = 4
 """What to do next that is told."""
 CHECKS = {
-    False: "who keeps the rig file: find where the declared stiffness comes from; who runs the rig:"
-    " check the torque (its zero with nothing on it, then a known weight on a lever), the angle (a"
+    False: "whoever keeps the rig file: find where the declared stiffness comes from; whoever runs the"
+    " rig: check the torque (its zero with nothing on it, then a known weight on a lever), the angle (a"
     " known turn), the gear ratios and the half-length of the contact (an ink print at each load). If a"
     " factor or a length was wrong and is known now, correct it in the rig file and run this program"
     " again; if something had to be repaired, record again: every figure here may change. If the rig is"

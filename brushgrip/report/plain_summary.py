@@ -67,7 +67,10 @@ def lines_to_send(
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     provisional = ", provisional" * (known and diagnosis.stiffness_ratio != 1)
     if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
-    friction = {f"Friction between tyre and ground{provisional}": [_friction(told, *if_wrong[:1])]}
+    ratio = diagnosis.stiffness_ratio
+    scale = f"{max(ratio, 1 / ratio):.2f} times too {'high' if ratio > 1 else 'low'}, as it may"
+    else_friction = [f"but {value} if the torque reads {scale}" for value in if_wrong[:1]]
+    friction = {f"Friction between tyre and ground{provisional}": [_friction(told, *else_friction)]}
     cases = stiffness_cases(diagnosis)
     for at, value in enumerate(if_wrong, 1):
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
@@ -99,20 +102,20 @@ def _filled(parts: dict[str, list[str]]) -> Parts:
     return [(label, items) for label, items in filled.items() if items]
 
 
-def _friction(outcome: FrictionOutcome, if_wrong: str = "") -> str:
-    """Friction of every ground, what it is if the torque reads wrong, and which grounds may be one."""
+def _friction(outcome: FrictionOutcome, else_friction: str = "") -> str:
+    """Friction of every ground, what it may be else, and which grounds may be one."""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     bands = list(outcome.further().values())
     count, of, more = str(len(outcome.before)), "from", ""
     if bands and len(bands) == len(outcome.grounds) and all(one.further is not None for one in bands):
         counts = [str(one.recordings) for one in bands]
         count = listed(counts) if len(set(counts)) > 1 else counts[0]
-        of, more = "mean of", f"{' each' * (len(bands) > 1)}, ± for one more"
+        of, more = "mean of", f"{' each' * (len(bands) > 1)}; ± holds one further recording"
     line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{more})"
     line += f", all told{at_common_load(outcome)}, as friction changes with it" * (
         outcome.load is not None
     )
-    line += f", but {if_wrong} if the torque reads wrong" * bool(if_wrong)
+    line += f", {else_friction}" * bool(else_friction)
     return f"{sentence(line)}{grounds_alike(outcome)}"
 
 
@@ -146,7 +149,7 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
     bound = "It is no bound of the true friction, which was not measured in another way: a" * any(bands)
     lines.append(
         f"{bound or 'A'} torque that reads wrong, or a load beyond its tolerance, makes friction wrong"
-        " by as much, and these recordings do not show it."
+        " by the same factor, which the ± does not count."
     )
     return lines
 

@@ -142,7 +142,7 @@ def missing_effects(diagnosis: Diagnosis) -> list[str]:
                 f"something unknown, for which {stand} (unproven, but part of the friction above)"
             )
     if diagnosis.unexplained.present:
-        unknown = "the error that remains, beyond noise, which no effect explains"
+        unknown = "an error beyond noise remains that no effect explains"
         told.insert(0 if unexplained_is_larger(diagnosis) else len(told), unknown)
     return [
         f"({i}) " * (len(told) > 1) + sentence(one)
@@ -261,8 +261,8 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
     """The torque error stage by stage in sentences: with nothing adjusted, if that is known, first."""
     kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
     judged = {
-        "validation": f"{count} recording{'s' * (count != 1)} kept out of the fit, but not out of the"
-        " choice of effects",
+        "validation": f"{count} recording{'s' * (count != 1)} to which they were not fitted, but by"
+        " which the effects were chosen",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
@@ -279,8 +279,8 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
         letters = ascii_lowercase[unexplained_is_larger(diagnosis) :]
         steps = zip(letters, _by_cause(diagnosis)[:-1], strict=False)
         adjusted[2:2] = [f"{percent(own[-1].holdout_nrmse_after)} with ({i})" for i, (_, own) in steps]
-    fitted, where = f"with {adjusted_values(diagnosis)}, fitted to each", f", of its range, in {judged}"
-    told = "The calculated torque differs from the recorded one by"
+    fitted, where = f"with {adjusted_values(diagnosis)}, fitted to each", f", in {judged}"
+    told = "The calculated torque differs from the recorded one, as a share of its range, by"
     if not diagnosis.after.unrefitted:
         return [f"{told} {', '.join(adjusted)}{where}, {fitted}."]
     bare = ", ".join(chain("holdout_torque_nrmse_unrefitted"))

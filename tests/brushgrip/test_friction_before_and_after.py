@@ -118,7 +118,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert text.endswith(
         "\nNot known: Friction in c and d; friction in b after 7.0 s (told is the value until then)."
     )
-    rest = "(c) The error that remains, beyond noise, which no effect explains."
+    rest = "(c) An error beyond noise remains that no effect explains."
     assert f"{rest}\nValid for: " in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
@@ -153,8 +153,8 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert (
         f"{within} Where a recording is named, the truth lies within ± in 95 of 100 cases, if model and"
         " tolerances are right. It is no bound of the true friction, which was not measured in another"
-        " way: a torque that reads wrong, or a load beyond its tolerance, makes friction wrong by as"
-        " much, and these recordings do not show it.\n"
+        " way: a torque that reads wrong, or a load beyond its tolerance, makes friction wrong by the"
+        " same factor, which the ± does not count.\n"
     ) in text
     assert (
         "\nMore on how sure: The ± on ice is wide because 3 recordings differ, from 1.10 to 1.30" in text
@@ -170,7 +170,7 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert "is wide because" not in same and "more times" not in same  # noqa: PT018
     alone = replace(judged, grounds={"ice": ("a", "b", "c")})
     text = mail(make_diagnosis(("a", "b"), ("c",)), alone)
-    assert "on ice (mean of 3 recordings, ± for one more).\n" in text
+    assert "on ice (mean of 3 recordings; ± holds one further recording).\n" in text
     assert f"{within} It is no" in text, "one meaning of 95 of 100, on top and in the paragraph"
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
@@ -193,8 +193,7 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     other = mail(replace(graded, effects=(drift,)), replace(make_outcome("c"), tracks=TRACKS))
     assert (
         "leaves out: (a) The tyre's body yields, or its pressure is spread otherwise or friction"
-        " changes with time or with the angle turned (one of these, not known which). (b) The er"
-        in other
+        " changes with time or with the angle turned (one of these, not known which). (b) An er" in other
     )
     assert "which of carcass torsion or friction drift it is" in other
     assert "whether the weak signs of torque offset are chance" in text
@@ -207,7 +206,7 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert "as something unknown" in next_steps(much, never)[0], "why friction is not known"
     stiff = replace(graded, notes=("the fitted stiffness k is 4·10⁶ N/m², 1.8 times the declared one",))
     assert [step[:16] for step in next_steps(stiff, never)] == [
-        "who keeps the ri",
+        "whoever keeps th",
         "record c and d a",
         "if something unk",
     ]
@@ -327,7 +326,7 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(found,))) == [
         f"(a) F{told[1:]} (that it helps is not luck; that it is the cause is likely, not proven).",
-        "(b) The error that remains, beyond noise, which no effect explains.",
+        "(b) An error beyond noise remains that no effect explains.",
     ]
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")
@@ -401,7 +400,7 @@ def test_an_error_step_by_step_is_told_where_one_judge_gave_them_all() -> None:
     told, *_ = error_to_quote(make_diagnosis(("a", "b"), ()))
     assert "(a)" not in told
     told, *_ = error_to_quote(make_diagnosis(("a", "b"), ("c",)))
-    assert " with its stiffness k refitted, 3.00 % with (a), 2.31 % by the model found, of" in told
+    assert " with its stiffness k refitted, 3.00 % with (a), 2.31 % by the model found, in" in told
 
 
 def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -> None:
@@ -420,7 +419,8 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         )
         ((label, (told,)), (why, cases), *_), _ = lines_to_send(diagnosis, outcome)
         assert label == "Friction between tyre and ground, provisional"
-        assert f", but {ways[0]} if the torque reads wrong." in told
+        high = "1.60 times too high" if ratio > 1 else "2.00 times too low"
+        assert f", but {ways[0]} if the torque reads {high}, as it may." in told
         assert why == "Provisional because"
         assert cases == [
             "The fitted stiffness k, how steeply the torque rises before anything slides, is 1·10⁶ N/m²,"
@@ -441,10 +441,10 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     never = replace(outcome, tracks=tuple(replace(t, usable=np.zeros(11, dtype=bool)) for t in tracks))
     assert mail(diagnosis, never).count("he fitted stiffness k, how") == 1
     wrong_input = replace(diagnosis, notes=(f"{SUSPECTED}: c", note))
-    assert [step[:8] for step in next_steps(wrong_input, outcome)][:2] == ["mend the", "who keep"]
+    assert [step[:8] for step in next_steps(wrong_input, outcome)][:2] == ["mend the", "whoever "]
     assumed = replace(diagnosis, notes=(note, f"{ASSUMED}: load ± 2 %"))
     first, second, *_ = next_steps(assumed, outcome)
-    assert (first[:16], second[:30]) == ("who keeps the ri", "at the rig, on the same visit,")
+    assert (first[:16], second[:30]) == ("whoever keeps th", "at the rig, on the same visit,")
     sound = replace(diagnosis, stiffness_ratio=1.0)
     assert "rovisional" not in mail(replace(sound, notes=()), outcome)
     # Where no friction was estimated, what was found comes first.
@@ -486,7 +486,7 @@ def test_the_assumed_model_has_its_own_error_where_nothing_was_found() -> None:
     diagnosis = make_diagnosis(("a", "b"), ("c",), found=False)
     first, *_ = error_to_quote(diagnosis)
     declared = percent(diagnosis.declared.summary()["holdout_torque_nrmse"])
-    assert f" recorded one by {declared} by the assumed model, 4" in first
+    assert f" its range, by {declared} by the assumed model, 4" in first
     assert "by the model found" not in first
 
 
@@ -544,8 +544,9 @@ def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_
     outcome = replace(make_outcome(), tracks=(*tracks, *more), grounds=both)
     told = load_trend_in_words(outcome, replace(diagnosis, series=series))
     assert told.startswith(
-        "On ice (1.00 at 400 N to 0.60 at 440 N) and snow (1.00 at 400 N to 0.60 at 440 N), recordings"
-        " at higher load gave lower friction (by chance in 1 of 7200 cases);"
+        "On ice (1.00 at 400 N, 0.90 at 410 N, 0.70 at 430 N, 0.60 at 440 N) and snow (1.00 at 400 N,"
+        " 0.90 at 410 N, 0.70 at 430 N, 0.60 at 440 N), recordings at higher load gave lower friction"
+        " (by chance in 1 of 7200 cases);"
     )
     unnamed = replace(outcome, grounds={"": (*names, *both["snow"])})
     assert load_trend_in_words(unnamed, replace(diagnosis, series=series)) == ""

@@ -141,7 +141,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "What the assumed model of tyre and rig leaves out: (a) The tyre's body yields, or its pressure"
         " is spread otherwise (that it helps is not luck; that it is the cause is likely, not proven)."
         " (b) The torque channel has a zero error (that it helps is not luck; that it is the cause is"
-        " likely, not proven). (c) The error that remains, beyond noise, which no effect explains.",
+        " likely, not proven). (c) An error beyond noise remains that no effect explains.",
         "Before you act on it",
         "Contents",
         "What was found",
@@ -173,7 +173,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "1.20 ± 0.10" in first
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
-    assert "of its range, in 1 recording kept out of the fit, but not out of" in first
+    assert "in 1 recording to which they were not fitted, but by" in first
     assert (
         "4.30 % with its stiffness k refitted, 3.00 % with (a), 2.37 % by the model found, of" in first
     )
