@@ -22,10 +22,10 @@ import numpy as np
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
 from brushgrip.estimation.friction_before_and_after import offline_friction
-from brushgrip.estimation.observe_recording import model_observer, run_observer
+from brushgrip.estimation.observe_recording import model_observer, run_arguments
 from brushgrip.inputs.command_inputs import gather_inputs
 from identification import FoundModel, Recording, read_model
-from observers import PROFILES, Ekf, Estimates, Mhe, Status
+from observers import PROFILES, Ekf, Estimates, Mhe, Status, run
 
 NAMES = ("fem1", "fem3", "fem4_ident", "fem5", "piros1", "piros2_ident", "piros4", "piros7")
 PAIRS = (("fem3", "fem4_ident"), ("piros1", "piros2_ident"))
@@ -65,7 +65,7 @@ def measured(
         observer = model_observer(kind, recording, found, tuning=PROFILES[tuning])
         observer = replace(observer, acquire=acquire)
         table[recording.name] = figures(
-            recording, run_observer(observer, recording), offline_friction(offline, recording)
+            recording, run(observer, **run_arguments(recording)), offline_friction(offline, recording)
         )
         print(f"{recording.name:16}" + "".join(f"{v:11.3f}" for v in table[recording.name]), flush=True)
     mean = np.mean(list(table.values()), axis=0)

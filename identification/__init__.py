@@ -1,7 +1,7 @@
 """Identification: recordings, parameters by nonlinear programming, and the missing effect."""
 
 from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.model_file import FoundModel, model_text, read_model
+from identification.diagnosis.model_file import model_text, read_model
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
     Candidate,
@@ -46,6 +46,7 @@ from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search
 from identification.thesis.block_towing import Tow, TowedFriction, friction_by_towing
+from symbolic import FoundModel
 
 __all__ = [
     "LEAST_SQUARES",

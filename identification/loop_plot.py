@@ -27,8 +27,7 @@ def draw_loops(
         axes = pyplot.subplots(layout="constrained")[1]
     for label, torque in torques.items():
         axes.plot(psi, torque, lw=1.0, label=matplotlib_text(label))
-    axes.set_xlabel("yaw angle ψ [rad]")
-    axes.set_ylabel(torque_label)
+    axes.set(xlabel="yaw angle ψ [rad]", ylabel=torque_label)
     axes.legend()
     return axes
 

@@ -17,22 +17,19 @@ def foreign_packages() -> str:
     Nothing is imported: what stands there would run.
     """
     home = Path(__file__).resolve().parents[2]
-    found = [(name, _origin(name)) for name in BEGINNINGS]
-    wrong = [(name, origin) for name, origin in found if origin and not _is_ours(name, origin, home)]
-    missing = [name for name, origin in found if origin is None]
-    if not wrong and not missing:
+    places, missing = [], []
+    for name in BEGINNINGS:
+        spec = find_spec(name)
+        if not spec or not spec.origin:
+            missing.append(f"{name!r} is missing")
+        elif not _is_ours(name, origin := Path(spec.origin).resolve(), home):
+            places.append(f"{name!r} in {origin.parent} is another distribution's")
+    if not (places := places + missing):
         return ""
-    places = [f"{name!r} in {origin.parent} is another distribution's" for name, origin in wrong]
-    places += [f"{name!r} is missing" for name in missing]
     return (
         f"{', '.join(places)}; brushgrip needs its own packages of these names: give it an environment"
         " of its own (python -m venv), or uninstall the other distribution and install brushgrip anew"
     )
-
-
-def _origin(name: str) -> Path | None:
-    spec = find_spec(name)
-    return Path(spec.origin).resolve() if spec and spec.origin else None
 
 
 def _is_ours(name: str, origin: Path, home: Path) -> bool:

@@ -127,11 +127,9 @@ class CodegenRequest:
         say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
         say(observer_export.prior_in_words(observer.tuning, self.rig))
         observer_export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
-        if found is not None and (taken := found.ground_taken(self.ground)):
-            say(taken)
-        if found is not None and (
-            unlike := weaker_direction(found.values_for_estimation(self.ground))[1]
-        ):
-            say(unlike)
+        if found is not None:
+            _, unlike = weaker_direction(found.values_for_estimation(self.ground))
+            for line in filter(None, (found.ground_taken(self.ground), unlike)):
+                say(line)
         show_json({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
         say(f"wrote {', '.join(path.name for path in files)} to {self.out}")

@@ -41,16 +41,15 @@ class FetchRequest:
         """Bring the published measurements to where recordings are looked for."""
         from brushgrip.inputs.recording_files import download_folder
         from brushgrip.outputs.console import say, show_json
-        from brushgrip.published import fetch, friction_damper
+        from brushgrip.published import fetch
+        from brushgrip.published import friction_damper as damper
 
-        if self.which is Published.FRICTION_DAMPER:
-            folder = self.out or friction_damper.damper_folder()
-            files = friction_damper.fetch_friction_damper(folder, say=say)
-        elif self.which is Published.CHANGED_FRICTION:
-            folder = self.out or friction_damper.changed_friction_folder()
-            files = friction_damper.fetch_changed_friction(folder, say=say)
-        else:
-            folder = self.out or download_folder()
-            files = fetch.fetch(folder, say=say)
+        usual_folder, fetch_into = {
+            Published.WHEEL: (download_folder, fetch.fetch),
+            Published.FRICTION_DAMPER: (damper.damper_folder, damper.fetch_friction_damper),
+            Published.CHANGED_FRICTION: (damper.changed_friction_folder, damper.fetch_changed_friction),
+        }[self.which]
+        folder = self.out or usual_folder()
+        files = fetch_into(folder, say=say)
         show_json({"folder": str(folder), "files": [str(path) for path in files]})
         say(f"{len(files)} file{'s' * (len(files) != 1)} in {folder}")

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 from brushgrip.commands.options import ChannelMap, OutJson, RigFile, VehicleFile, file_option, option
 
 if TYPE_CHECKING:
-    from brushgrip.inputs.command_inputs import Inputs
     from identification.steering.full_slide_calibration import TyresResult
     from identification.steering.gear_friction_on_plates import PlatesResult
     from symbolic import Vehicle
@@ -109,14 +108,16 @@ class IdentifyRequest:
 
     def _run_car(self, vehicle: Path, recordings: list[str]) -> None:
         """Write what recordings on plates, or on ground of known friction, tell of a car."""
-        from brushgrip.inputs.command_inputs import gather_inputs
+        from brushgrip.inputs.command_inputs import gather_inputs, require_brakes_known
         from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
         from brushgrip.outputs.console import print_table, say, show_json
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text
         from brushgrip.wording.formatting import json_text, listed, percent, value_with_std
         from identification import read_vehicle
-        from identification.steering.full_slide_calibration import TyresResult
+        from identification.reading.car_recordings import read_rack
+        from identification.steering.full_slide_calibration import TyresResult, identify_tyres
+        from identification.steering.gear_friction_on_plates import identify_on_plates
         from symbolic import InvalidInputError
 
         written = self.write_vehicle
@@ -128,7 +129,13 @@ class IdentifyRequest:
         key, title = ("plates", "Steering, wheels on plates") if self.plates else ("tyres", "Tyres")
         car = read_vehicle(vehicle)
         with staged_files(finals) as stages:
-            result = self._identified(car, inputs)
+            if self.plates:
+                racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
+                result: PlatesResult | TyresResult = identify_on_plates(racks, car)
+            else:
+                read, mu = inputs.recordings(), self.ground_friction or 0.0
+                require_brakes_known(inputs.vehicle, read)
+                result = identify_tyres(read, car, friction=mu, tolerance=self._tolerance())
             document = {key: asdict(result), KEY: inputs.provenance()}
             if self.out:
                 write_utf8(stages[0], json_text(document))
@@ -175,20 +182,6 @@ class IdentifyRequest:
         """Of the ground's friction, either way [1]."""
         share = USUAL_TOLERANCE * (self.ground_friction or 0.0)
         return share if self.friction_tolerance is None else self.friction_tolerance
-
-    def _identified(self, car: "Vehicle", inputs: "Inputs") -> "PlatesResult | TyresResult":
-        """What recordings on plates, or on ground of known friction, tell of a car."""
-        from brushgrip.inputs.command_inputs import require_brakes_known
-        from identification.reading.car_recordings import read_rack
-        from identification.steering.full_slide_calibration import identify_tyres
-        from identification.steering.gear_friction_on_plates import identify_on_plates
-
-        if self.plates:
-            racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
-            return identify_on_plates(racks, car)
-        read, friction = inputs.recordings(), self.ground_friction or 0.0
-        require_brakes_known(inputs.vehicle, read)
-        return identify_tyres(read, car, friction=friction, tolerance=self._tolerance())
 
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""

@@ -105,12 +105,17 @@ class LiveRequest:
             self._run(self._session(tuple(senders)))
 
     def _run(self, session: "Session") -> None:
-        from brushgrip.outputs.console import say
+        import time
+
+        from brushgrip.live.session_state import state_line
+        from brushgrip.outputs.console import say, show_json
 
         try:
             if self.no_page:
                 session.start()
-                self._print(session)
+                while not (state := session.state()).ended:
+                    say(state_line(state))
+                    time.sleep(1.0)
             else:
                 self._serve(session)
         except KeyboardInterrupt:
@@ -118,7 +123,12 @@ class LiveRequest:
         finally:
             session.stop()
             if session.begun:
-                self._conclude(session)
+                state = session.state()
+                say(state_line(state))
+                say(", ".join(f"{number} {name}" for name, number in state.counts.items()))
+                for path in session.recorded:
+                    say(f"wrote {path}")
+                show_json({"counts": state.counts, "wrote": [str(path) for path in session.recorded]})
 
     def _session(self, senders: "tuple[FrictionSender, ...]") -> "Session":
         from dataclasses import replace
@@ -158,25 +168,3 @@ class LiveRequest:
                 webbrowser.open(address)
 
         serve_page(session, self.host, self.port, opened)
-
-    def _print(self, session: "Session") -> None:
-        """A line a second, until the source ends."""
-        import time
-
-        from brushgrip.live.session_state import state_line
-        from brushgrip.outputs.console import say
-
-        while not (state := session.state()).ended:
-            say(state_line(state))
-            time.sleep(1.0)
-
-    def _conclude(self, session: "Session") -> None:
-        from brushgrip.live.session_state import state_line
-        from brushgrip.outputs.console import say, show_json
-
-        state = session.state()
-        say(state_line(state))
-        say(", ".join(f"{number} {name}" for name, number in state.counts.items()))
-        for path in session.recorded:
-            say(f"wrote {path}")
-        show_json({"counts": state.counts, "wrote": [str(path) for path in session.recorded]})

@@ -31,14 +31,11 @@ def valid_file_name(path: Path | None) -> Path | None:
 
 def valid_folder_name(path: Path | None) -> Path | None:
     """The name of a folder to write to, as given; a loop of links, or one too long, is refused."""
-    try:
-        if path is not None:
-            path.resolve().exists()
-    except (OSError, RuntimeError) as error:  # The latter is what Python 3.11 says of a loop.
-        from symbolic import InvalidInputError
+    if path is not None:
+        from brushgrip.outputs.atomic import as_input_error
 
-        reason = getattr(error, "strerror", None) or error
-        raise InvalidInputError(f"{path}: cannot be written: {reason}") from None
+        with as_input_error(path):
+            path.resolve().exists()
     return path
 
 

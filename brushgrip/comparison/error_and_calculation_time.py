@@ -20,17 +20,13 @@ AUTHOR = "author's estimate"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MethodScore:
-    """One method on one case: errors of its effective friction as of `Case` [1].
-
-    theta is calculation time over measurement time on this machine [1], [Györök 2022], (5.10), None
-    where nothing was calculated; mu the estimate at the settled samples of the case [1].
-    """
+    """One method on one case: errors of its effective friction as of `Case` [1]."""
 
     method: str
     rmse: float
     spread: float
-    theta: float | None
-    mu: Array
+    theta: float | None  # As of `estimate_and_time_ratio`; None where nothing was calculated.
+    mu: Array  # The estimate at the settled samples of the case [1].
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,16 +39,13 @@ class CaseScores:
 
 @dataclass(frozen=True, kw_only=True)
 class MethodSummary:
-    """A row of [Györök 2022], Table 6.1: means of a method's scores over all cases, None for unknown.
-
-    It works beyond five zones, or does not, or (None) in part; as of `Method`.
-    """
+    """A row of [Györök 2022], Table 6.1: means of a method's scores over all cases, None for unknown."""
 
     method: str
     rmse: float
     spread: float | None = None
     theta: float | None
-    works_beyond_five_zones: bool | None
+    works_beyond_five_zones: bool | None  # As of `Method`; None for in part.
     gives_deviation: bool = False
 
 

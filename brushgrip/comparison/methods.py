@@ -15,7 +15,6 @@ from brushgrip.estimation.observe_recording import (
     observer_factory,
     root_observer_on_declared_model,
     run_arguments,
-    run_observer,
 )
 from brushgrip.inputs.option_choices import ObserverName
 from identification import FoundModel, Recording
@@ -65,7 +64,7 @@ class ObserverMethod:
     def estimate(self, recording: Recording) -> Array:
         """See `Method.estimate`."""
         observer = self.factory(recording, self.found)
-        return mu_eff_or_mu(run_observer(observer, recording, one_by_one=True))
+        return mu_eff_or_mu(run(observer, **run_arguments(recording), one_by_one=True))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,7 +31,8 @@ def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) ->
     """Means beside [Györök 2022], Table 6.1; then error and time of every recording."""
     means = ("method", "RMSE", "spread", "ϑ", "beyond five zones", "deviation")
     published = (_cells(f"published: {row.method}", row) for row in PUBLISHED)
-    recordings = ("method", *map(_name, results))
+    own = (_cells(row.method, row) for row in rows)
+    recordings = ("method", *(result.case.recording.name for result in results))
     errors = (
         ("declared μ", *(f"{result.case.declared:g}" for result in results)),
         *((row.method, *map(_error, _figures(results, row, "rmse"))) for row in rows),
@@ -41,11 +42,7 @@ def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) ->
         *((row.method, *map(_time, _figures(results, row, "theta"))) for row in rows),
     )
     return [
-        (
-            f"Mean over {len(results)} recordings",
-            means,
-            (*published, *(_cells(row.method, row) for row in rows)),
-        ),
+        (f"Mean over {len(results)} recordings", means, (*published, *own)),
         ("RMSE of every recording", recordings, errors),
         ("ϑ of every recording", recordings, times),
     ]
@@ -70,19 +67,15 @@ def markdown_text(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) 
 
 def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> dict[str, Any]:
     """The comparison for JSON; None where a value is unknown, quantiles from least to greatest."""
+    processor = processor_description("model name") or platform.processor() or platform.machine()
     return {
         "settled": SETTLED,
-        "machine": {
-            "processor": processor_description("model name")
-            or platform.processor()
-            or platform.machine(),
-            "python": platform.python_version(),
-        },
+        "machine": {"processor": processor, "python": platform.python_version()},
         "published": [asdict(row) for row in PUBLISHED],
         "methods": [asdict(row) for row in rows],
         "recordings": [
             {
-                "name": _name(result),
+                "name": result.case.recording.name,
                 "declared": result.case.declared,
                 "declared_from": result.case.origin,
                 "duration": _duration(result),
@@ -106,14 +99,8 @@ def _line(cells: Sequence[str]) -> str:
 
 def _cells(name: str, row: MethodSummary) -> Cells:
     beyond = "in part" if row.works_beyond_five_zones is None else _yes(row.works_beyond_five_zones)
-    return (
-        name,
-        _error(row.rmse),
-        _error(row.spread),
-        _time(row.theta),
-        beyond,
-        _yes(row.gives_deviation),
-    )
+    errors = map(_error, (row.rmse, row.spread))
+    return (name, *errors, _time(row.theta), beyond, _yes(row.gives_deviation))
 
 
 def _figures(results: Sequence[CaseScores], row: MethodSummary, name: str) -> list[float | None]:
@@ -122,10 +109,6 @@ def _figures(results: Sequence[CaseScores], row: MethodSummary, name: str) -> li
         next((getattr(score, name) for score in result.scores if score.method == row.method), None)
         for result in results
     ]
-
-
-def _name(result: CaseScores) -> str:
-    return result.case.recording.name
 
 
 def _duration(result: CaseScores) -> float:

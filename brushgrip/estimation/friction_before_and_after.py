@@ -36,16 +36,13 @@ FIGURES = ("settling", "drift", "relative_band", "coverage", "reference_coverage
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrictionOutcome:
-    """Friction by the EKF on the assumed model, k as given (before), and on the model found (after).
-
-    Tracks are of every recording by `EKF_DECLARED` and `EKF_FOUND`, and of some by `MHE_FOUND`.
-    """
+    """Friction by the EKF on the assumed model, k as given (before), and on the model found (after)."""
 
     before: Stage
     after: Stage
     grounds: Mapping[str, tuple[str, ...]]  # Recordings of each ground, "" for none.
     holdout: tuple[str, ...] = ()  # No shared parameter was fitted to them; they chose the effects.
-    tracks: tuple[FrictionTrack, ...] = ()
+    tracks: tuple[FrictionTrack, ...] = ()  # Of every recording by both; of some by `MHE_FOUND`.
     slide_speed: float | None = None  # That mu_eff belongs to, mean over contact and recordings [m/s].
     slide_rate: float | None = None  # Turning at which it slides so [rad/s].
     load: float | None = None  # That mu_eff by the model found is told at [N]; None: it changes nothing.
@@ -135,12 +132,6 @@ def found_model(diagnosis: Diagnosis) -> FoundModel:
     )
 
 
-def model_with_recording_values(diagnosis: Diagnosis) -> FoundModel:
-    """The same with what was fitted to each recording that the diagnosis has seen."""
-    values = diagnosis.values
-    return replace(found_model(diagnosis), own=values.own, rig=values.rig)
-
-
 def friction_by_both_models(
     training: Sequence[Recording],
     holdout: Sequence[Recording],
@@ -157,7 +148,8 @@ def friction_by_both_models(
     if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
         return None
     compared = [*holdout, *training][:MAX_COMPARED]
-    found, fitted = found_model(diagnosis), model_with_recording_values(diagnosis)
+    found = found_model(diagnosis)
+    fitted = replace(found, own=diagnosis.values.own, rig=diagnosis.values.rig)
     on_rig = [r for r in recordings if r.standstills is None]
     stiffness = ((found.values_for_estimation(r.ground)["k"], r) for r in on_rig)
     if any(is_of_other_scale(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):

@@ -38,7 +38,10 @@ def friction_of_directions(
     row: dict[str, float | str] = {}
     mu_of, told = dict.fromkeys(DIRECTIONS, nan), []
     begin = max(np.flatnonzero(estimates.status & Status.RESET), default=0)
-    side = _directions(estimates, psi, M_z, aligning)
+    # The zero of the angle may jump where it is implausible.
+    left_out = estimates.status & Status.IMPLAUSIBLE != 0
+    steps = np.where(left_out[1:] | left_out[:-1], 0.0, np.diff(psi))
+    side = aligning.directions(np.cumsum([0.0, *steps]), M_z)
     for way, sign in DIRECTIONS.items():
         loads = (side == sign) & (-sign * estimates.M_z_predicted > estimates.M_slide / 2)
         own = np.flatnonzero((loads & estimates.usable)[begin : at + 1])
@@ -55,13 +58,6 @@ def friction_of_directions(
     # Not known where a direction is not.
     row["weaker"] = float(np.max([0.0, 1 - np.min([*mu_of.values()]) / estimates.mu_eff[at]]))
     return row, line
-
-
-def _directions(estimates: Estimates, psi: Array, M_z: Array, aligning: DirectionalFriction) -> Array:
-    """`DirectionalFriction.directions`; the zero of the angle may jump where it is implausible."""
-    left_out = estimates.status & Status.IMPLAUSIBLE != 0
-    steps = np.where(left_out[1:] | left_out[:-1], 0.0, np.diff(psi))
-    return aligning.directions(np.cumsum([0.0, *steps]), M_z)
 
 
 def hidden_by_zero(observer: Observer, estimates: Estimates) -> str:

@@ -180,11 +180,11 @@ def observe(
     except InvalidInputError as error:
         raise InvalidInputError(f"{recording.name}: {in_channels(recording, str(error))}") from None
     if not smoothed:
-        estimates, single = run_observer(observer, recording), single_friction(observer)
+        estimates, single = run(observer, **run_arguments(recording)), single_friction(observer)
         # Of a model that was found the diagnosis has seen the scale; one friction may not fit it.
         if found or single is observer:
             return estimates
-        return gated_by_single_friction(estimates, run_observer(single, recording))
+        return gated_by_single_friction(estimates, run(single, **run_arguments(recording)))
     if not isinstance(observer, Ekf) or isinstance(observer.measurement_model, DirectionalFriction):
         raise InvalidInputError(
             "--smooth works on the stored states of the filter; take --observer ekf, not --by-direction"
@@ -197,11 +197,10 @@ def _over_standstills(
 ) -> Estimates:
     """Friction of a car, each standstill by an observer of its own."""
     of_brakes = {b: factory(with_brakes(recording, standstills, b), found) for b in standstills.brakes}
-    observers = [of_brakes[brakes] for brakes in standstills.brakes]
-    channels = {name: getattr(recording, name) for name in ("t", "F_N", "M_z")}
     return run_standstills(
-        observers, standstills.stretch, psi=angle_without_imputed(recording), **channels
-    )
+        [of_brakes[brakes] for brakes in standstills.brakes], standstills.stretch, t=recording.t,
+        psi=angle_without_imputed(recording), F_N=recording.F_N, M_z=recording.M_z,
+    )  # fmt: skip
 
 
 def with_brakes(recording: Recording, standstills: Standstills, brakes: bool) -> Recording:
@@ -209,11 +208,6 @@ def with_brakes(recording: Recording, standstills: Standstills, brakes: bool) ->
     rig, tyre = rig_of(standstills.vehicle, brakes=brakes)
     own = replace(standstills, brakes=(brakes,))
     return replace(recording, rig=rig, tyre=tyre, standstills=own)
-
-
-def run_observer(observer: Observer, recording: Recording, *, one_by_one: bool = False) -> Estimates:
-    """The estimates of an observer over a recording; see `observers.run`."""
-    return run(observer, **run_arguments(recording), one_by_one=one_by_one)
 
 
 def run_arguments(recording: Recording) -> dict[str, Any]:

@@ -46,8 +46,15 @@ MAX_REPLAYED_SAMPLES = 20_000
 
 def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
-    used = map(within_declared_range, recordings)
-    return [f"{r.name}: {suspects}" for r in used if (suspects := _suspects(r))]
+    lines = []
+    for recording in map(within_declared_range, recordings):
+        channel, apart = torque_channel(recording), float(np.median(np.diff(recording.t)))
+        causes: Sequence[str] = [f"{TIME} or less: samples are {apart:g} s apart"]
+        if apart <= MAX_SAMPLE_PERIOD:
+            causes = suspicions_of(samples_of(recording), recording.rig, channel)
+        if suspects := causes_with_map(recording, causes, channel):
+            lines.append(f"{recording.name}: {suspects}")
+    return lines
 
 
 def doubtful_inputs(recordings: Sequence[Recording]) -> dict[str, str]:
@@ -55,14 +62,6 @@ def doubtful_inputs(recordings: Sequence[Recording]) -> dict[str, str]:
     noted = {line: f"{SUSPECTED}: {line}" for line in implausibility_lines(recordings)}
     ends = [f"{r.name}: {end}" for r in recordings if (end := unstated_range(r))]
     return noted | {line: f"{MAY_END}: {line}" for line in ends}
-
-
-def _suspects(recording: Recording) -> str:
-    channel, apart = torque_channel(recording), float(np.median(np.diff(recording.t)))
-    causes: Sequence[str] = [f"{TIME} or less: samples are {apart:g} s apart"]
-    if apart <= MAX_SAMPLE_PERIOD:
-        causes = suspicions_of(samples_of(recording), recording.rig, channel)
-    return causes_with_map(recording, causes, channel)
 
 
 def suspected_cause(
@@ -156,11 +155,6 @@ def inconsistency_remedy(
         f"torque noise seen {seen:.2g} N m, {against}: declare [sensor] noise = {seen:.2g}"
         f" in the rig file; where that does not help, {lacking}"
     )
-
-
-def far_load(recording: Recording, found: FoundModel) -> str:
-    """That the load is outside those that a model was found at; empty if not, or none is told."""
-    return load_outside(recording.F_N, None if found.basis is None else found.basis.loads)
 
 
 def load_outside(F_N: Array, loads: tuple[float, float] | None) -> str:

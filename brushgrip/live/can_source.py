@@ -55,13 +55,9 @@ class CanSource:
         """The samples that frames have completed."""
         rows: list[Row] = []
         try:
-            frame = self._bus.recv(WAIT)
-            for _ in range(MAX_MESSAGES_AT_ONCE):
-                if frame is None:
+            for place in range(MAX_MESSAGES_AT_ONCE + 1):
+                if (frame := self._bus.recv(0 if place else WAIT)) is None:
                     break
-                self._take(frame, rows)
-                frame = self._bus.recv(0)
-            if frame is not None:
                 self._take(frame, rows)
         except self._lost as error:
             raise OSError(f"the bus is lost: {error}") from None

@@ -133,19 +133,14 @@ class WheelRowEstimator(RowEstimator):
         """Why the rate is none of the angle; the observer itself suspects other units and signs."""
         if "psi_dot" in self.columns and not self._refused:
             known = recorded[np.isfinite(recorded[:, [1, 4]]).all(axis=1)]
-            self._refused = self._refusal(known[-MAX_RATES:])
+            if len(known) >= MIN_SAMPLES:
+                table = _table(self._path, self.columns, known[-MAX_RATES:])
+                table = replace(table, sources={c: self._signals.of(c) for c in ANGLES})
+                try:
+                    require_rate_of_angle(table, *(table.columns[c] for c in ANGLES))
+                except InvalidInputError as error:
+                    self._refused = str(error)
         return self._refused
-
-    def _refusal(self, known: NDArray[np.float64]) -> str:
-        if len(known) < MIN_SAMPLES:
-            return ""
-        table = _table(self._path, self.columns, known)
-        table = replace(table, sources={c: self._signals.of(c) for c in ANGLES})
-        try:
-            require_rate_of_angle(table, *(table.columns[c] for c in ANGLES))
-        except InvalidInputError as error:
-            return str(error)
-        return ""
 
     def __call__(self, row: Row) -> list[Point]:
         """The points that are known with one more row; load and rate keep their last values."""

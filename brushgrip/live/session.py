@@ -271,11 +271,8 @@ class Session:
         try:
             self._recorder.write(rows)
         except OSError as error:
-            self._fault, self.recording, self._recorder = (
-                f"the recording broke off: {error}",
-                False,
-                None,
-            )
+            self._fault, self.recording = f"the recording broke off: {error}", False
+            self._recorder = None
 
     def _end_recording(self) -> None:
         recorder, self._recorder = self._recorder, None

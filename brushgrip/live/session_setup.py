@@ -21,8 +21,7 @@ from identification import READERS, Recording, Standstills, read_rig, read_vehic
 from identification.reading.readers import read_table
 from identification.reading.rigfile import rig_of_table
 from identification.reading.table import Table, required_columns
-from observers import Observer
-from symbolic import FoundModel, InvalidInputError, Rig, Tyre, Vehicle, rig_of
+from symbolic import InvalidInputError, Rig, Tyre, rig_of
 
 
 def source_and_estimator(
@@ -46,8 +45,11 @@ def source_and_estimator(
     open_source = source_opener(spec, columns, inputs.signals.dbc, table, speed)
     found = inputs.found()
     if inputs.vehicle is not None:
-        vehicle = read_vehicle(inputs.vehicle)
-        observers = {brakes: _follow_car(factory, found, vehicle, brakes) for brakes in (True, False)}
+        vehicle, observers = read_vehicle(inputs.vehicle), {}
+        for held in (True, False):
+            stands = Standstills(vehicle=vehicle, stretch=np.zeros(3, dtype=np.int64), brakes=(held,))
+            stub = replace(_stub(*rig_of(vehicle, brakes=held), "M_z", None), standstills=stands)
+            observers[held] = factory(stub, found)
         return open_source, CarStandstillEstimator(vehicle, observers, where, adviser)
     nominal = None if inputs.rig is None else read_rig(inputs.rig)
     if table is not None:
@@ -66,14 +68,6 @@ def source_and_estimator(
         estimator.weaker, estimator.note = weaker_direction(found.values_for_estimation(ground))
         estimator.loads = None if found.basis is None else found.basis.loads
     return open_source, estimator
-
-
-def _follow_car(
-    factory: ObserverFactory, found: FoundModel | None, vehicle: Vehicle, brakes: bool
-) -> Observer:
-    stands = Standstills(vehicle=vehicle, stretch=np.zeros(3, dtype=np.int64), brakes=(brakes,))
-    stub = _stub(*rig_of(vehicle, brakes=brakes), "M_z", None)
-    return factory(replace(stub, standstills=stands), found)
 
 
 def _stub(rig: Rig, tyre: Tyre, torque: str, ground: str | None) -> Recording:

@@ -46,9 +46,8 @@ def state_line(state: State) -> str:
     friction = ""
     if state.estimate is not None:
         value = with_95_band(*friction_of(state.estimate))
-        friction = f"{state.t:.2f} s: μ {value}, {usability_of(state)}" + f"; {state.note}" * bool(
-            state.note
-        )
+        friction = f"{state.t:.2f} s: μ {value}, {usability_of(state)}"
+        friction += f"; {state.note}" * bool(state.note)
     return "; ".join(filter(None, [friction, state.status, state.advice, state.recording]))
 
 

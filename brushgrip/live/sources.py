@@ -60,9 +60,6 @@ class LineParser:
             self._names, self._after_header = fields, True
             self._delimiter, self._number_of = delimiter_of(line), NumberParser(delimiter_of(line))
             return None
-        return self._named(values)
-
-    def _named(self, values: Sequence[float | None]) -> dict[str, float]:
         if len(values) != len(self._names):
             raise ValueError(f"{len(values)} fields, the header has {len(self._names)}")
         if None in values:

@@ -17,7 +17,7 @@ def staged_file(final: str | Path) -> Iterator[Path]:
     shows at once. A pipe or a device is written to directly.
     """
     final = Path(final)
-    with _as_input_error(final):
+    with as_input_error(final):
         if final.is_dir():
             raise InvalidInputError(f"{final}: is a folder, expected the name of a file")
         direct = final.exists() and not final.is_file()
@@ -25,12 +25,12 @@ def staged_file(final: str | Path) -> Iterator[Path]:
         yield final
         return
     with ExitStack() as stack:
-        with _as_input_error(final):
+        with as_input_error(final):
             target = final.resolve()
             stage = stack.enter_context(temporary_folder(_nearest(target))) / target.name
             stage.touch()
         yield stage
-        with _as_input_error(final):
+        with as_input_error(final):
             target.parent.mkdir(parents=True, exist_ok=True)
             stage.replace(target)
 
@@ -47,18 +47,17 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
     """Yields an empty folder; on success what it holds is moved into the final folder.
 
     The final folder and missing folders above it are made, on success; other files in it stay.
-    Enter before a long calculation, and an unwritable place shows at once.
     """
     final = Path(final)
     with ExitStack() as stack:
-        with _as_input_error(final):
+        with as_input_error(final):
             target = final.resolve()
             if target.exists() and not target.is_dir():
                 raise InvalidInputError(f"{final}: is not a folder")
             stage = stack.enter_context(temporary_folder(_nearest(target / "stage"))) / "stage"
             stage.mkdir()
         yield stage
-        with _as_input_error(final):
+        with as_input_error(final):
             _move_into(stage, target)
 
 
@@ -119,7 +118,8 @@ def _move_into(stage: Path, target: Path) -> None:
 
 
 @contextmanager
-def _as_input_error(path: Path) -> Iterator[None]:
+def as_input_error(path: Path) -> Iterator[None]:
+    """Says in one line why a path cannot be written."""
     try:
         yield
     except (OSError, RuntimeError) as error:  # The latter is what Python 3.11 says of a loop of links.

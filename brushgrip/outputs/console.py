@@ -107,11 +107,7 @@ def progress() -> Iterator[Progress]:
 
 
 def _plain_lines(screen: Console) -> Progress:
-    """At most one line in ten seconds, the first after ten: a quick fault stands alone.
-
-    How many steps a search takes shows only as it goes: the time that is left is that of the present
-    step. Its last parts may be its longest, so that nothing is said of less than the next line's time.
-    """
+    """A line in ten seconds at most, the first after ten; time left is that of the present step."""
     begun = last = time.monotonic()
     step, step_begun, done_before = "", begun, 0
 
@@ -124,6 +120,7 @@ def _plain_lines(screen: Console) -> Progress:
         if now - last < _SECONDS_BETWEEN_LINES:
             return
         last = now
+        # Its last parts may be its longest: nothing is said of less than the next line's time.
         line = f"{message}: {done} of {total}, {_spoken_time(now - begun)} so far"
         left = (now - step_begun) / max(done - done_before, 1) * (total - done)
         if done > done_before and left >= _SECONDS_BETWEEN_LINES:

@@ -41,11 +41,8 @@ def turning_instruction(plan: Plan, vehicle: Path | None, angle: SignalSource) -
     turned = f"{turns} rad at {plan.path.rate:.3f} rad/s at most"
     channel, unit = f"channel {angle.channel}", angle.unit or "rad"
     if vehicle is not None:
-        channel, unit, angles = (
-            "the handwheel",
-            "degrees",
-            np.degrees(handwheel_angle(plan.turns, vehicle)),
-        )
+        channel, unit = "the handwheel", "degrees"
+        angles = np.degrees(handwheel_angle(plan.turns, vehicle))
     elif (scale := angle.scale("psi", "rad")) != 1:
         angles = plan.turns / scale
     else:

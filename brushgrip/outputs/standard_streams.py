@@ -9,22 +9,9 @@ import unicodedata
 from contextvars import ContextVar
 
 _SPELT = {
-    "μ": "mu",
-    "ψ": "psi",
-    "ϑ": "theta",
-    "±": "+/-",
-    "–": "-",
-    "−": "-",
-    "→": "->",
-    "·": "*",
-    "…": "...",
-    "“": '"',
-    "”": '"',
-    "∞": "inf",
-    "²": "^2",
-    "³": "^3",
-    "⁻": "^-",
-}
+    "μ": "mu", "ψ": "psi", "ϑ": "theta", "∞": "inf", "²": "^2", "³": "^3", "⁻": "^-",
+    "±": "+/-", "–": "-", "−": "-", "→": "->", "·": "*", "…": "...", "“": '"', "”": '"',
+}  # fmt: skip
 """Signs that we write, where the terminal's encoding lacks them."""
 
 
@@ -57,13 +44,11 @@ def spell_unencodable() -> None:
 def _spelt(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    spelt = "".join(map(_spelling, error.object[error.start : error.end]))
+    spelt = ""
+    for sign in error.object[error.start : error.end]:
+        plain = unicodedata.normalize("NFKD", sign).encode("ascii", "ignore").decode("ascii")
+        spelt += _SPELT.get(sign) or plain or sign.encode("unicode_escape").decode("ascii")
     return spelt.replace("^-^", "^-"), error.end
-
-
-def _spelling(sign: str) -> str:
-    plain = unicodedata.normalize("NFKD", sign).encode("ascii", "ignore").decode("ascii")
-    return _SPELT.get(sign) or plain or sign.encode("unicode_escape").decode("ascii")
 
 
 def stdout_fault() -> str | None:

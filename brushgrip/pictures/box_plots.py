@@ -30,8 +30,7 @@ def draw_boxes(path: Path, compared: Sequence[CaseScores], methods: Sequence[str
         error.set_ylabel("RMSE of μ [1]")
         error.set_ylim(bottom=0)
         _over_recordings(time, compared, colours, "theta")
-        time.set_yscale("log")
-        time.set_ylabel("calculation time /\nmeasurement time ϑ [1]")
+        time.set(yscale="log", ylabel="calculation time /\nmeasurement time ϑ [1]")
         key: list[Artist] = [Patch(color=colour, label=name) for name, colour in colours.items()]
         dashes = error.plot([], [], color=MEASURED, lw=1.2, ls="--", label="declared μ")
         legend_above(figure, [*key, *dashes])
@@ -45,19 +44,15 @@ def _estimates(axes: Axes, compared: Sequence[CaseScores], colours: dict[str, st
             _box(axes, score.mu, at, width, colours[score.method])
         axes.plot([place - 0.45, place + 0.45], [one.case.declared] * 2, color=MEASURED, ls="--")
     axes.set_xticks(range(len(compared)), [matplotlib_text(one.case.recording.name) for one in compared])
-    axes.set_ylabel("friction coefficient μ [1]")
-    axes.set_xlim(-0.5, len(compared) - 0.5)
+    axes.set(ylabel="friction coefficient μ [1]", xlim=(-0.5, len(compared) - 0.5))
     axes.grid(visible=False, axis="x")
-    axes.set_ylim(0, top := _top(compared))
+    # The greatest values of a root solve may lie above the axis.
+    high = [np.quantile(score.mu, 0.97) for one in compared for score in one.scores]
+    top = 1.1 * float(max([*high, *(one.case.declared for one in compared)]))
+    axes.set_ylim(0, top)
     greatest = max(float(score.mu.max()) for one in compared for score in one.scores)
     beyond = f"; cut off, the greatest is {greatest:.3g}" if greatest > top else ""
     axes.set_title(f"Estimate over time: median, quartiles, least and greatest{beyond}")
-
-
-def _top(compared: Sequence[CaseScores]) -> float:
-    """Upper limit of the axis; the greatest values of a root solve may lie above it."""
-    high = [np.quantile(score.mu, 0.97) for one in compared for score in one.scores]
-    return 1.1 * float(max([*high, *(one.case.declared for one in compared)]))
 
 
 def _over_recordings(

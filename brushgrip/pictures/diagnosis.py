@@ -54,8 +54,7 @@ def draw_loops(path: Path, diagnosis: Diagnosis) -> None:
         grid = figure.add_gridspec(rows + 1, columns, height_ratios=[4.4] + [2.2] * rows)
         large = figure.add_subplot(grid[0, :])
         artists = _loop(large, first, diagnosis)
-        large.set_xlabel("yaw angle ψ [rad]")
-        large.set_ylabel("aligning torque $M_z$ [N m]")
+        large.set(xlabel="yaw angle ψ [rad]", ylabel="aligning torque $M_z$ [N m]")
         for number, series in enumerate(others):
             small = figure.add_subplot(grid[1 + number // columns, number % columns])
             _loop(small, series, diagnosis, width=0.8)
@@ -76,12 +75,11 @@ def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) 
     for torque, colour, label, share in curves:
         artists += axes.plot(series.psi, torque, color=colour, lw=width * share, label=label)
     before, after = diagnosis.before.nrmse[series.name], diagnosis.after.nrmse[series.name]
+    change = f"{percent(before)} → {percent(after)}"
     if width < 1:
-        axes.set_title(
-            f"{matplotlib_text(series.name)}\n{percent(before)} → {percent(after)}", fontsize=8
-        )
+        axes.set_title(f"{matplotlib_text(series.name)}\n{change}", fontsize=8)
     else:
-        set_title(axes, series, f", error {percent(before)} → {percent(after)} of range")
+        set_title(axes, series, f", error {change} of range")
     return artists
 
 
@@ -136,9 +134,7 @@ def _autocorrelation(axes: Axes, stages: Sequence[Stage]) -> None:
     axes.axhline(0, color=MEASURED, lw=0.7)
     axes.set_ylim(top=1.04)
     axes.margins(x=0)
-    axes.set_xlabel("lag [s]")
-    axes.set_ylabel("autocorrelation [1]")
-    axes.set_title("Autocorrelation of the residual")
+    axes.set(xlabel="lag [s]", ylabel="autocorrelation [1]", title="Autocorrelation of the residual")
 
 
 def _correlations(axes: Axes, stages: Sequence[Stage]) -> None:
@@ -154,8 +150,7 @@ def _correlations(axes: Axes, stages: Sequence[Stage]) -> None:
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
-    axes.set_xlim(-1.02, 1.02)
-    axes.set_xlabel("correlation of model − recorded [1]")
+    axes.set(xlim=(-1.02, 1.02), xlabel="correlation of model − recorded [1]")
     axes.set_title("Correlation of the residual with signals")
 
 
@@ -243,10 +238,9 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
         rows = figure.subplots(4, 1, sharex=True, height_ratios=[2.0, 1.0, 2.4, 1.4])
         angle, load, torques, difference = rows
         angle.plot(manoeuvre.t, manoeuvre.psi, color=MEASURED)
-        angle.set_ylabel("yaw angle ψ\n[rad]")
         # Each unit stays on the line of its number.
         title = re.sub(r"(?<=\d) (?=(?:rad|s|N)\b)", "\N{NO-BREAK SPACE}", manoeuvre.instruction)
-        angle.set_title(fill(title, _TITLE_WIDTH))
+        angle.set(ylabel="yaw angle ψ\n[rad]", title=fill(title, _TITLE_WIDTH))
         load.plot(manoeuvre.t, manoeuvre.F_N, color=MEASURED)
         load.set_ylabel("load $F_N$\n[N]")
         # By 5 % of the load at least, so that a constant load looks constant.
@@ -258,13 +252,11 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
             (proposal.rival_torque, proposal.rival, BEFORE, 2.0),
             (proposal.torque, proposal.found, AFTER, 1.0),
         ):
-            artists += torques.plot(
-                manoeuvre.t, torque, color=colour, lw=width, label=effect_words(name)
-            )
+            label = effect_words(name)
+            artists += torques.plot(manoeuvre.t, torque, color=colour, lw=width, label=label)
         torques.set_ylabel("aligning torque\n$M_z$ [N m]")
         difference.plot(manoeuvre.t, proposal.torque - proposal.rival_torque, color=MEASURED)
-        difference.set_ylabel("difference\n[N m]")
-        difference.set_xlabel("time t [s]")
-        difference.set_title(f"difference {percent(proposal.separation)} of range")
+        title = f"difference {percent(proposal.separation)} of range"
+        difference.set(xlabel="time t [s]", ylabel="difference\n[N m]", title=title)
         figure.align_ylabels(rows)
         legend_above(figure, artists)

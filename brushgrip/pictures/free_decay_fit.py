@@ -41,8 +41,8 @@ def _vibration(angle: Axes, residual: Axes, vibration: VibrationFit, step: float
     artists: list[Artist] = []
     artists += angle.plot(vibration.t, readings, color=MEASURED, lw=2.0, label="encoder")
     artists += angle.plot(vibration.t, fitted, color=AFTER, lw=1.0, label="fit, with sliding ends")
-    angle.set_title(f"{matplotlib_text(vibration.name)}, a = {1000 * vibration.a:g} mm")
-    angle.set_ylabel("ψ from its centre\n[mrad]")
+    title = f"{matplotlib_text(vibration.name)}, a = {1000 * vibration.a:g} mm"
+    angle.set(title=title, ylabel="ψ from its centre\n[mrad]")
     residual_steps = (vibration.psi - vibration.fitted) / step
     residual.plot(vibration.t, residual_steps, color=AFTER, lw=0.6)
     for edge in (-0.5, 0.5):
@@ -68,7 +68,6 @@ def _over_length(
         line = axes.plot(
             a[order], curve[order], color=AFTER, lw=1.4, label="identified, whole patch sticking"
         )
-        axes.set_xlabel("contact half-length a [mm]")
-        axes.set_ylabel(label)
+        axes.set(xlabel="contact half-length a [mm]", ylabel=label)
         artists = [*dots, *line]
     return artists

@@ -63,9 +63,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
             own = [track for track in tracks if track.name == name]
             for row, track in enumerate(own):
                 _track(axes, track, line_styles[track.label], row)
-            axes.set_title(matplotlib_text(name))
-            axes.set_ylabel("effective friction μ_eff [1]")
-            axes.set_ylim(*limits)
+            axes.set(title=matplotlib_text(name), ylabel="effective friction μ_eff [1]", ylim=limits)
             axes.margins(x=0.01)
         panels[-1].set_xlabel("time t [s]")
         legend_above(figure, _key(tracks, line_styles))
@@ -107,8 +105,7 @@ def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTr
             if ground or not named:
                 count = "" if named else f", {len(tracks)} recordings"
                 axes.set_title(matplotlib_text(ground or "all grounds") + count)
-            axes.set_ylabel("friction μ_eff [1]")
-            axes.set_ylim(*_limits(tracks))
+            axes.set(ylabel="friction μ_eff [1]", ylim=_limits(tracks))
             axes.margins(x=0.01)
             if named:
                 axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, handlelength=1.2)
@@ -117,9 +114,8 @@ def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTr
 
 
 def _overview_line(axes: Axes, track: FrictionTrack, colour: str) -> None:
-    t, low, high = (
-        track.t - track.t[0], track.mu - BAND_STDS * track.mu_std, track.mu + BAND_STDS * track.mu_std,
-    )  # fmt: skip
+    t, half = track.t - track.t[0], BAND_STDS * track.mu_std
+    low, high = track.mu - half, track.mu + half
     axes.fill_between(t, low, high, where=track.usable.tolist(), color=colour, alpha=0.13, lw=0)
     # Before the first usable sample a line tells nothing.
     shown = np.where(np.logical_or.accumulate(track.usable), track.mu, np.nan)

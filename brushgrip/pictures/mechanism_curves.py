@@ -15,11 +15,6 @@ _DECADE = 10.0
 """Ratio of greatest to least place from which an axis is logarithmic [1]."""
 
 
-def has_curves(diagnosis: Diagnosis) -> bool:
-    """Whether there is a mechanism to draw."""
-    return any(family.curve for family in diagnosis.families)
-
-
 def draw_mechanisms(path: Path, diagnosis: Diagnosis) -> None:
     """Draw the curve of each mechanism with its band of two standard deviations."""
     drawn = [(family, family.curve) for family in diagnosis.families if family.curve]
@@ -43,9 +38,7 @@ def _curve(axes: Axes, family: FoundFamily, curve: Curve) -> list[Artist]:
         low, high = curve.y[at] - 2 * curve.std[at], curve.y[at] + 2 * curve.std[at]
         axes.fill_between(curve.x[at], low, high, color=AFTER, alpha=0.25, lw=0)
     unit = "" if curve.y_unit == "1" else f" [{curve.y_unit}]"
-    axes.set_xlabel(f"{curve.x_name} [{curve.x_unit}]")
-    axes.set_ylabel(f"{curve.y_name}{unit}")
-    axes.set_title(
-        f"{effect_words(family.name)}: {listed([effect_words(name) for name in family.effects])}"
-    )
+    axes.set(xlabel=f"{curve.x_name} [{curve.x_unit}]", ylabel=f"{curve.y_name}{unit}")
+    laws = listed([effect_words(name) for name in family.effects])
+    axes.set_title(f"{effect_words(family.name)}: {laws}")
     return artists

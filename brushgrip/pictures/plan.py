@@ -17,8 +17,7 @@ def draw_plan_and_forecast(file: Path, plan: Plan) -> None:
     with picture(file, 3.4) as figure:
         angle, known = figure.subplots(1, 2, width_ratios=(1, 1.4))
         angle.plot(np.append(0, path.t), np.append(path.begin, path.psi), color=MEASURED)
-        angle.set_xlabel("time t [s]")
-        angle.set_ylabel("angle ψ [rad]")
+        angle.set(xlabel="time t [s]", ylabel="angle ψ [rad]")
         for mu, at, forecast in zip(plan.mus, plan.reached, plan.forecasts, strict=True):
             colour = colours(norm(mu))
             shown = np.where(forecast.usable, 100 * forecast.deviation, np.nan)
@@ -28,6 +27,5 @@ def draw_plan_and_forecast(file: Path, plan: Plan) -> None:
                 known.plot(path.travel[at], shown[at], "o", color=colour, ms=5)
         known.axhline(target, color=MEASURED, ls=":", lw=1)
         known.set_ylim(0, max(4 * target, 10))
-        known.set_xlabel("travel [rad]")
-        known.set_ylabel("standard deviation of μ over μ [%]")
+        known.set(xlabel="travel [rad]", ylabel="standard deviation of μ over μ [%]")
         known.legend(loc="upper right", ncols=2)

@@ -28,9 +28,8 @@ def demo_inputs() -> tuple[Inputs, int]:
 def demo_folder() -> Path:
     """The folder of the demo's recordings."""
     package = Path(brushgrip.__file__).parent
-    folders = tuple(
-        place / "recordings" for place in (package.parent / "examples", package / "embedded")
-    )
+    places = (package.parent / "examples", package / "embedded")
+    folders = [place / "recordings" for place in places]
     for folder in folders:
         if (folder / RIG).is_file():
             return folder

@@ -59,9 +59,7 @@ def fetch(destination: str | Path, *, say: Callable[[str], None] = lambda _: Non
             names = _copy(published, Path(local), say)
         else:
             names = list(published.registry)
-            _download(
-                published, [name for name in names if not _is_whole(published, destination / name)], say
-            )
+            _download(published, [n for n in names if not _is_whole(published, destination / n)], say)
     return [destination / name for name in names]
 
 

@@ -50,9 +50,9 @@ def damper_folder() -> Path:
     return download_folder() / "friction_damper"
 
 
-def digests(registry: Traversable | None = None) -> tuple[str, dict[str, str]]:
+def digests(registry: Traversable) -> tuple[str, dict[str, str]]:
     """Address of the published folder, and the SHA-256 of each run's values by name."""
-    lines = (registry or REGISTRY).read_text(encoding="utf-8").splitlines()
+    lines = registry.read_text(encoding="utf-8").splitlines()
     address, *rows = (line for line in lines if line and not line.startswith("#"))
     return address, dict(row.split() for row in rows)
 
@@ -65,7 +65,7 @@ def fetch_friction_damper(destination: str | Path, *, say: Say = lambda _: None)
     values than the published ones are a fault.
     """
     say(ATTRIBUTION)
-    return fetch_runs(destination, digests(), _downloaded, _BESIDE, say)
+    return fetch_runs(destination, digests(REGISTRY), _downloaded, _BESIDE, say)
 
 
 def fetch_runs(
@@ -84,7 +84,8 @@ def fetch_runs(
     address, published = registry
     with staged_directory(destination) as stage:
         for number, (name, digest) in enumerate(published.items(), start=1):
-            if _is_whole(destination / f"{name}.npz", digest):
+            there = destination / f"{name}.npz"
+            if there.is_file() and channels_digest(_loaded(there)) == digest:
                 continue
             say(f"{number}/{len(published)} {name}")
             channels = _copied(Path(local), name, local_sibling) if local else download(address, name)
@@ -100,10 +101,6 @@ def channels_digest(channels: dict[str, Array]) -> str:
     """SHA-256 of the values, little-endian doubles, channel after channel as in `CHANNELS`."""
     content = b"".join(np.asarray(channels[name], dtype="<f8").tobytes() for name in CHANNELS)
     return hashlib.sha256(content).hexdigest()
-
-
-def _is_whole(path: Path, digest: str) -> bool:
-    return path.is_file() and channels_digest(_loaded(path)) == digest
 
 
 def _loaded(path: Path) -> dict[str, Array]:

@@ -32,9 +32,8 @@ def result_files_in(folder: Path) -> list[Path]:
 
 def thinning_note(recordings: Sequence[Recording]) -> str:
     """What of these recordings the search leaves out while it ranks candidates; empty for nothing."""
-    whole, thinned = (
-        sum(r.t.size for r in some) for some in (recordings, map(thin_for_ranking, recordings))
-    )
+    whole = sum(recording.t.size for recording in recordings)
+    thinned = sum(recording.t.size for recording in map(thin_for_ranking, recordings))
     if thinned == whole:
         return ""
     return (

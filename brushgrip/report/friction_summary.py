@@ -1,6 +1,6 @@
 """Friction of a diagnosis in words: each recording, and what the figures mean."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import chain, combinations
 
 import numpy as np
@@ -149,9 +149,8 @@ def grounds_alike(outcome: FrictionOutcome) -> str:
     further = outcome.further()
     pairs = list(combinations([g for g, one in further.items() if one.further is not None], 2))
     same = [f"{a} from {b}" for a, b in pairs if not further[a].differs_from(further[b], len(pairs))]
-    return f" These recordings do not tell {listed(same, 'or')}: the difference may be chance." * bool(
-        same
-    )
+    told = f" These recordings do not tell {listed(same, 'or')}: the difference may be chance."
+    return told * bool(same)
 
 
 def median_loads(diagnosis: Diagnosis) -> dict[str, float]:
@@ -171,40 +170,32 @@ def _lasted(track: FrictionTrack) -> str:
     return f"for {float(np.diff(track.t, append=track.t[-1])[track.usable].sum()):.1f} s only"
 
 
-def _percent(share: float | None, digits: int) -> str:
-    return "–" if share is None else f"{100 * share:.{digits}f} %"
-
-
-def _seconds(value: float | None) -> str:
-    return "–" if value is None else f"{value:.1f} s"
-
-
-_FIGURE_TEXTS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
+_FIGURE_TEXTS: Mapping[str, tuple[str, float, str, str]] = {
     "settling": (
         "time to settle",
-        _seconds,
+        *(1, "{:.1f} s"),
         "From then on the estimate stays within 10 % of where it ends.",
     ),
     "drift": (
         "movement after half-time",
-        lambda share: _percent(share, 0),
+        *(100, "{:.0f} %"),
         "Largest minus smallest estimate in the second half of a recording, divided by the last one.",
     ),
     "relative_band": (
         "standard deviation",
-        lambda share: _percent(share, 1),
+        *(100, "{:.1f} %"),
         "As a share of μ_eff, median of the informed samples: the 95 % band reaches twice as far to"
         " either side.",
     ),
     "reference_coverage": (
         "bands around the fitted value",
-        lambda share: _percent(share, 0),
+        *(100, "{:.0f} %"),
         "Share of the informed samples whose 95 % band holds the friction that was afterwards fitted to"
         " the whole recording, which is no independent measurement. Far below 95 % they are too narrow,"
         " at 100 % rather wide.",
     ),
 }
-"""Label, text and meaning of those of `FIGURES` that compare the EKF with more than itself."""
+"""Label, factor, text and meaning of those of `FIGURES` that compare the EKF with more than itself."""
 
 
 def settling_and_coverage_rows(outcome: FrictionOutcome) -> tuple[list[str], list[tuple[str, ...]]]:
@@ -212,10 +203,11 @@ def settling_and_coverage_rows(outcome: FrictionOutcome) -> tuple[list[str], lis
     rows = []
     groups = dict(reversed(outcome.groups().items()))
     stages = (outcome.before, outcome.after)
-    for figure, (label, text, words) in _FIGURE_TEXTS.items():
+    for figure, (label, factor, text, words) in _FIGURE_TEXTS.items():
         cells = []
         for names in groups.values():
-            pair = " → ".join(text(mean_figures(stage, names)[figure]) for stage in stages)
+            means = [mean_figures(stage, names)[figure] for stage in stages]
+            pair = " → ".join("–" if mean is None else text.format(factor * mean) for mean in means)
             known = min(sum(getattr(stage[n], figure) is not None for n in names) for stage in stages)
             # A mean over fewer recordings than there are says so.
             cells.append(pair + f" ({known} of {len(names)})" * (known < len(names)))

@@ -21,7 +21,7 @@ from brushgrip.pictures.diagnosis import (
     draw_signatures,
 )
 from brushgrip.pictures.friction import draw_friction, draw_overview
-from brushgrip.pictures.mechanism_curves import draw_mechanisms, has_curves
+from brushgrip.pictures.mechanism_curves import draw_mechanisms
 from brushgrip.pictures.style import drawn, is_drawn_by_us
 from brushgrip.report import (
     friction_summary,
@@ -129,7 +129,7 @@ def _draw_pictures(
         own = outcome.tracks_of()
         by_ground = {g: [own[n] for n in names if n in own] for g, names in outcome.grounds.items()}
         pictures["overview"] = draw_overview, [by_ground]
-    if has_curves(diagnosis):
+    if any(family.curve for family in diagnosis.families):
         pictures["mechanisms"] = draw_mechanisms, [diagnosis]
     wanted = sum(series.t.size for series in diagnosis.series) <= _MAX_LINE_SAMPLES
     futures = {

@@ -68,10 +68,8 @@ def print_diagnosis(
         print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
         if causes := widest_causes(outcome):
             print_text(causes)
-    errors, title = (
-        errors_by_stage(diagnosis),
-        "Torque error, root mean square, in N m and in % of range",
-    )
+    errors = errors_by_stage(diagnosis)
+    title = "Torque error, root mean square, in N m and in % of range"
     print_table(title, errors.headings, errors.rows, right=True)
     print_text(f"Refitted: {diagnosis.signatures_before.reading}")
     if diagnosis.effects:

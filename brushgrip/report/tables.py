@@ -53,13 +53,8 @@ def friction_by_recording(friction: FrictionOutcome, diagnosis: Diagnosis) -> Re
     loads = median_loads(diagnosis)
     rows = [
         (
-            *(
-                name,
-                *[ground or "–"][:named],
-                f"{loads[name]:.0f}" if name in loads else "–",
-                last_usable_friction(tracks[name]),
-            ),
-            usable_until(tracks[name]),
+            *(name, *[ground or "–"][:named], f"{loads[name]:.0f}" if name in loads else "–"),
+            *(last_usable_friction(tracks[name]), usable_until(tracks[name])),
         )
         for ground, names in friction.grounds.items()
         for name in sorted(names, key=lambda name: loads.get(name, 0.0))
@@ -223,13 +218,9 @@ def effects_table(diagnosis: Diagnosis) -> ReportTable:
         ),
         rows=[
             (
-                *(
-                    effect_words(e.name),
-                    GRADES[e.grade],
-                    "not known" if e.grade == "stands_in" else e.scope,
-                ),
-                parameter_list(e.parameters),
-                *(percent(e.holdout_nrmse_after), signed(e.delta_bic)),
+                *(effect_words(e.name), GRADES[e.grade]),
+                "not known" if e.grade == "stands_in" else e.scope,
+                *(parameter_list(e.parameters), percent(e.holdout_nrmse_after), signed(e.delta_bic)),
                 rivals_of(e) or "–",
             )
             for e in diagnosis.effects

@@ -261,7 +261,7 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
     """The torque error stage by stage in sentences: with nothing adjusted, if that is known, first."""
     kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
     judged = {
-        "validation": f"{count} recording{'s' * (count != 1)} to which they were not fitted, but by"
+        "validation": f"{count} recording{'s' * (count != 1)} to which no model was fitted, but by"
         " which the effects were chosen",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",

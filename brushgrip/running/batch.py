@@ -28,10 +28,10 @@ from brushgrip.estimation.suspicious_recordings import (
     beyond_range,
     constant_load,
     differing_rates,
-    far_load,
     hardly_turned,
     implausibility_lines,
     inconsistency_remedy,
+    load_outside,
     slope_of_car,
     suspected_cause,
     unstated_range,
@@ -92,20 +92,16 @@ Row = Mapping[str, str | int | float]
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateTask:
-    """What a process needs to estimate friction over one recording.
-
-    Tuning and how M_z is measured are None for the usual, table and picture None for none; budget says
-    whether to tell what the band is made of.
-    """
+    """What a process needs to estimate friction over one recording."""
 
     inputs: Inputs
     observer: ObserverName
-    tuning: ChosenTuning | None
+    tuning: ChosenTuning | None  # None for the usual.
     smooth: bool
-    aligning: Aligning | None
+    aligning: Aligning | None  # How M_z is measured; None for the usual.
     out: Path | None
     picture: Path | None = None
-    budget: bool = False
+    budget: bool = False  # Whether to tell what the band is made of.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,7 +218,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
         at_load = load_of_friction(found, recording, at)
-        doubts += [stiffness_note(values["k"], recording), far_load(recording, found), at_load]
+        far = load_outside(recording.F_N, found.basis.loads if found.basis else None)
+        doubts += [stiffness_note(values["k"], recording), far, at_load]
         if at is not None and not by_direction:
             directed["weaker"], of_model = weaker_direction(
                 values, float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])

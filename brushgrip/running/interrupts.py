@@ -30,13 +30,8 @@ class Interruptions:
 
     def listen(self) -> None:
         """Hear the signals from now on, those that the process was started deaf to excepted."""
-        usual = {
-            "SIGINT": signal.default_int_handler,
-            "SIGTERM": signal.SIG_DFL,
-            "SIGHUP": signal.SIG_DFL,
-            "SIGBREAK": signal.SIG_DFL,
-        }
-        for name, handler in usual.items():
+        for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+            handler = signal.default_int_handler if name == "SIGINT" else signal.SIG_DFL
             number = getattr(signal, name, None)
             if number is not None and signal.getsignal(number) == handler:
                 signal.signal(number, self._heard)

@@ -67,12 +67,8 @@ def error_on_unseen(
 
 
 def _friction_walk(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> float | None:
-    """Change of ln of the friction level from slide to slide over the root of the time between.
-
-    A slide is where the model's torque is near its largest before it changes sign; the level of friction
-    there is the measured torque over the model's. None for fewer than `MIN_SLIDES` changes.
-    """
-    steps: list[float] = []
+    """Change of ln of the friction level, measured torque over the model's, from slide to slide."""
+    steps: list[float] = []  # Each over the root of the time between.
     for recording in recordings:
         # The model's torque has no noise, so that its sign changes once where the patch is loaded anew.
         torque, last = recording.M_z + residuals[recording.name], None

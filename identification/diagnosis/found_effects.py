@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.diagnosis.found_stiffness import return_torque_note, stiffness_notes
+from identification.diagnosis.found_stiffness import return_torque_note, stiffness_note
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
 from identification.diagnosis.stand_ins import stand_ins
 from identification.experiments.proposals import Proposal
@@ -182,7 +182,8 @@ def notes_on(
     effects: Sequence[FoundEffect] = (),
 ) -> tuple[str, ...]:
     """Sentences on the final model, without a full stop; `own` are fits to held-out recordings."""
-    notes = stiffness_notes(fitted, recordings)
+    stiffnesses = [stiffness_note(fitted.values.of(one)["k"], one) for one in recordings]
+    notes = list(dict.fromkeys(filter(None, stiffnesses)))
     notes += [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
         for when, old, new in (

@@ -17,12 +17,6 @@ OFF_STIFFNESS = "the fitted stiffness k is"
 """How the note on k beyond its tolerance begins."""
 
 
-def stiffness_notes(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
-    """Notes on k beyond its tolerance, see `OFF_STIFFNESS`, each once."""
-    notes = [stiffness_note(fitted.values.of(recording)["k"], recording) for recording in recordings]
-    return list(dict.fromkeys(filter(None, notes)))
-
-
 def stiffness_ratio(k: float, recording: Recording) -> float:
     """A found stiffness [N/m^2] over the declared one [1]; 1 within its tolerance."""
     declared, tolerance = recording.tyre.k, recording.rig.tolerances.k

@@ -1,7 +1,6 @@
 """The diagnosis that a search comes to."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -66,7 +65,7 @@ def build_diagnosis(
         signatures_before=followed[0],
         signatures_after=followed[1],
         model=fitted.model,
-        values=_values(after),
+        values=after.values,
         series=_series(before, after, everything, holdout),
         notes=(*notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),),
         criteria=criteria,
@@ -98,15 +97,6 @@ def friction_beyond_range(
             least.append(f"{recording.name} {greatest_friction(recording):.2f} or more")
     told = f"{BEYOND_RANGE}, so that friction is inferred from the model's curve below it"
     return (f"{told}; measured is only {', '.join(least)}",) if least else ()
-
-
-def _values(trial: Trial) -> Values:
-    """Values of a trial's fits to training and held-out recordings together."""
-    return replace(
-        trial.fitted.values,
-        own={name: own for fit in trial.fits for name, own in fit.values.own.items()},
-        rig={name: rig for fit in trial.fits for name, rig in fit.values.rig.items()},
-    )
 
 
 def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Candidate, ...]:

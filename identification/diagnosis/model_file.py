@@ -13,8 +13,6 @@ from symbolic import Effect, FoundModel, model_from_tables, units_of
 from symbolic.tables.found_model_from_tables import MODEL_VERSION
 from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, prefix_errors
 
-__all__ = ["FoundModel", "model_text", "read_model"]
-
 
 def model_text(diagnosis: Diagnosis) -> str:
     """The content of `model.json` for a diagnosis."""
@@ -46,11 +44,7 @@ def _writable(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def read_model(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
-    """Read a model file.
-
-    Args:
-        path: the model file.
-        effects: effects beside the library's that it may name.
+    """Read a model file, which may name these effects beside the library's.
 
     Raises:
         InvalidInputError: the file is missing, no JSON, or lacks something; one line says what.

@@ -1,6 +1,6 @@
 """The result of a diagnosis: frozen values, and the content of `diagnosis.json`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -105,13 +105,15 @@ class Diagnosis:
 
     @property
     def basis(self) -> ModelBasis:
-        """Basis of the final model."""
+        """Basis of the final model; loads are of wheels on the ground, without rare ones."""
+        loads = [one.F_N[one.F_N > 0] for one in self.series]
+        ranges = np.array([np.quantile(own, USUAL_LOADS) for own in loads if own.size])
         return ModelBasis(
             training=len(self.recordings),
             holdout=len(self.holdout),
             grades={effect.name: effect.grade for effect in self.effects},
             unexplained=self.unexplained.present,
-            loads=_range_of_loads(self.series),
+            loads=(float(ranges.min()), float(ranges.max())) if ranges.size else None,
         )
 
     @property
@@ -122,12 +124,9 @@ class Diagnosis:
         return ranked[(len(ranked) - 1) // 2]
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
-        """Draw the representative recording: torque over angle, measured, before and after.
+        """Draw the representative recording into axes of matplotlib, or new ones of pyplot.
 
-        `series` has every recording, each with a `plot` of its own.
-
-        Args:
-            axes: of matplotlib, to draw into; new ones of pyplot without.
+        Torque over angle, measured, before and after; each of `series` has a `plot` of its own.
         """
         shown = self.representative
         axes = shown.plot(axes)
@@ -140,6 +139,7 @@ class Diagnosis:
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
         stages = {"declared": self.declared, "before": self.before, "after": self.after}
+        error, before = self.model_error, self.model_error_before
         return {
             "recordings": list(self.recordings),
             "holdout": list(self.holdout),
@@ -157,15 +157,9 @@ class Diagnosis:
             ],
             "unexplained": asdict(self.unexplained),
             "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},
-            "model_error": _model_error(self.model_error, self.model_error_before),
+            "model_error": error and asdict(error) | {"before": before and asdict(before)},
             "notes": list(self.notes),
         }
-
-
-def _model_error(after: ModelError | None, before: ModelError | None) -> dict[str, Any] | None:
-    if after is None:
-        return None
-    return {**asdict(after), "before": None if before is None else asdict(before)}
 
 
 def _figures(effect: FoundEffect) -> str:
@@ -176,10 +170,3 @@ def _figures(effect: FoundEffect) -> str:
     ]
     rivals = f", or {', '.join(effect.indistinguishable_from)}" * bool(effect.indistinguishable_from)
     return f"{', '.join(values)}; {effect.grade.replace('_', ' ')}{rivals}"
-
-
-def _range_of_loads(series: Sequence[Series]) -> tuple[float, float] | None:
-    """Least and greatest load of wheels on the ground [N], without rare ones; None if not known."""
-    loads = [one.F_N[one.F_N > 0] for one in series]
-    ranges = np.array([np.quantile(own, USUAL_LOADS) for own in loads if own.size])
-    return (float(ranges.min()), float(ranges.max())) if ranges.size else None

@@ -209,11 +209,7 @@ class Series:
     after: Array
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
-        """Draw the torque over the angle: measured, and by the models before and after.
-
-        Args:
-            axes: of matplotlib, to draw into; new ones of pyplot without.
-        """
+        """Draw torque over angle, measured, before and after, into axes or new ones of pyplot."""
         curves = {
             "measured": self.measured,
             "declared structure, refitted": self.before,

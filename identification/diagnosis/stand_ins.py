@@ -43,20 +43,12 @@ def stand_ins(
 
 
 def _stand_ins(gains: Mapping[str, float], left: Mapping[str, float], first: str | None) -> set[str]:
-    """Effects of a wheel that may stand in for something unknown: they explain too little beside it.
-
-    gains: what each explains; left: what is left unexplained where it acts; first: the one that the
-    search began with. What another one explains may be a wrong law's remainder, see `OF_A_WRONG_LAW`.
-    """
+    """Effects of a wheel whose gain is too little beside what is left where they act."""
     return {n for n, gain in gains.items() if gain < left[n] * (1 if n == first else OF_A_WRONG_LAW)}
 
 
 def _stand_ins_of_car(gains: Mapping[str, float], found: set[str], left: float) -> set[str]:
-    """The same in a car, where what stand-ins explain is unknown too.
-
-    Its return torque, its gear and its joints all act beside the tyre, and the first that is found takes
-    on what the others lack.
-    """
+    """The same in a car: all acts beside the tyre, so that what stand-ins explain is unknown too."""
     before, unknown = None, left
     while before != found:
         before = set(found)
@@ -75,15 +67,12 @@ def _first_effect(steps: Sequence[SearchStep], final: Effects, gains: Mapping[st
 def _left_where_it_acts(
     whole: Trial, rest: Trial, recordings: Sequence[Recording], left: Unexplained
 ) -> float:
-    """Mean squared error beyond noise, over range, where the model `rest` without an effect differs [1].
-
-    Samples count by the square of what the effect adds to the torque. What a wrong law leaves lies where
-    that law acts, what has nothing to do with it lies anywhere. The product of neighbouring errors is
-    without white noise, which may be of another size where the effect acts.
-    """
+    """Mean squared error beyond noise, over range, where the model without an effect differs [1]."""
     residuals, others = (shares_of_torque_range(trial.residuals, recordings) for trial in (whole, rest))
     counted = [influence(whole.fitted.loss, residual) for residual in residuals.values()]
+    # Without white noise, which may be of another size where the effect acts.
     errors = np.concatenate([one[1:] * one[:-1] for one in counted])
+    # What a wrong law leaves lies where that law acts, what has nothing to do with it lies anywhere.
     weights = np.concatenate([(others[name] - one)[1:] for name, one in residuals.items()]) ** 2
     known = np.isfinite(errors + weights)
     if not weights[known].any():

@@ -56,11 +56,8 @@ def propose(
 ) -> Proposal:
     """The manoeuvre within the rig's reach that would separate two fitted models best.
 
-    Args:
-        found: the model that is taken for true, fitted to the recordings.
-        rival: another one that does as well, fitted to the same.
-        recordings: those that both were fitted to; the fits may have seen thinned ones.
-        criteria: thresholds of the search, by which the two have to be distinguished.
+    The model found is taken for true; its rival does as well on the recordings that both were fitted to,
+    or to thinned ones. They have to be distinguished by the criteria of the search.
     """
     # The recording of median mu, whose own parameters are assumed in the experiment.
     by_friction = sorted(recordings, key=lambda r: found.values.own[r.name]["mu"])
@@ -111,12 +108,9 @@ class _Rival(_Simulated):
         self.free = np.array([names.index(fitted.labels[i][1]) for i in columns])
         self.scales = fitted.scales[columns]
         self.origin: Array = self.theta[self.free] / self.scales
-        bounds = []
-        for column in self.free:
-            parameter = fitted.model.parameters[column][1]
-            lower, upper = (parameter.to_coordinate(v) for v in (parameter.lower, parameter.upper))
-            bounds.append(sorted((lower, upper)))
-        self.bounds = np.array(bounds).T / self.scales
+        free = [fitted.model.parameters[column][1] for column in self.free]
+        ends = [sorted(map(p.to_coordinate, (p.lower, p.upper))) for p in free]
+        self.bounds = np.array(ends).T / self.scales
         self.information_root = _information_root(fitted, columns)
         self.weight = np.sqrt(SAMPLE_PERIOD / fitted_sample_period(fitted, typical)) / span
 
@@ -156,10 +150,7 @@ class _Rival(_Simulated):
 
 
 def _information_root(fitted: Fit, columns: Sequence[int]) -> Array:
-    """Square root of the recordings' information on the shared parameters, own ones eliminated.
-
-    Columns as given, those of the recording's own parameters zero: a new recording has its own.
-    """
+    """Root of the recordings' information on these columns, zero for a recording's own parameters."""
     shared = [i for i, own in enumerate(fitted.own) if not own and i in columns]
     own = [i for i in range(len(fitted.labels)) if i not in shared]
     known = fitted.prior_weights > 0

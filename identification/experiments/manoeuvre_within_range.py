@@ -131,13 +131,8 @@ def sampled_manoeuvre(
     """
     lasts = sum(leg.seconds for leg in _with_stops([*cycle, cycle[0]])) - cycle[0].seconds
     begin = turning_legs(reach, [cycle[-1].share], reach.speed, 0.0)
-    legs = [
-        ManoeuvreLeg(0, 0.5),
-        *begin,
-        *max(1, round(LENGTH / lasts)) * list(cycle),
-        ManoeuvreLeg(cycle[-1].share, 0.5),
-    ]
-    legs = _with_stops(legs)
+    cycles, end = max(1, round(LENGTH / lasts)) * list(cycle), ManoeuvreLeg(cycle[-1].share, 0.5)
+    legs = _with_stops([ManoeuvreLeg(0, 0.5), *begin, *cycles, end])
     corners = np.cumsum([0.0, *(leg.seconds for leg in legs)])
     t: Array = np.arange(int(corners[-1] / SAMPLE_PERIOD) + 1, dtype=np.float64) * SAMPLE_PERIOD
     angles = reach.centre + reach.amplitude * np.array([0.0, *(leg.share for leg in legs)])

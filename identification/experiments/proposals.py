@@ -73,14 +73,8 @@ class Proposal:
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
-        return {
-            "rival": self.rival,
-            "sentence": self.sentence,
-            "separation": self.separation,
-            "feasible": self.feasible,
-            "times": self.times,
-            "standard_errors": self.standard_errors,
-        }
+        names = ("rival", "sentence", "separation", "feasible", "times", "standard_errors")
+        return {name: getattr(self, name) for name in names}
 
 
 def proposal_from_torques(
@@ -130,17 +124,13 @@ def fitted_sample_period(fitted: Fit, recording: Recording) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class _RecordedData:
-    """The recordings at hand: how many, and how long together [s].
-
-    As shares of range [1], now the two models differ by so much rms, and the one that is taken for true
-    leaves this noise, with its autocorrelation time as memory [s].
-    """
+    """The recordings at hand, and how the two models differ in them."""
 
     count: int
-    seconds: float
-    now: float
-    noise: float
-    memory: float
+    seconds: float  # Together.
+    now: float  # Rms difference of the models over range [1].
+    noise: float  # What the model that is taken for true leaves, over range [1].
+    memory: float  # Autocorrelation time of that [s].
 
 
 def _distinguished(
@@ -156,11 +146,8 @@ def _distinguished(
 
 
 def _standard_errors(difference: Array, present: _RecordedData, times: int, block: float) -> float:
-    """Result of the paired test over blocks [s] on all recordings; see `criteria.advantage`.
-
-    With the residual e of the true model and e + d of the other, the squares differ by 2 e d + d^2. The
-    mean of d^2 varies from block to block; e adds its own variance.
-    """
+    """Standard errors of the paired test over blocks [s] on all recordings; see `error_reduction`."""
+    # With the residual e of the true model and e + d of the other, squares differ by 2 e d + d^2.
     size = round(block / SAMPLE_PERIOD)
     whole = difference[: difference.size // size * size].reshape(-1, size)
     squares = (whole**2).mean(axis=1)

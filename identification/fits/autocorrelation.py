@@ -30,10 +30,7 @@ def autocorrelation_time(residual: Array) -> float:
 
 def effective_samples(residuals: Mapping[str, Array]) -> float:
     """Number of independent samples in the residuals of several recordings."""
-    return sum(
-        float(np.isfinite(residual).sum()) / autocorrelation_time(residual)
-        for residual in residuals.values()
-    )
+    return sum(float(np.isfinite(r).sum()) / autocorrelation_time(r) for r in residuals.values())
 
 
 def lagged_products(values: Array) -> Array:

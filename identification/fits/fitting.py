@@ -75,9 +75,8 @@ class Fit:
 
     def cost(self, recordings: Sequence[Recording]) -> float:
         """Loss summed over the samples of these recordings, which must be among those fitted [1]."""
-        return sum(
-            cost(self.loss, r) for r in shares_of_torque_range(self.residuals, recordings).values()
-        )
+        shares = shares_of_torque_range(self.residuals, recordings)
+        return sum(cost(self.loss, share) for share in shares.values())
 
 
 @one_thread
@@ -89,13 +88,8 @@ def fit(
 ) -> Fit:
     """Find the parameters of least loss over all recordings.
 
-    Torques beyond the declared range of their sensor are left out.
-
-    Args:
-        model: the model to fit.
-        recordings: the measurements; names must differ.
-        start: values to begin with; missing ones begin at their own start. None for `initial_guess`.
-        options: loss, tolerance, and which parameters are fixed.
+    Torques beyond the declared range of their sensor are left out. Names of recordings must differ. The
+    start is that of `initial_guess` for None; a value that is missing begins at its parameter's start.
 
     Raises:
         InvalidInputError: a torque is constant, or no parameter is free.

@@ -152,15 +152,8 @@ def profile(
 ) -> Profile:
     """Fit everything else at every value of the grid, from the one nearest to the start outward.
 
-    A few more values are inserted where a parabola through the least costs has its minimum.
-
-    Args:
-        model: the model.
-        recordings: the measurements.
-        start: values to begin with, best those of a fit.
-        axis: the quantity to fix.
-        grid: its values, at least three, increasing.
-        options: of the fits.
+    A few more values are inserted where a parabola through the least costs has its minimum. The start is
+    best that of a fit; the grid has at least three values of the axis, increasing.
 
     Raises:
         InvalidInputError: the grid is no such grid, a value of it is not allowed, or the model has no
@@ -240,10 +233,7 @@ def _minimum(costs: Mapping[float, float]) -> float | None:
 
 
 def _interval(grid: Array, deviance: Array, at: int) -> tuple[float | None, float | None]:
-    """Values at which the deviance first passes the limit to either side of the best one.
-
-    Its signed root is close to a straight line, along which it is interpolated.
-    """
+    """Values at which the root of the deviance, nearly a straight line, passes the limit either side."""
     root, limit = np.sqrt(np.maximum(deviance, 0)), np.sqrt(LIMIT)
     ends: list[float | None] = []
     for side in (slice(at, None, -1), slice(at, None)):

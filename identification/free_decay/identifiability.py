@@ -92,17 +92,22 @@ def describe_identifiability(
     k is as if lengths were exact; by their tolerances it is off by `of_lengths`, a share of it.
     """
     vibrations = likelihood.vibrations
-    sentences = [_precision(vibrations, k, b_t), _assumptions(vibrations, k, of_lengths)]
+    count, lengths = len(vibrations), len({r.decay.rig.a for r in vibrations})
+    sentences = [
+        f"{count} recording{'s' * (count != 1)} at {lengths} contact length{'s' * (lengths != 1)} tell k"
+        f" to {100 * _share(k):.2g} % and b_t to {100 * _share(b_t):.2g} % (95 %).",
+        _assumptions(vibrations, k, of_lengths),
+    ]
     if agreed is False:
         sentences.append(_disagreement(contacts, k.value))
-    if len({r.decay.rig.a for r in vibrations}) == 1:
+    if lengths == 1:
         sentences.append(
             "All recordings have one contact length; several would show whether a and e are right."
         )
-    lengths = [f"{1000 * contact.a:g}" for contact in contacts if contact.force is None]
-    if lengths:
+    untold = [f"{1000 * contact.a:g}" for contact in contacts if contact.force is None]
+    if untold:
         sentences.append(
-            f"The sliding at the ends of the patch is not told from none at a = {', '.join(lengths)} mm,"
+            f"The sliding at the ends of the patch is not told from none at a = {', '.join(untold)} mm,"
             " and k and b_t bear what it may be; stronger impacts slide further."
         )
     if any(_share(p) > good for p, good in zip((k, b_t), GOOD, strict=True)):
@@ -115,22 +120,19 @@ def describe_identifiability(
             f"Readings scatter about the fit by {noise * np.pi / np.sqrt(3):.2g} rad, beyond the"
             f" encoder's step of {step:.2g} rad; look whether the residuals are noise."
         )
-    return (*sentences, *_implausible(vibrations, k.value), *_later_impacts(vibrations))
+    # A k of another order than declared, as wrong units make it.
+    declared = float(np.median([r.decay.tyre.k for r in vibrations]))
+    if not 1 / _STRANGE < k.value / declared < _STRANGE:
+        sentences.append(
+            f"k is {k.value / declared:.2g} times the {declared:.3g} N/m^2 declared; unless that was a"
+            " wild guess, check J_A [kg m^2], a and e [m] and t [s]."
+        )
+    return (*sentences, *_later_impacts(vibrations))
 
 
 def _share(parameter: IdentifiedParameter) -> float:
     """Half-width of the interval over the value."""
     return (parameter.interval[1] - parameter.interval[0]) / 2 / abs(parameter.value)
-
-
-def _precision(
-    vibrations: Sequence[FreeVibration], k: IdentifiedParameter, b_t: IdentifiedParameter
-) -> str:
-    count, lengths = len(vibrations), len({r.decay.rig.a for r in vibrations})
-    return (
-        f"{count} recording{'s' * (count != 1)} at {lengths} contact length{'s' * (lengths != 1)} tell k"
-        f" to {100 * _share(k):.2g} % and b_t to {100 * _share(b_t):.2g} % (95 %)."
-    )
 
 
 def _assumptions(vibrations: Sequence[FreeVibration], k: IdentifiedParameter, of_lengths: float) -> str:
@@ -161,17 +163,6 @@ def _disagreement(contacts: Sequence[ContactPatchResult], k: float) -> str:
         " allows: a, e or J_A is not what it is said to be, of which the intervals cover the tolerances"
         " of a and e alone."
     )
-
-
-def _implausible(vibrations: Sequence[FreeVibration], k: float) -> list[str]:
-    """A k of another order than declared, as wrong units make it."""
-    declared = float(np.median([r.decay.tyre.k for r in vibrations]))
-    if 1 / _STRANGE < k / declared < _STRANGE:
-        return []
-    return [
-        f"k is {k / declared:.2g} times the {declared:.3g} N/m^2 declared; unless that was a wild guess,"
-        " check J_A [kg m^2], a and e [m] and t [s]."
-    ]
 
 
 def _later_impacts(vibrations: Sequence[FreeVibration]) -> list[str]:

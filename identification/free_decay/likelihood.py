@@ -53,16 +53,12 @@ _MIN_NOISE = 0.01
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LikelihoodEvaluation:
-    """The objective at one point, infinite where a wheel would not vibrate, and its derivatives.
-
-    Responses are each recording's angles [rad] and their derivatives by the unknowns in their scales, in
-    the order of `Likelihood.columns`.
-    """
+    """The objective at one point, infinite where a wheel would not vibrate, and its derivatives."""
 
     cost: float
     gradient: Array
     hessian: Array
-    responses: tuple[VibrationResponse, ...]
+    responses: tuple[VibrationResponse, ...]  # By the scaled unknowns in the order of `columns`.
 
 
 class Likelihood:
@@ -165,9 +161,8 @@ def contact_geometry(vibration: FreeVibration) -> ContactGeometry:
 
 def integration_grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]:
     """Times short enough for the integration [s], and the places of the samples among them."""
-    parts = np.maximum(np.ceil(np.diff(vibration.t) * vibration.omega / _MAX_PHASE_STEP), 1).astype(
-        np.intp
-    )
+    steps = np.ceil(np.diff(vibration.t) * vibration.omega / _MAX_PHASE_STEP)
+    parts = np.maximum(steps, 1).astype(np.intp)
     samples = np.concatenate([[0], np.cumsum(parts)])
     return np.interp(np.arange(samples[-1] + 1), samples, vibration.t), samples
 

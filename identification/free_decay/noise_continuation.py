@@ -36,29 +36,21 @@ _MAX_LEVERAGE = 0.99
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LikelihoodMaximum:
-    """The maximum of a likelihood.
+    """The maximum of a likelihood."""
 
-    Unknowns in units of its scales, scale of the noise besides the encoder's step [rad], the likelihood
-    there; whether scale and unknowns both ended by their tolerances, and steps of the solver in all.
-    """
-
-    x: Array
-    noise: float
+    x: Array  # Unknowns in units of its scales.
+    noise: float  # Scale of the noise besides the encoder's step [rad].
     evaluation: LikelihoodEvaluation
-    converged: bool
-    steps: int
+    converged: bool  # Whether scale and unknowns both ended by their tolerances.
+    steps: int  # Of the solver in all.
 
 
 class JackknifeCovariance(NamedTuple):
-    """Covariance of the shared unknowns in units of the likelihood's scales, shape (m, m).
-
-    Beside it the Hessian of the objective with all other unknowns eliminated, and the number of half
-    swings less that of shared unknowns, at least 1.
-    """
+    """Covariance of the shared unknowns in units of the likelihood's scales, shape (m, m)."""
 
     covariance: Array
-    information: Array
-    degrees_of_freedom: int
+    information: Array  # Hessian of the objective with all other unknowns eliminated.
+    degrees_of_freedom: int  # Half swings less shared unknowns, at least 1.
 
 
 def maximise_likelihood(likelihood: Likelihood) -> LikelihoodMaximum:
@@ -148,10 +140,7 @@ def half_swings(psi: Array) -> list[slice]:
 
 
 def _amplified(inverse: Array, curvature: Array, score: Array) -> Array:
-    """The score g whose step H^-1 g is the change of the estimate without one half swing.
-
-    (H - C)^-1 g = H^-1 (1 - C H^-1)^-1 g, in the coordinates in which H is one.
-    """
+    """(1 - C H^-1)^-1 g, in which H is one: the step by H^-1 of it is that without one half swing."""
     root = np.linalg.cholesky(inverse)
     leverages, axes = np.linalg.eigh(root.T @ curvature @ root)
     remainder = 1 - np.minimum(leverages, _MAX_LEVERAGE)

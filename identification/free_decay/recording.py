@@ -76,16 +76,10 @@ def read_decay(
     readers: Mapping[str, Reader] = READERS,
     signals: SignalMap | str = NO_MAP,
 ) -> Decay:
-    """Read a free vibration; formats as of `read_recording`.
+    """Read a free vibration; formats, readers and signals are as of `read_recording`.
 
-    Only t and psi are needed (`time` and `Psi` in a MAT file); other columns are ignored.
-
-    Args:
-        path: the file.
-        rig: rig and tyre as read by `read_rig`; values that the recording declares, such as
-            ``# a = 0.045``, ``# e = 0.009`` or ``# J_A = 0.15``, override them.
-        readers: by the suffix of the file's name, as of `read_recording`.
-        signals: where columns come from, as of `read_recording`.
+    Only t and psi are needed (`time` and `Psi` in a MAT file); other columns are ignored. Values that
+    the recording declares, such as ``# a = 0.045`` or ``# J_A = 0.15``, override those of `read_rig`.
 
     Raises:
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.

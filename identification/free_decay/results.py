@@ -30,20 +30,13 @@ class IdentifiedParameter:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactPatchResult:
-    """Results of one contact.
+    """Results of one contact."""
 
-    Attributes:
-        a: half-length of the contact patch [m].
-        e: caster length [m].
-        force: mu F_N from the sliding at the patch's ends [N]; None where that does not differ
-            significantly from zero sliding.
-        k: from the recordings of this contact alone; None where there is no other contact, or where they
-            do not determine it.
-    """
-
-    a: float
-    e: float
+    a: float  # Half-length of the contact patch [m].
+    e: float  # Caster length [m].
+    # mu F_N from the sliding at the patch's ends [N]; None where that is not clearly above zero.
     force: ParameterEstimate | None
+    # From this contact alone; None where it does not determine k, or there is no other contact.
     k: ParameterEstimate | None
 
 

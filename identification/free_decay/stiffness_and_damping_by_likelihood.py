@@ -118,10 +118,8 @@ def _check_plausible(likelihood: Likelihood, solution: LikelihoodMaximum) -> Non
     """Check that every recording follows the fitted vibration roughly."""
     k = float(solution.x[0] * likelihood.scales[0])
     for vibration, response in zip(likelihood.vibrations, solution.evaluation.responses, strict=True):
-        name = vibration.decay.name
-        omega = float(
-            np.sqrt(rotational_stiffness(k, *contact_geometry(vibration)) / vibration.decay.inertia)
-        )
+        name, stiffness = vibration.decay.name, rotational_stiffness(k, *contact_geometry(vibration))
+        omega = float(np.sqrt(stiffness / vibration.decay.inertia))
         if not 1 / _DETUNED < vibration.omega / omega < _DETUNED:
             raise InvalidInputError(
                 f"{name}: psi swings at {vibration.omega:.3g} rad/s, where its a, e and J_A with the"

@@ -33,26 +33,16 @@ _NO_STEP = 1e-6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FreeVibration:
-    """The free vibration within a recording.
-
-    Attributes:
-        first: index of the sample at the first turning point: the largest deflection, after which no
-            impact acts.
-        last: index after the last sample of the vibration, where it has sunk into the encoder's step.
-        step: of the encoder [rad].
-        peak: reading at the first turning point [rad].
-        centre, omega, damping: guesses of the reading about which the wheel swings [rad], its angular
-            frequency [rad/s] and its decay rate [1/s].
-    """
+    """The free vibration within a recording; centre, omega and damping are guesses."""
 
     decay: Decay
-    first: int
-    last: int
-    step: float
-    peak: float
-    centre: float
-    omega: float
-    damping: float
+    first: int  # At the first turning point: the largest deflection, after which no impact acts.
+    last: int  # After the last sample of the vibration, where it has sunk into the encoder's step.
+    step: float  # Of the encoder [rad].
+    peak: float  # Reading at the first turning point [rad].
+    centre: float  # Reading about which the wheel swings [rad].
+    omega: float  # Its angular frequency [rad/s].
+    damping: float  # Its decay rate [1/s].
 
     @property
     def t(self) -> Array:

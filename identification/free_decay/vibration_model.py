@@ -120,10 +120,8 @@ def initial_vibration_state(unknowns: Expression, geometry: Expression) -> Expre
 
 
 def _step_with_sensitivities() -> ca.Function:
-    state, sensitivity = (
-        ca.SX.sym("state", len(_STATES)),
-        ca.SX.sym("sensitivity", len(_STATES), len(UNKNOWNS)),
-    )
+    state = ca.SX.sym("state", len(_STATES))
+    sensitivity = ca.SX.sym("sensitivity", len(_STATES), len(UNKNOWNS))
     theta, geometry = ca.SX.sym("theta", len(PARAMETERS)), ca.SX.sym("geometry", len(GEOMETRY))
     dt = ca.SX.sym("dt")
     after = vibration_step(state, theta, geometry, dt)

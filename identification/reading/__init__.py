@@ -11,7 +11,7 @@
     Table       table                    the checks of every sample, the first fault by its place
       |
       |         rigfile                  values that the file declares, else those of the rig file
-      |         yaw_rate                 the yaw rate where none was recorded
+      |         steering_rate            the yaw rate where none was recorded
     Recording   recordings               gaps filled; causal, from the first complete sample on
 
 `readers` is the registry: by the suffix of a file, the function that goes from bytes to `Table`. A

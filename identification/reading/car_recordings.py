@@ -61,18 +61,14 @@ class Standstills:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RackRecording:
-    """Motion and force of a car's rack at standstill, without missing samples; arrays (n,).
-
-    Time [s], way of the rack [m], force of the gear on it [N], inertia included; whether the brakes held
-    the wheels in the first standstill; `at_limit` is as of `Standstills`.
-    """
+    """Motion and force of a car's rack at standstill, without missing samples; arrays (n,)."""
 
     name: str
-    t: Array
-    s: Array
-    force: Array
-    brakes: bool
-    at_limit: Mapping[str, float] = field(default_factory=dict)
+    t: Array  # Time [s].
+    s: Array  # Way of the rack [m].
+    force: Array  # Of the gear on the rack, inertia included [N].
+    brakes: bool  # Whether they held the wheels in the first standstill.
+    at_limit: Mapping[str, float] = field(default_factory=dict)  # As of `Standstills`.
 
 
 def read_rack(path: str | Path, vehicle: Vehicle, signals: SignalMap = NO_MAP) -> RackRecording:
@@ -188,9 +184,9 @@ def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstill
     """The standstills of a recording, by its speed and its brakes; shorter ones than that are none."""
     count = columns["t"].size
     # A speed that is measured, and not known yet, may be any.
-    speed = _held(columns.get("speed"), count, np.inf if "speed" in columns else 0.0)
+    speed = held(columns.get("speed", np.zeros(count)), np.inf)
     stands = np.abs(speed) <= vehicle.standstill
-    brake = _held(columns.get("brake"), count, float(vehicle.brakes)) > 0.5
+    brake = held(columns.get("brake", np.full(count, np.nan)), float(vehicle.brakes)) > 0.5
     state = np.where(stands, brake.astype(int), -1)
     begins = np.flatnonzero(np.diff(state, prepend=-2))
     stretch, brakes = np.full(count, -1), list[bool]()
@@ -204,10 +200,7 @@ def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstill
     )  # fmt: skip
 
 
-def _held(values: Array | None, count: int, default: float) -> Array:
+def held(values: Array, default: float) -> Array:
     """A signal with its last value where one is missing, a default before the first."""
-    if values is None or not np.isfinite(values).any():
-        return np.full(count, default)
-    known = np.flatnonzero(np.isfinite(values))
-    place = np.searchsorted(known, np.arange(count), side="right") - 1
-    return np.where(place >= 0, values[known[np.maximum(place, 0)]], default)
+    place = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(values.size), -1))
+    return np.where(place >= 0, values[place], default)

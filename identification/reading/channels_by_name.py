@@ -42,36 +42,25 @@ _USUAL_NAMES = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ChannelSamples:
-    """One channel.
-
-    Values, shape (n,); the unit that the file says; times [s], shape (n,), where it has a clock; what
-    the user has to know about the values.
-    """
+    """One channel; arrays of shape (n,)."""
 
     values: Array
-    unit: str = ""
-    times: Array | None = None
-    remark: str = ""
+    unit: str = ""  # That the file says.
+    times: Array | None = None  # Of its own clock, if it has one [s].
+    remark: str = ""  # What the user has to know about the values.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ChannelFile:
-    """The channels of an open file.
+    """The channels of an open file."""
 
-    Attributes:
-        names: full names; parts are separated by a slash or a dot, the last is the short name.
-        read: the samples of a channel by its full name.
-        declared: values that the file gives for a, e, k, mu, J_A, b_t.
-        aliases: names under which a format keeps a column, tried in turn where the map is silent; a
-            column that is not in it has its own name.
-        own_clocks: whether channels come with their times, so that none has to hold them.
-    """
-
-    names: Sequence[str]
-    read: Callable[[str], ChannelSamples]
-    declared: Mapping[str, float] = field(default_factory=dict)
+    names: Sequence[str]  # Parts are separated by a slash or a dot, the last is the short name.
+    read: Callable[[str], ChannelSamples]  # The samples of a channel by its full name.
+    declared: Mapping[str, float] = field(default_factory=dict)  # Of a, e, k, mu, J_A, b_t.
+    # Names under which a format keeps a column, tried in turn where the map is silent; a column that is
+    # not in it has its own name.
     aliases: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    own_clocks: bool = False
+    own_clocks: bool = False  # Whether channels come with their times, so that none has to hold them.
 
 
 Opener = Callable[[Path, SignalMap], AbstractContextManager[ChannelFile]]

@@ -61,11 +61,7 @@ def _require_positive(name: str, frequency: float) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Scaled:
-    """Converts volts to a unit.
-
-    Attributes:
-        factor: of the sensor and its amplifier, in units a volt; negative where it counts the other way.
-    """
+    """Converts volts by a factor of the sensor [unit/V], negative where it counts the other way."""
 
     factor: float
 
@@ -153,11 +149,7 @@ class LowPass:
 
 @dataclass(frozen=True, kw_only=True)
 class Resampler:
-    """Resamples by a filter of linear phase against aliasing, its delay compensated.
-
-    Attributes:
-        rate: samples a second afterwards [Hz].
-    """
+    """Resamples to a rate [Hz] by a filter of linear phase against aliasing, its delay compensated."""
 
     rate: float
 
@@ -182,11 +174,7 @@ class Resampler:
 
 @dataclass(frozen=True)
 class Pipeline:
-    """Steps in their order.
-
-    Attributes:
-        steps: as `Scaled`, `OffsetRemoved`, `LowPass`, `Resampler`.
-    """
+    """Steps in their order, as `Scaled`, `OffsetRemoved`, `LowPass`, `Resampler`."""
 
     steps: tuple[Callable[[Channel], Channel], ...]
 
@@ -228,12 +216,7 @@ def recording_from_raw(
 ) -> Recording:
     """A recording from raw channels that begin at the same instant.
 
-    Args:
-        name: of the recording.
-        raw: channels by the names in `CHANNELS`.
-        pipelines: the pipeline of each; all must end at the same rate.
-        rig: geometry.
-        tyre: the tyre as declared.
+    Channels and their pipelines, which all must end at the same rate, are by the names in `CHANNELS`.
 
     Raises:
         InvalidInputError: a channel or its pipeline is missing, a step cannot be done (the message

@@ -13,11 +13,11 @@ from symbolic.deformation import full_slide_arm
 
 def within_declared_range(recording: Recording) -> Recording:
     """The recording without the torques beyond the range of their sensor; its angle and load stay."""
-    M_z, M = _left_out(recording, recording.M_z), recording.M
-    M = M if M is None else _left_out(recording, M)
-    if M_z is recording.M_z and M is recording.M:
-        return recording
-    return replace(recording, M_z=M_z, M=M)
+    used = {}
+    for name, torque in (("M_z", recording.M_z), ("M", recording.M)):
+        if torque is not None and (beyond := _beyond(recording, torque)).any():
+            used[name] = np.where(beyond, np.nan, torque)
+    return replace(recording, **used) if used else recording  # type: ignore[arg-type]
 
 
 def samples_beyond_range(recording: Recording) -> tuple[int, int]:
@@ -45,12 +45,6 @@ def greatest_friction(recording: Recording) -> float:
     """Friction whose full slide is at the end of the used range, at the median load [1]."""
     load = float(np.median(recording.F_N[recording.F_N > 0]))
     return float(recording.rig.torque_limit / (load * full_slide_arm(recording.rig.a, recording.rig.e)))
-
-
-def _left_out(recording: Recording, torque: Array) -> Array:
-    if not (beyond := _beyond(recording, torque)).any():
-        return torque
-    return np.where(beyond, np.nan, torque)
 
 
 def _beyond(recording: Recording, torque: Array) -> NDArray[np.bool_]:

@@ -51,10 +51,8 @@ class RackDifferentiator:
 
 
 def _parabola(points: list[tuple[float, float]]) -> tuple[float, float]:
-    """Slope and half the curvature at 0 of the parabola through points, by least squares.
-
-    In plain sums: a library's depend in their last digit on where arrays lie.
-    """
+    """Slope and half the curvature at 0 of the parabola through points, by least squares."""
+    # In plain sums: a library's depend in their last digit on where arrays lie.
     n = len(points)
     u1, u2, u3, u4 = (sum(u**power for u, _ in points) for power in (1, 2, 3, 4))
     v0, v1, v2 = (sum(v * u**power for u, v in points) for power in (0, 1, 2))

@@ -100,7 +100,12 @@ def read_table(
     reader = readers.get(path.suffix.lower() or ".csv")
     if reader is None:
         require_readable(path)  # A missing file has another remedy than an unknown format.
-        raise InvalidInputError(f"{path}: unknown format {path.suffix!r}; {_known(readers)}")
+        extras = [f"pip install 'brushgrip[{e}]' for {', '.join(s)}" for e, (_, s) in _FORMATS.items()]
+        others = {*readers} - {suffix for _, suffixes in _FORMATS.values() for suffix in suffixes}
+        raise InvalidInputError(
+            f"{path}: unknown format {path.suffix!r}; known are {', '.join(sorted(others))};"
+            f" {'; '.join(extras)}"
+        )
     if isinstance(reader, MappedReader):
         table = reader(path, needed, signals)
     else:
@@ -125,10 +130,3 @@ def files_beside(paths: Iterable[Path], signals: SignalMap) -> list[Path]:
         elif suffix == ".tdms":
             found |= dict.fromkeys([path.with_name(f"{path.name}_index")])
     return [path for path in found if path.is_file()]
-
-
-def _known(readers: Mapping[str, Reader]) -> str:
-    """The formats that can be read, and what to install for those that need more."""
-    extras = [f"pip install 'brushgrip[{e}]' for {', '.join(s)}" for e, (_, s) in _FORMATS.items()]
-    of_libraries = {suffix for _, suffixes in _FORMATS.values() for suffix in suffixes}
-    return f"known are {', '.join(sorted({*readers} - of_libraries))}; {'; '.join(extras)}"

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from identification.loop_plot import ALIGNING, draw_loops
-from identification.reading.car_recordings import Standstills, wheel_table
+from identification.reading.car_recordings import Standstills, held, wheel_table
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.readers import READERS, Reader, read_table
-from identification.reading.rigfile import read_rig, rig_and_signals, rig_of_table
+from identification.reading.rigfile import rig_and_signals, rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
 from identification.reading.steering_rate import require_rate_of_angle, smoothed_rate
 from identification.reading.table import MIN_SAMPLES, Table, require_valid_samples, required_columns
@@ -28,7 +28,6 @@ from symbolic.vehicle.vehicle import Vehicle
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Recording", "read_recording", "read_rig"]
 
 _LOG = logging.getLogger(__name__)
 
@@ -92,11 +91,7 @@ class Recording:
         return html_table(title, rows)
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
-        """Draw the torque over the angle: the aligning torque, or the steering torque without one.
-
-        Args:
-            axes: of matplotlib, to draw into; new ones of pyplot without.
-        """
+        """Draw aligning, else steering torque over the angle, into axes or new ones of pyplot."""
         torque, label = self.M_z, ALIGNING
         if self.M is not None and not np.isfinite(self.M_z).any():
             torque, label = self.M, "steering torque $M$ [N m]"
@@ -133,13 +128,8 @@ class Recording:
     ) -> "Recording":
         """A recording out of the columns of a data frame of pandas, polars or the like.
 
-        Args:
-            frame: one row a sample; what is missing is NaN.
-            rig: rig and tyre.
-            name: of the recording.
-            signals: where columns come from, see `read_recording`; `t` needs a column of its own.
-            torque_required: whether a frame without any M_z is a fault.
-            causal: fill gaps in psi, psi_dot and F_N from the past alone.
+        It has one row a sample, NaN where a value is missing; `t` needs a column of its own. The other
+        arguments are those of `read_recording`.
 
         Raises:
             InvalidInputError: a column is missing or not of numbers, or a sample is faulty.
@@ -198,10 +188,15 @@ def read_recording(
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.
     """
     path, (rig, signals) = Path(path), rig_and_signals(rig, signals)
-    if vehicle is not None:
-        return _from_table(read_table(path, ("t",), readers, signals), vehicle, path.stem, causal=causal)
-    table = read_table(path, required_columns(torque_required=torque_required), readers, signals)
-    return recording_of(table, rig, path.stem, causal=causal)
+    if vehicle is None:
+        table = read_table(path, required_columns(torque_required=torque_required), readers, signals)
+        return recording_of(table, rig, path.stem, causal=causal)
+    wheel, standstills = wheel_table(read_table(path, ("t",), readers, signals), vehicle)
+    require_valid_samples(wheel, required_columns(torque_required=True))
+    rig = rig_of(vehicle, brakes=standstills.brakes[0])
+    recording = recording_of(replace(wheel, declared={}), rig, path.stem, causal=causal)
+    stretch = standstills.stretch[-recording.t.size :]
+    return replace(recording, standstills=replace(standstills, stretch=stretch))
 
 
 def recording_of(
@@ -211,11 +206,15 @@ def recording_of(
     own_rig, own_tyre = rig_of_table(table, rig)
     columns = _from_first_complete(table) if causal else table.columns
     t = columns["t"]
-    fill = _forward_filled if causal else _interpolated
-    psi = fill(t, columns["psi"])
+
+    def fill(values: Array) -> Array:
+        known = ~np.isnan(values)
+        return held(values, np.nan) if causal else np.interp(t, t[known], values[known])
+
+    psi = fill(columns["psi"])
     psi_dot = columns.get("psi_dot")
     measured_rate = psi_dot is not None and not np.isnan(psi_dot).all()
-    rate = fill(t, columns["psi_dot"]) if measured_rate else smoothed_rate(t, psi)
+    rate = fill(columns["psi_dot"]) if measured_rate else smoothed_rate(t, psi)
     if measured_rate:
         require_rate_of_angle(table, psi, rate)
     return Recording(
@@ -226,23 +225,13 @@ def recording_of(
         psi_dot_recorded=measured_rate,
         psi_dot=rate,
         M_z=columns.get("M_z", np.full(t.size, np.nan)),
-        F_N=fill(t, columns["F_N"]),
+        F_N=fill(columns["F_N"]),
         M=columns.get("M"),
         rig=own_rig,
         tyre=own_tyre,
         ground=table.ground,
         sources=table.sources,
     )
-
-
-def _from_table(table: Table, vehicle: Vehicle, name: str, *, causal: bool) -> Recording:
-    """The recording of the mean wheel of a car."""
-    wheel, standstills = wheel_table(table, vehicle)
-    require_valid_samples(wheel, required_columns(torque_required=True))
-    rig = rig_of(vehicle, brakes=standstills.brakes[0])
-    recording = recording_of(replace(wheel, declared={}), rig, name, causal=causal)
-    stretch = standstills.stretch[-recording.t.size :]
-    return replace(recording, standstills=replace(standstills, stretch=stretch))
 
 
 def _range(values: Array) -> str:
@@ -253,16 +242,6 @@ def _range(values: Array) -> str:
 def _missing(values: Array) -> str:
     count = int(np.count_nonzero(~np.isfinite(values)))
     return f"{count} samples missing" if count else "none missing"
-
-
-def _interpolated(t: Array, values: Array) -> Array:
-    known = ~np.isnan(values)
-    return np.interp(t, t[known], values[known])
-
-
-def _forward_filled(t: Array, values: Array) -> Array:
-    known = np.flatnonzero(~np.isnan(values))
-    return values[known[np.searchsorted(known, np.arange(t.size), side="right") - 1]]
 
 
 def _from_first_complete(table: Table) -> Mapping[str, Array]:

@@ -63,9 +63,12 @@ def rig_text(rig: Rig, tyre: Tyre) -> str:
     lines = []
     for section, keys in RIG_KEYS.items():
         source = tyre if section == "tyre" else rig
-        entries = [
-            _entry(rig, name, value) for name in keys if (value := getattr(source, name)) is not None
-        ]
+        entries = []
+        for name in keys:
+            if (value := getattr(source, name)) is not None:
+                span = getattr(rig.tolerances, name) if name in TOLERATED else None
+                told = f"{value!r}" if span is None else f"{{ value = {value!r}, tolerance = {span!r} }}"
+                entries.append(f"{name} = {told}")
         if section == "rig":
             spans = ((name, getattr(rig.tolerances, name)) for name in TOLERANCE_ONLY)
             entries += [
@@ -73,15 +76,6 @@ def rig_text(rig: Rig, tyre: Tyre) -> str:
             ]
         lines += [f"[{section}]", *entries, ""] if entries else []
     return "\n".join(lines)
-
-
-def _entry(rig: Rig, name: str, value: float) -> str:
-    span = getattr(rig.tolerances, name) if name in TOLERATED else None
-    return (
-        f"{name} = {value!r}"
-        if span is None
-        else f"{name} = {{ value = {value!r}, tolerance = {span!r} }}"
-    )
 
 
 def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:

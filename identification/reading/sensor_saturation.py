@@ -99,11 +99,7 @@ def sensor_saturation(recording: Recording) -> SensorSaturation | None:
 
 
 def _stays(size: Array, load: Array, noise: float, most: float) -> SensorSaturation | None:
-    """The end that a torque reaches, from where it stays within its noise whatever the load.
-
-    Noise of the load is none of its changes: least squares alone would make its slope the smaller. The
-    change is the width of an even distribution of the same variance.
-    """
+    """The end that a torque reaches, from where it stays within its noise whatever the load."""
     near = size >= most - ABOVE * noise
     end = float(np.median(size[near])) if near.any() else most
     if not end > 2 * WITHIN * noise:
@@ -114,6 +110,7 @@ def _stays(size: Array, load: Array, noise: float, most: float) -> SensorSaturat
     level, weight = (np.array([of[block].mean() for block in blocks]) for of in (size, load))
     off, follows = weight - weight.mean(), float(level.mean() / weight.mean())
     of_load = _noise(_differences(load), np.ones(load.size, dtype=bool)) / sqrt(BLOCK)
+    # Less the noise of the load, which would make the slope of least squares the smaller.
     power = float(off @ off) - (len(off) + CLEAR * sqrt(2 * len(off))) * of_load**2
     change = sqrt(12 * max(power, 0.0) / len(off)) / weight.mean()
     if change < LEAST_CHANGE:

@@ -32,8 +32,14 @@ def trimmed(recording: Recording, begin: float | None, end: float | None) -> Rec
     if count == t.size:
         return recording
     part = recording_at_samples(recording, kept)
-    if not kept[0]:
-        _warn_of_twist(part)
+    torque = part.M if part.M is not None and not np.isfinite(part.M_z).any() else part.M_z
+    known = torque[np.isfinite(torque)]
+    if not kept[0] and known.size and abs(known[0]) > TWISTED * np.abs(known).max():
+        _LOG.warning(
+            "brushgrip: %s: begins at %.6g s with a torque of %.3g N m: the patch is twisted there, and"
+            " friction may be wrong until the wheel has slid to both sides; begin where it rests",
+            part.name, part.t[0], known[0],
+        )  # fmt: skip
     return part
 
 
@@ -45,17 +51,6 @@ def recording_at_samples(recording: Recording, kept: NDArray[np.bool_] | NDArray
     if (car := recording.standstills) is not None:
         arrays["standstills"] = replace(car, stretch=car.stretch[kept])
     return replace(recording, **arrays)
-
-
-def _warn_of_twist(part: Recording) -> None:
-    torque = part.M if part.M is not None and not np.isfinite(part.M_z).any() else part.M_z
-    known = torque[np.isfinite(torque)]
-    if known.size and abs(known[0]) > TWISTED * np.abs(known).max():
-        _LOG.warning(
-            "brushgrip: %s: begins at %.6g s with a torque of %.3g N m: the patch is twisted there, and"
-            " friction may be wrong until the wheel has slid to both sides; begin where it rests",
-            part.name, part.t[0], known[0],
-        )  # fmt: skip
 
 
 MAX_SEARCH_SAMPLES = 500_000
@@ -78,7 +73,10 @@ def thin_recordings(
     total = sum(recording.t.size for recording in recordings)
     if total <= most:
         return list(recordings), None
-    least, turns = _reversals_within(recordings, most // 2)
+    least, turns = MIN_REVERSAL, [_reversals(r.psi, MIN_REVERSAL) for r in recordings]
+    while sum(t.size for t in turns) > most // 2:
+        least *= 2
+        turns = [_reversals(r.psi, least) for r in recordings]
     # Beside the samples in a row: reversals, and of each recording both ends and a row cut short.
     stride = -(-total // max(most - sum(t.size + 3 for t in turns), 1))
     shorter = [_thinned(r, stride, t) for r, t in zip(recordings, turns, strict=True)]
@@ -90,18 +88,6 @@ def thin_recordings(
         f" apart instead of {1000 * seconds:.3g} ms"
     )
     return shorter, line
-
-
-def _reversals_within(
-    recordings: Sequence[Recording], most: int
-) -> tuple[float, list[NDArray[np.int64]]]:
-    """Least angle that leaves at most `most` reversals [rad], and the samples of these."""
-    least = MIN_REVERSAL
-    while True:
-        turns = [_reversals(recording.psi, least) for recording in recordings]
-        if sum(t.size for t in turns) <= most:
-            return least, turns
-        least *= 2
 
 
 def _thinned(recording: Recording, stride: int, turns: NDArray[np.int64]) -> Recording:

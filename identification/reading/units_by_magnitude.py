@@ -38,11 +38,8 @@ def infer_units_and_sign(
     Values are in SI where the unit is known; columns may lack. Of `geared` columns the channel is the
     steering wheel's by its name; of `certain` ones the unit stays.
     """
-    found, geared, known = (
-        dict(sources),
-        set(geared),
-        {c: v for c, v in values.items() if np.isfinite(v).any()},
-    )
+    found, geared = dict(sources), set(geared)
+    known = {c: v for c, v in values.items() if np.isfinite(v).any()}
 
     def convert(column: str, unit: str, factor: float) -> None:
         if column not in certain:

@@ -34,21 +34,13 @@ MIN_REMAINING_SHARE = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ResidualRows:
-    """The residuals of all recordings in one column, zero where missing.
+    """The residuals of all recordings in one column, zero where missing."""
 
-    Attributes:
-        residual: simulated minus measured torque over range [1], shape (n,).
-        present: whether the torque was measured, shape (n,).
-        places: name and rows of each recording.
-        torque_ranges: torque range of each recording [N m].
-        steps: time between samples of each recording [s].
-    """
-
-    residual: Array
-    present: NDArray[np.bool_]
-    places: Mapping[str, slice]
-    torque_ranges: tuple[float, ...]
-    steps: tuple[float, ...]
+    residual: Array  # Simulated minus measured torque over range [1], shape (n,).
+    present: NDArray[np.bool_]  # Whether the torque was measured, shape (n,).
+    places: Mapping[str, slice]  # Name and rows of each recording.
+    torque_ranges: tuple[float, ...]  # Torque range of each recording [N m].
+    steps: tuple[float, ...]  # Time between samples of each recording [s].
 
     @property
     def rms(self) -> float:
@@ -120,21 +112,13 @@ def additional_basis(columns: Array, existing: Array) -> Array:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ResidualNoise:
-    """A process with the autocorrelation of the residuals.
+    """A process with the autocorrelation of the residuals."""
 
-    Attributes:
-        rows: where its recordings are.
-        lags: one for each sample of the longest recording [s].
-        correlation: pooled over recordings, tapered by the share of sample pairs at each lag [1].
-        energies: sum of squares of each recording [1].
-        counts: samples of each recording.
-    """
-
-    rows: ResidualRows
-    lags: Array
-    correlation: Array
-    energies: Array
-    counts: Array
+    rows: ResidualRows  # Where its recordings are.
+    lags: Array  # One for each sample of the longest recording [s].
+    correlation: Array  # Pooled over recordings, tapered by the share of sample pairs at each lag [1].
+    energies: Array  # Sum of squares of each recording [1].
+    counts: Array  # Samples of each recording.
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -167,7 +151,9 @@ def residual_noise(rows: ResidualRows) -> ResidualNoise:
         n = place.stop - place.start
         # A product counts as if none of the pairs of samples of its lag were missing.
         pairs = np.round(lagged_products(rows.present[place].astype(np.float64)))
-        mean = _of_the_mean(centred[place], pairs[0])
+        # Variance of the mean, from the lowest frequencies above zero.
+        power = np.abs(np.fft.rfft(centred[place])[1 : NEIGHBOURS + 1]) ** 2
+        mean = float(np.mean(power) / pairs[0] ** 2)
         products = (lagged_products(centred[place]) / np.maximum(pairs, 1) + mean) * (n - np.arange(n))
         total += np.interp(lags, step * np.arange(n), products * pairs[0] / n, right=0.0)
         energies.append(float(np.sum(centred[place] ** 2) + mean * pairs[0]))
@@ -184,22 +170,16 @@ def residual_noise(rows: ResidualRows) -> ResidualNoise:
 def correlation(
     columns: Array, absorbed: Array, noise: ResidualNoise, degrees_of_freedom: float = 1e9
 ) -> tuple[float, float, Array]:
-    """Partial correlation of the residual with columns.
+    """Partial correlation of the residual with a signal, one column for each strength it may have.
 
-    Both are projected off the directions in `absorbed`. For one column the correlation has a
+    Both are projected off the orthonormal directions in `absorbed`. For one column the correlation has a
     sign; for several it is the multiple correlation. By chance its square is a sum of squares of normal
     numbers, to which the gamma distribution of the same mean and variance is fitted (Satterthwaite
     1946); with one column that is exact.
 
-    Args:
-        columns: the signal, one column for each strength that it may have.
-        absorbed: orthonormal directions.
-        noise: the residual and its covariance by chance.
-        degrees_of_freedom: those of the variance by chance; `noise.degrees_of_freedom` where the columns
-            are not centred, so that it rests on the lowest frequencies.
-
-    Returns:
-        The correlation, the half-width of its band, and the slope of each column.
+    The variance by chance has `noise.degrees_of_freedom` where the columns are not centred, so that it
+    rests on the lowest frequencies. Returned are the correlation, the half-width of its band, and the
+    slope of each column.
     """
     remaining, residual = (orthogonal_part(c, absorbed) for c in (columns, noise.rows.residual))
     length = float(np.linalg.norm(residual))
@@ -217,9 +197,3 @@ def correlation(
     slopes = axes.T @ projection
     sign = np.sign(slopes[0]) if slopes.size == 1 else 1.0
     return float(sign * np.linalg.norm(projection) / length), min(band, 1.0), slopes
-
-
-def _of_the_mean(centred: Array, count: float) -> float:
-    """Variance of the mean of so many samples, from the lowest frequencies above zero."""
-    power = np.abs(np.fft.rfft(centred)[1 : NEIGHBOURS + 1]) ** 2
-    return float(np.mean(power) / count**2)

@@ -43,19 +43,12 @@ MAX_EXTRACTED = 3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Autocorrelation:
-    """Autocorrelation of the residual, pooled over recordings.
+    """Autocorrelation of the residual, pooled over recordings."""
 
-    Attributes:
-        lags: from one sample on [s], shape (n,).
-        values: correlation at each lag [1], shape (n,).
-        band: half-width of the 99 % band of white noise [1].
-        memory: the first lag at which the correlation is within the band [s], 0 if the first one is.
-    """
-
-    lags: Array
-    values: Array
-    band: float
-    memory: float
+    lags: Array  # From one sample on [s], shape (n,).
+    values: Array  # Correlation at each lag [1], shape (n,).
+    band: float  # Half-width of the 99 % band of white noise [1].
+    memory: float  # First lag at which the correlation is within the band [s], 0 if the first one is.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -242,15 +235,14 @@ def _correlate(
     for signal, own in columns.items():
         degrees_of_freedom = 1e9 if signal.centred else noise.degrees_of_freedom
         value, band, slopes = correlation(own, absorbed.of(signal), noise, degrees_of_freedom)
+        slope = np.sqrt(np.mean(slopes**2)) if signal.differs_by_recording else slopes[0]
         every.append(
             SignalCorrelation(
                 signal=signal.name,
                 unit=signal.unit,
                 correlation=value,
                 band=band,
-                slope=float(np.sqrt(np.mean(slopes**2)))
-                if signal.differs_by_recording
-                else float(slopes[0]),
+                slope=float(slope),
                 size=abs(value) * noise.rows.rms,
                 effects=effects_leaving(signal, 1 if value >= 0 else -1, effects),
                 reading=reading_of(signal, value, effects, added),

@@ -20,27 +20,16 @@ SMALL = 0.4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MotionSignals:
-    """The motion of a recording, from which signals are computed; arrays of shape (n,).
+    """The motion of a recording, from which signals are computed; arrays of shape (n,)."""
 
-    Attributes:
-        t: time since the first sample [s].
-        psi: yaw angle [rad].
-        psi_dot: yaw rate [rad/s].
-        F_N: vertical load [N].
-        M_z: torque of the model [N m], which has no noise; interpolated where no torque was measured.
-        heading: 1 or -1 from one reversal to the next, 0 before the first turn.
-        travel: angle turned since the last reversal [rad].
-        elapsed: time since the last reversal [s].
-    """
-
-    t: Array
-    psi: Array
-    psi_dot: Array
-    F_N: Array
-    M_z: Array
-    heading: Array
-    travel: Array
-    elapsed: Array
+    t: Array  # Time since the first sample [s].
+    psi: Array  # Yaw angle [rad].
+    psi_dot: Array  # Yaw rate [rad/s].
+    F_N: Array  # Vertical load [N].
+    M_z: Array  # Torque of the model [N m], without noise; interpolated where none was measured.
+    heading: Array  # 1 or -1 from one reversal to the next, 0 before the first turn.
+    travel: Array  # Angle turned since the last reversal [rad].
+    elapsed: Array  # Time since the last reversal [s].
 
     @property
     def direction(self) -> Array:
@@ -69,29 +58,15 @@ class MotionSignals:
 
 @dataclass(frozen=True)
 class Signal:
-    """One signal that a residual may follow.
+    """One signal that a residual may follow."""
 
-    Attributes:
-        name: in plain words, as in "the residual follows ..."; signatures refer to it.
-        unit: of its values.
-        of: its values, shape (n,).
-        positive_cause: what usually leaves a residual, simulated minus measured, of the signal's sign.
-        negative_cause: what leaves one of the opposite sign; empty where the sign tells nothing.
-        differs_by_recording: whether strength and sign are those of each recording, not of all.
-        centred: whether its mean over each recording is taken out, which leaves that to the constant.
-    """
-
-    name: str
-    unit: str
-    of: Callable[[MotionSignals], Array]
-    positive_cause: str
-    negative_cause: str = ""
-    differs_by_recording: bool = False
-    centred: bool = True
-
-    def usual_cause(self, correlation: float) -> str:
-        """What usually leaves a residual with this correlation."""
-        return self.positive_cause if correlation >= 0 else self.negative_cause or self.positive_cause
+    name: str  # In plain words, as in "the residual follows ..."; signatures refer to it.
+    unit: str  # Of its values.
+    of: Callable[[MotionSignals], Array]  # Its values, shape (n,).
+    positive_cause: str  # What usually leaves a residual, simulated minus measured, of its sign.
+    negative_cause: str = ""  # What leaves one of the opposite sign; empty where the sign tells nothing.
+    differs_by_recording: bool = False  # Whether strength and sign are those of each recording.
+    centred: bool = True  # Whether its mean over each recording is taken out, left to the constant.
 
 
 _FALLING = "friction that falls with speed, or a delayed torque channel"
@@ -234,7 +209,8 @@ def reading_of(
         return f"{_plain(against)} may be too strong there"
     tried = effects_leaving(signal, sign, [e for e in effects if e not in added] if added else ())
     beside = f" (tried, not added: {_plain(tried)})" * bool(tried)
-    return f"usually {signal.usual_cause(correlation)}{beside}"
+    opposite = signal.negative_cause or signal.positive_cause
+    return f"usually {signal.positive_cause if sign > 0 else opposite}{beside}"
 
 
 def _plain(effects: Iterable[str]) -> str:
@@ -271,10 +247,7 @@ def motion_and_model_torque(recording: Recording, residual: Array) -> MotionSign
 
 
 def _since_reversal(t: Array, psi: Array) -> tuple[Array, Array, Array]:
-    """Heading [1], angle [rad] and time [s] since the last reversal.
-
-    A reversal is known once the wheel has turned back by `MIN_REVERSAL`; it counts from where it turned.
-    """
+    """Heading [1], angle [rad] and time [s] since the last reversal, from where the wheel turned."""
     heading = np.zeros(psi.size)
     start = np.zeros(psi.size, dtype=int)
     now, turn, low, high = 0.0, 0, 0, 0

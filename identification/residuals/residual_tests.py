@@ -75,13 +75,9 @@ def unexplained(
     followed: Signatures,
     loss: Loss = LEAST_SQUARES,
 ) -> Unexplained:
-    """Whether the residuals of these recordings have structure, and which signals it follows.
+    """Whether the residuals of these recordings [N m] have structure, and which signals it follows.
 
-    Args:
-        residuals: simulated minus measured torque [N m].
-        recordings: what was measured.
-        followed: the signatures of these residuals, see `signatures`.
-        loss: what a residual costs; an outlier counts as little as in the fit.
+    `followed` are their signatures, see `signatures`; an outlier counts as little as in the fit.
     """
     errors, noise, samples, shares = [], [], [], []
     for recording in recordings:

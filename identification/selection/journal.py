@@ -39,11 +39,7 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True, kw_only=True)
 class Journal:
-    """A folder of trials.
-
-    Attributes:
-        folder: where they are kept; created with the first.
-    """
+    """A folder of trials, created with the first."""
 
     folder: Path
 

@@ -30,6 +30,7 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
     if len(recordings) < 2:
         return dict(fitted.residuals)
     owners = np.array([owner or "" for owner, _ in fitted.labels])
+    grounds = [ground_of(recording) for recording in recordings]
     shared = ~np.array(fitted.own)
     relative = shares_of_torque_range(fitted.residuals, recordings)
     present = {name: np.isfinite(share) for name, share in relative.items()}
@@ -45,7 +46,8 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
     for recording in recordings:
         name = recording.name
         rows, own = recorded == name, owners == name
-        alone = _of_a_ground_alone(recording, recordings, owners)
+        # Columns of a ground on which no other recording stands.
+        alone = (owners == (ground := ground_of(recording))) & (grounds.count(ground) == 1)
         step = np.zeros(owners.size)
         others = ~(own | alone)
         step[others] = _newton_step(fitted, jacobian[~rows], -(weight * stacked)[~rows], others)
@@ -56,13 +58,6 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         residuals[name][present[name]] = left + fitted.jacobian[rows][:, own] @ refit
         residuals[name] *= torque_range(recording)
     return residuals
-
-
-def _of_a_ground_alone(left: Recording, recordings: Sequence[Recording], owners: Array) -> Mask:
-    """Columns of the ground of a recording, where no other recording stands on it."""
-    others = {ground_of(recording) for recording in recordings if recording is not left}
-    ground = ground_of(left)
-    return np.asarray((owners == ground) & (ground not in others))
 
 
 def _move_to_mean(step: Array, alone: Mask, fitted: Fit) -> None:
@@ -80,24 +75,16 @@ def _move_to_mean(step: Array, alone: Mask, fitted: Fit) -> None:
 
 
 def _newton_step(fitted: Fit, matrix: Array, target: Array, columns: Mask) -> Array:
-    """Least squares in some columns; what was declared with a tolerance counts as in the fit."""
+    """Least squares in some columns, within bounds; a declared tolerance counts as in the fit."""
     weights = fitted.prior_weights[columns]
     known = weights > 0
-    prior = np.diag(weights)[known]
-    return _bounded_least_squares(
-        fitted.bound_distances[:, columns],
-        np.concatenate([matrix[:, columns], prior]),
-        np.concatenate([target, -(weights * fitted.prior_steps[columns])[known]]),
-    )
-
-
-def _bounded_least_squares(bounds: Array, matrix: Array, target: Array) -> Array:
-    """Least squares within bounds: components that reach theirs are fixed there (active set)."""
+    matrix = np.concatenate([matrix[:, columns], np.diag(weights)[known]])
+    target = np.concatenate([target, -(weights * fitted.prior_steps[columns])[known]])
     step = np.zeros(matrix.shape[1])
     free = np.ones(step.size, dtype=bool)
-    while free.any():
+    while free.any():  # Components that reach their bounds are fixed there (active set).
         step[free] = _least_squares(matrix[:, free], target - matrix[:, ~free] @ step[~free])
-        clipped = np.clip(step, *bounds)
+        clipped = np.clip(step, *fitted.bound_distances[:, columns])
         free &= clipped == step
         if np.array_equal(clipped, step):
             break

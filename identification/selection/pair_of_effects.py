@@ -71,9 +71,8 @@ def steps_to_pair(
             continue
         *present, one, other = pair.effects
         first, second = (*present, one), (*present, other)
-        alone_first, alone_second = (
-            runner.run_fine(one, values_for(both, one)) for one in (first, second)
-        )
+        alone_first = runner.run_fine(first, values_for(both, first))
+        alone_second = runner.run_fine(second, values_for(both, second))
         turned = runner.run_fine((*second, one), both.values)
         step = replace(alone, trials=tuple(pairs))
         return [

@@ -19,19 +19,13 @@ from symbolic import Effect
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SearchStep:
-    """One step of the search, from a model to the one after it, None in the last step.
-
-    Attributes:
-        coarse_before: the model before, fitted as coarsely as the candidates that it was compared with.
-        trials: of the models with one effect more or less, least judged error first, coarsely fitted.
-        indistinguishable: effects that would have done as well as the one that was added.
-    """
+    """One step of the search, from a model to the one after it, None in the last step."""
 
     before: Trial
-    coarse_before: Trial
-    trials: tuple[Trial, ...]
+    coarse_before: Trial  # The same, fitted as coarsely as the candidates that it was compared with.
+    trials: tuple[Trial, ...]  # Of one effect more or less, least judged error first, coarsely fitted.
     after: Trial | None
-    indistinguishable: Effects = ()
+    indistinguishable: Effects = ()  # Effects that would have done as well as the one that was added.
 
     @property
     def removed_effect(self) -> Effect | None:

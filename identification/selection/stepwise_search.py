@@ -145,10 +145,7 @@ class Search:
         )
 
     def _remove(self, present: _PresentModel) -> SearchStep | None:
-        """Remove an effect that is not worth its addition any more; not the one added last.
-
-        A flexible law gives way to one of its family that does as well.
-        """
+        """Remove an effect, not the last, or put one of its family in place of a flexible law."""
         effects = present.fine.effects
         label = f"trying to do without one of {', '.join(present.fine.names)}"
         sets = [without_effect(effects, removed) for removed in effects[:-1]]
@@ -183,12 +180,8 @@ class Search:
         steps: Sequence[SearchStep],
         added: SearchStep,
     ) -> SearchStep | None:
-        """Replace the last effect by its equal rival if another effect is worth adding beside it.
-
-        Which of two equal effects goes on is little more than chance. Where nothing is worth adding
-        beside it something may be so beside its rival, unless it gained next to nothing beside the
-        chosen one; what that is, the next step chooses.
-        """
+        """Replace the last effect by its equal rival if another effect is worth adding beside that."""
+        # Which of two equal effects goes on is little more than chance.
         rival = steps[-1].equal_rival if steps else None
         if rival is None or rival not in candidates:
             return None
@@ -233,10 +226,8 @@ class Search:
     def _first_confirmed(
         self, best: Sequence[RankedCandidate], present: _PresentModel, justified: Justified
     ) -> tuple[Effects, Trial | None]:
-        """Of the first candidate that is justified on the whole recordings too: rivals and trial.
-
-        One with a parameter at the end of its range gives way to another one that does as well.
-        """
+        """Of the first candidate that is justified on the whole recordings too: rivals and trial."""
+        # One with a parameter at the end of its range gives way to another one that does as well.
         at_bound: tuple[Effects, Trial | None] = (), None
         for candidate in best[: 1 + self.criteria.runners_up]:
             after = self.runner.run_fine(candidate.trial.effects, candidate.trial.values)

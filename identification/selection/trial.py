@@ -1,6 +1,6 @@
 """A trial: one model fitted to the training recordings and judged, by held-out ones if there are any."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,20 +24,14 @@ RANKING_STEP = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class Precision:
-    """How finely a model is fitted.
+    """How finely a model is fitted."""
 
-    Attributes:
-        bristles: over the length of the patch, where the model has bristles.
-        discretised: True takes bristles, which are quicker, even where the exact patch would do.
-        newton_steps: Newton steps of what is in series with the patch; after two the torque is right to
-            1e-6 of range rms where samples are 20 ms apart.
-        options: of the fit; the loss is the task's.
-    """
-
-    bristles: int = 80
+    bristles: int = 80  # Over the length of the patch, where the model has bristles.
+    # Newton steps of what is in series with the patch; after two the torque is right to 1e-6 of range
+    # rms where samples are 20 ms apart.
     newton_steps: int = SEARCH_STEPS
-    discretised: bool = False
-    options: FitOptions = FINE_FIT
+    discretised: bool = False  # Bristles, which are quicker, even where the exact patch would do.
+    options: FitOptions = FINE_FIT  # Of the fit; the loss is the task's.
 
 
 FINE = Precision()
@@ -50,20 +44,15 @@ ROUGH = replace(RANKING, bristles=40)
 
 @dataclass(frozen=True, eq=False)
 class TrialTask:
-    """The inputs of a trial; can be pickled where the classes of its effects can be imported.
+    """The inputs of a trial; can be pickled where the classes of its effects can be imported."""
 
-    Attributes:
-        effects: in order of selection.
-        training: recordings that the shared parameters are fitted to.
-        holdout: recordings that judge, with every shared parameter as fitted; empty for leave-one-out
-            over the training ones.
-        start: values to begin with, of held-out recordings too where they are known; None for those of
-            `initial_guess`.
-    """
-
-    effects: tuple[Effect, ...]
-    training: Sequence[Recording]
+    effects: tuple[Effect, ...]  # In order of selection.
+    training: Sequence[Recording]  # Recordings that the shared parameters are fitted to.
+    # Recordings that judge, with every shared parameter as fitted; empty for leave-one-out over the
+    # training ones.
     holdout: Sequence[Recording] = ()
+    # Values to begin with, of held-out recordings too where they are known; None for those of
+    # `initial_guess`.
     start: Values | None = None
     precision: Precision = FINE
     loss: Loss = LEAST_SQUARES
@@ -71,15 +60,11 @@ class TrialTask:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Judgement:
-    """The errors of a model on the recordings by which it is judged.
+    """The errors of a model on the recordings by which it is judged."""
 
-    Of each the torque error [N m], outliers as small as the loss counts them, torque range [N m] and
-    times [s].
-    """
-
-    residuals: Mapping[str, Array]
-    ranges: Mapping[str, float]
-    times: Mapping[str, Array]
+    residuals: Mapping[str, Array]  # Torque errors [N m], outliers as small as the loss counts them.
+    ranges: Mapping[str, float]  # Torque ranges [N m].
+    times: Mapping[str, Array]  # [s].
 
     @property
     def nrmse(self) -> float:
@@ -108,28 +93,20 @@ class Judgement:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trial:
-    """A model fitted to the training recordings and judged.
+    """A model fitted to the training recordings and judged."""
 
-    Attributes:
-        fitted: the fit on the training recordings.
-        held_out: the fit of what belongs to each held-out recording; None without any.
-        judgement: its errors on the recordings by which it is judged.
-    """
-
-    fitted: Fit
-    held_out: Fit | None
-    judgement: Judgement
+    fitted: Fit  # The fit on the training recordings.
+    held_out: Fit | None  # The fit of what belongs to each held-out recording; None without any.
+    judgement: Judgement  # Its errors on the recordings by which it is judged.
 
     @property
     def values(self) -> Values:
         """All fitted values, those of held-out recordings too: where a further trial begins."""
-        values = self.fitted.values
-        if self.held_out is None:
-            return values
-        of_held_out = _belonging_to(self.held_out.values, self.held_out.residuals)
-        return replace(
-            values, own={**values.own, **of_held_out.own}, rig={**values.rig, **of_held_out.rig}
+        own, rig = (
+            {name: place for fitted in self.fits for name, place in getattr(fitted.values, of).items()}
+            for of in ("own", "rig")
         )
+        return replace(self.fitted.values, own=own, rig=rig)
 
     @property
     def fits(self) -> tuple[Fit, ...]:
@@ -172,19 +149,13 @@ def run_trial(task: TrialTask, threads: int = 1) -> Trial:
     """Fit a model and judge it, simulating so many recordings at a time."""
     model = model_of(task.effects, task.precision)
     options = replace(task.precision.options, loss=task.loss, threads=threads)
-    names = [recording.name for recording in task.training]
-    start = task.start and _belonging_to(task.start, names)
+    start, names = task.start, [recording.name for recording in task.training]
+    if start:
+        own, rig = ({n: of[n] for n in names if n in of} for of in (start.own, start.rig))
+        start = replace(start, own=own, rig=rig)
     fitted = fit(model, task.training, start, options)
     held_out = fit_own_parameters(fitted, task.holdout, options, task.start) if task.holdout else None
     return trial_of(task, fitted, held_out)
-
-
-def _belonging_to(values: Values, names: Collection[str]) -> Values:
-    """The values without those that belong to other recordings."""
-    own, rig = (
-        {name: place[name] for name in names if name in place} for place in (values.own, values.rig)
-    )
-    return replace(values, own=own, rig=rig)
 
 
 def trial_of(task: TrialTask, fitted: Fit, held_out: Fit | None) -> Trial:

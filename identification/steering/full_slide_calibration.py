@@ -45,24 +45,17 @@ MAX_STIFFNESS_RATIO = 3.0
 
 @dataclass(frozen=True, kw_only=True)
 class TyresResult:
-    """What was identified on ground of known friction.
+    """What was identified on ground of known friction."""
 
-    Attributes:
-        slide_factor: torque of full slide over that of the declared load, half-length and lever [1]; the
-            tolerance of the ground's friction is in its standard deviation.
-        stiffness: distributed lateral stiffness k of a tyre [N/m^2].
-        samples: number of them that were used.
-        rms: of what is left of the torque of the mean wheel [N m].
-        rest: the same over the torque of full slide, of the recording with the most [1].
-        deviations: logarithm of the slide factor over its standard deviation by what the vehicle file
-            declares without a slide factor, and by the ground [1].
-    """
-
+    # Torque of full slide over that of the declared load, half-length and lever [1]; the tolerance of
+    # the ground's friction is in its standard deviation.
     slide_factor: ParameterEstimate
-    stiffness: ParameterEstimate
-    samples: int
-    rms: float
-    rest: float
+    stiffness: ParameterEstimate  # Distributed lateral stiffness k of a tyre [N/m^2].
+    samples: int  # Number of them that were used.
+    rms: float  # Of what is left of the torque of the mean wheel [N m].
+    rest: float  # The same over the torque of full slide, of the recording with the most [1].
+    # Logarithm of the slide factor over its standard deviation by what the vehicle file declares without
+    # a slide factor, and by the ground [1].
     deviations: float
 
     @property
@@ -134,11 +127,8 @@ def _of_steering(recording: Recording) -> Recording:
 def _require_plausible(
     names: str, vehicle: Vehicle, factor: float, ratio: float, friction: float, tolerance: float
 ) -> float:
-    """Standard deviation of the factor by the declared values, the ground and the model [1].
-
-    What they cannot make, all of them at an end of their tolerances, is refused. A slide factor that was
-    measured before is none of them: it may be what is wrong.
-    """
+    """Standard deviation of the factor by what is declared, ground and model; they must explain it."""
+    # A slide factor that was measured before is none of these: it may be what is wrong.
     before, load = "the vehicle file", vehicle.tolerances.load
     if vehicle.slide_factor is not None:
         before += f" without its slide_factor {vehicle.slide_factor:.3g}"

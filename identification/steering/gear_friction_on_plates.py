@@ -41,35 +41,27 @@ POOR = 0.1
 """Standard deviation of the gear's friction over it, beyond which it is not known [1]."""
 MAX_FRICTION_RATIO = 2.0
 """Largest friction of a gear over its declared value [1]."""
+UNITS = {"gear_friction": "N", "damping": "N s/m", "return_torque": "1", "zero": "N"}
+"""Of what is identified, in the order of the regressors."""
 DRIVE = "turn from lock to lock slowly and back quickly, then quickly and back slowly"
 """What tells friction from damping."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlatesResult:
-    """What was identified on plates.
+    """What was identified on plates."""
 
-    Attributes:
-        gear_friction: dry friction of the gear at the rack under no load [N].
-        damping: of the gear and what moves with it [N s/m].
-        return_torque: factor on the declared return torque [1].
-        zero: force that is shown without any [N].
-        samples: number of them that were used.
-        rms: of what is left of the force [N].
-    """
-
-    gear_friction: ParameterEstimate
-    damping: ParameterEstimate
-    return_torque: ParameterEstimate
-    zero: ParameterEstimate
-    samples: int
-    rms: float
+    gear_friction: ParameterEstimate  # Dry friction of the gear at the rack under no load [N].
+    damping: ParameterEstimate  # Of the gear and what moves with it [N s/m].
+    return_torque: ParameterEstimate  # Factor on the declared return torque [1].
+    zero: ParameterEstimate  # Force that is shown without any [N].
+    samples: int  # Number of them that were used.
+    rms: float  # Of what is left of the force [N].
 
     @property
     def parameters(self) -> dict[str, ParameterEstimate]:
         """All of them by name."""
-        names = ("gear_friction", "damping", "return_torque", "zero")
-        return {name: getattr(self, name) for name in names}
+        return {name: getattr(self, name) for name in UNITS}
 
 
 def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) -> PlatesResult:
@@ -110,14 +102,11 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
             f"{names}: gear friction is {value[0]:.0f} N, more than {MAX_FRICTION_RATIO:g} times what"
             " the vehicle file declares: the plates hold the tyres, or declare gear_friction"
         )
-    friction, damping, factor, zero = (
-        ParameterEstimate(value=float(x), std=float(v**0.5), unit=unit)
-        for x, v, unit in zip(value, variance, ("N", "N s/m", "1", "N"), strict=True)
-    )
-    return PlatesResult(
-        gear_friction=friction, damping=damping, return_torque=factor, zero=zero, samples=force.size,
-        rms=float(residual.std()),
-    )  # fmt: skip
+    estimates = {
+        name: ParameterEstimate(value=float(x), std=float(v**0.5), unit=unit)
+        for (name, unit), x, v in zip(UNITS.items(), value, variance, strict=True)
+    }
+    return PlatesResult(**estimates, samples=force.size, rms=float(residual.std()))
 
 
 def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:

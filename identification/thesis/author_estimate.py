@@ -11,46 +11,23 @@ from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 
 COLUMNS = (
-    "t",
-    "psi",
-    "psi_max",
-    "M_z",
-    "e",
-    "F_N",
-    "a",
-    "k",
-    "positive",
-    "five_zones",
-    "mu",
-    "declared",
-)
+    "t", "psi", "psi_max", "M_z", "e", "F_N", "a", "k", "positive", "five_zones", "mu", "declared",
+)  # fmt: skip
 """Columns of these files, SI units; their own header is NaN throughout."""
 _TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AuthorEstimate:
-    """A published estimate; arrays of shape (n,).
+    """A published estimate, which begins where the wheel begins to turn; arrays of shape (n,)."""
 
-    Its samples and its time begin where the wheel begins to turn.
-
-    Attributes:
-        t: time [s], 0 at the first sample.
-        psi: yaw angle [rad].
-        psi_max: angle of the last reversal, 0 before the first [rad].
-        direction: of turning, 1 or -1.
-        zones: number of zones, 3 or 5.
-        mu: the estimate [1].
-        declared: friction coefficient from towing a block [1].
-    """
-
-    t: Array
-    psi: Array
-    psi_max: Array
-    direction: NDArray[np.int64]
-    zones: NDArray[np.int64]
-    mu: Array
-    declared: float
+    t: Array  # Time [s], 0 at the first sample.
+    psi: Array  # Yaw angle [rad].
+    psi_max: Array  # Angle of the last reversal, 0 before the first [rad].
+    direction: NDArray[np.int64]  # Of turning, 1 or -1.
+    zones: NDArray[np.int64]  # Number of zones, 3 or 5.
+    mu: Array  # The estimate [1].
+    declared: float  # Friction coefficient from towing a block [1].
 
 
 def author_estimate_file(folder: Path, recording: str) -> Path:

@@ -64,14 +64,11 @@ class TowedFriction:
 
 
 def friction_by_towing(tows: Sequence[Tow]) -> TowedFriction:
-    """Fit F = mu N, with and without an offset, by least squares over the tows.
+    """Fit F = mu N, with and without an offset, by least squares over tows at several loads.
 
     The scatter of F grows with the load, or is constant where the sensor's zero causes it. A variance
     proportional to the load is between the two; with it mu is the sum of F over the sum of N. The
     deviations hold in either case (HC3, MacKinnon and White 1985).
-
-    Args:
-        tows: at several loads.
 
     Raises:
         InvalidInputError: too few tows or loads, or a tow is unusable.

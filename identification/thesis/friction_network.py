@@ -36,50 +36,32 @@ class Activation(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class NetworkDesign:
-    """A network and its training; the defaults are those of [Györök 2022] except for the layers.
+    """A network and its training; the defaults are those of [Györök 2022] except for the layers."""
 
-    Attributes:
-        hidden: neurons of each hidden layer. [Györök 2022] has (1024, 512), and (2048, 1024) on top of
-            the analytic estimate; these do no worse on its tests and train in a second.
-        activation: of the hidden layers; the output has none.
-        epochs: passes over the samples; the weights that did best on `held_back` are kept.
-        batch: samples a step of Adam.
-        rate: learning rate of Adam.
-        held_back: share of the samples that validates the passes and is not trained on; where all
-            labels are the same, the first pass is kept.
-        seed: of the first weights, the shuffling and the split.
-    """
-
+    # Neurons of each hidden layer. [Györök 2022] has (1024, 512), and (2048, 1024) on top of the
+    # analytic estimate; these do no worse on its tests and train in a second.
     hidden: tuple[int, ...] = (64, 32)
-    activation: Activation = Activation.SIGMOID
-    epochs: int = 30
-    batch: int = 32
-    rate: float = 1e-3
+    activation: Activation = Activation.SIGMOID  # Of the hidden layers; the output has none.
+    epochs: int = 30  # Passes over the samples; the weights that did best on `held_back` are kept.
+    batch: int = 32  # Samples a step of Adam.
+    rate: float = 1e-3  # Learning rate of Adam.
+    # Share of the samples that validates the passes and is not trained on; where all labels are the
+    # same, the first pass is kept.
     held_back: float = 0.1
-    seed: int = 0
+    seed: int = 0  # Of the first weights, the shuffling and the split.
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrictionNetwork:
-    """A trained network as an estimator of mu over a recording.
+    """A trained network as an estimator of mu over a recording."""
 
-    Attributes:
-        name: what tables call it.
-        inputs: its inputs over a recording.
-        base: column of the inputs to which its output is added; None where its output is mu.
-        regressor: scikit-learn's pipeline, inputs -> output.
-        losses: half the mean square of the error, in units of the labels' variance, after every pass.
-        works_beyond_five_zones: whether it does not assume five zones at most.
-        gives_deviation: whether it gives a standard deviation.
-    """
-
-    name: str
-    inputs: Inputs
-    base: int | None
-    regressor: Any
-    losses: Array
-    works_beyond_five_zones: bool
-    gives_deviation: bool = False
+    name: str  # What tables call it.
+    inputs: Inputs  # Its inputs over a recording.
+    base: int | None  # Column of the inputs to which its output is added; None where its output is mu.
+    regressor: Any  # Scikit-learn's pipeline, inputs -> output.
+    losses: Array  # Half the mean square error over the labels' variance, after every pass.
+    works_beyond_five_zones: bool  # Whether it does not assume five zones at most.
+    gives_deviation: bool = False  # Whether it gives a standard deviation.
 
     def estimate(self, recording: Recording) -> Array:
         """Friction at every sample, shape (n,) [1]."""
@@ -93,13 +75,9 @@ class FrictionNetwork:
 
 @dataclass(frozen=True, kw_only=True)
 class LabelMean:
-    """The mean of the training labels, whatever is measured: the baseline of every method.
+    """The mean of the training labels, whatever is measured: the baseline of every method."""
 
-    Attributes:
-        mu: that mean [1]; the others are as of `FrictionNetwork`.
-    """
-
-    mu: float
+    mu: float  # That mean [1]; the others are as of `FrictionNetwork`.
     name: str = "mean of the labels"
     works_beyond_five_zones: bool = True
     gives_deviation: bool = False
@@ -125,14 +103,8 @@ def train_network(
     """Train a network on recordings whose mu is declared.
 
     Inputs and output are scaled to variance one over the training samples, which [Györök 2022] does
-    not do; without it the angle, the load and k of table 3.1 differ by seven powers of ten.
-
-    Args:
-        recordings: with a declared mu.
-        inputs: of the network.
-        design: network and training; None for the defaults.
-        base: column of the inputs, an estimate of mu, to which the output is added; None for none.
-        name: what tables call the method.
+    not do; without it the angle, the load and k of table 3.1 differ by seven powers of ten. `base` is a
+    column of the inputs, an estimate of mu, to which the output is added.
 
     Raises:
         InvalidInputError: scikit-learn is missing, a recording declares no mu, or there is too little.

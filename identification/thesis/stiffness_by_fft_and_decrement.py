@@ -40,19 +40,12 @@ class DecrementVibration:
 
 @dataclass(frozen=True, kw_only=True)
 class DecrementFit:
-    """Parameters from the frequencies and decrements of all recordings.
+    """Parameters from the frequencies and decrements of all recordings."""
 
-    Attributes:
-        vibrations: each recording.
-        k: distributed lateral stiffness [N/m^2].
-        b_t_printed: damping by (5.8) as printed; it is b_t / J_A [1/s].
-        b_t: damping by (5.8) with J_A [N m s/rad].
-    """
-
-    vibrations: tuple[DecrementVibration, ...]
-    k: float
-    b_t_printed: float
-    b_t: float
+    vibrations: tuple[DecrementVibration, ...]  # Each recording.
+    k: float  # Distributed lateral stiffness [N/m^2].
+    b_t_printed: float  # Damping by (5.8) as printed; it is b_t / J_A [1/s].
+    b_t: float  # Damping by (5.8) with J_A [N m s/rad].
 
     def to_dict(self) -> dict[str, Any]:
         """The parameters with their units."""

@@ -1,6 +1,7 @@
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib.util import find_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
@@ -137,9 +138,11 @@ def test_a_command_is_a_file(
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder where `symbolic` stands, and no `observers` is anywhere."""
     (tmp_path / "symbolic").mkdir()
-    found = own_packages_shadowed._origin
-    places = {"symbolic": tmp_path / "symbolic" / "__init__.py", "observers": None}
-    monkeypatch.setattr(own_packages_shadowed, "_origin", lambda name: places.get(name, found(name)))
+    elsewhere = spec_from_file_location("symbolic", tmp_path / "symbolic" / "__init__.py")
+    places = {"symbolic": elsewhere, "observers": None}
+    monkeypatch.setattr(
+        own_packages_shadowed, "find_spec", lambda name: places.get(name, find_spec(name))
+    )
     return tmp_path
 
 

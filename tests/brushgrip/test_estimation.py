@@ -14,7 +14,7 @@ from brushgrip.estimation.observe_recording import (
     has_aligning_torque,
     model_observer,
     observe,
-    run_observer,
+    run_arguments,
 )
 from brushgrip.estimation.suspicious_recordings import (
     differing_rates,
@@ -23,7 +23,7 @@ from brushgrip.estimation.suspicious_recordings import (
 )
 from brushgrip.inputs.option_choices import ObserverName
 from identification import FoundModel, Recording, read_recording
-from observers import DirectionalFriction, Ekf, Estimates, Sample, Status
+from observers import DirectionalFriction, Ekf, Estimates, Sample, Status, run
 from symbolic import InvalidInputError, Model, Rig, Tyre
 from symbolic.array_alias import Array
 from tests.brushgrip.factories import make_estimates
@@ -39,7 +39,7 @@ def recording(write_csv: Write) -> Recording:
 
 def samples_of(recording: Recording) -> list[Sample]:
     recorder = SampleRecorder()
-    run_observer(recorder, recording)
+    run(recorder, **run_arguments(recording))
     return recorder.samples
 
 

@@ -57,7 +57,7 @@ def fetched(out: Path) -> list[str]:
 
 def test_what_is_published(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
-    address, published = digests()
+    address, published = digests(friction_damper.REGISTRY)
 
     assert tuple(published) == (*HARMONIC, *EARTHQUAKES)
     assert len(set(published.values())) == 15

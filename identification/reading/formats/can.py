@@ -47,7 +47,12 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
     The database is `dbc` of the map, or the only .dbc file beside the log.
     """
     can = import_library("can", "can", path)
-    database = read_database(signals.dbc or database_beside(path))
+    beside = sorted(path.parent.glob("*.dbc"))
+    if signals.dbc is None and len(beside) != 1:
+        raise InvalidInputError(
+            f"{path}: {len(beside)} databases (.dbc) beside it; name one, such as --map dbc=car.dbc"
+        )
+    database = read_database(signals.dbc or beside[0])
     listed = [(f"{m.name}.{s.name}", (m, s)) for m in database.messages for s in m.signals]
     names, places = [name for name, _ in listed], dict(listed)
     buses = dict.fromkeys(names, "")
@@ -110,10 +115,7 @@ def read_database(dbc: Path) -> Any:
 def _decoded(
     path: Path, log: Iterable[Any], message: Any, bus: str
 ) -> tuple[Array, dict[str, Array], list[str]]:
-    """Times of the frames of a message on a bus, its signals, and the buses that carry it.
-
-    Without a bus, those of the first one that carries it. A signal is NaN where a frame lacks it.
-    """
+    """Times of a message on a bus, or the first that has it, its signals, and all buses that have it."""
     times, columns = array("d"), {signal.name: array("d") for signal in message.signals}
     extended = is_extended(message)
     buses: dict[str, None] = {}
@@ -199,16 +201,6 @@ def _valid(path: Path, name: str, signal: Any, times: Array, values: Array) -> C
         times=times,
         remark="; ".join([remark] * bool(outside.any()) + [told] * bool(ends)),
     )
-
-
-def database_beside(path: Path) -> Path:
-    """The only .dbc file beside a log."""
-    found = sorted(path.parent.glob("*.dbc"))
-    if len(found) != 1:
-        raise InvalidInputError(
-            f"{path}: {len(found)} databases (.dbc) beside it; name one, such as --map dbc=car.dbc"
-        )
-    return found[0]
 
 
 _CONTAINER, _MAX_CONTAINER_SIZE = 10, 64_000_000

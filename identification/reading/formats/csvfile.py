@@ -65,13 +65,15 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     names = [field.strip() for field in fields]
     signals = map_for_file(str(path), signals, names)
     header = _header(path, number, names, needed, signals, _reading(path, names, rows, delimiter))
-    rows, units = _units(rows, header)
+    first = list(islice(rows, 1))
+    units = units_in(first[0][1], header) if first else None
+    rows = rows if units else chain(first, rows)
     columns, numbers, faults = _columns(path, header, len(names), rows, NumberParser(delimiter))
     by_name = {names[at]: column for column, at in header.items()}
     file = ChannelFile(
         names=names,
         read=lambda name: ChannelSamples(
-            values=columns[by_name[name]], unit=units.get(by_name[name], unit_of_name(name))
+            values=columns[by_name[name]], unit=(units or {}).get(by_name[name], unit_of_name(name))
         ),
         declared=heading.declared,
     )
@@ -82,15 +84,6 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
         tolerances=heading.tolerances,
         ground=heading.ground,
     )
-
-
-def _units(rows: Rows, header: Mapping[str, int]) -> tuple[Rows, dict[str, str]]:
-    """The rows behind one that holds units, and these; all rows where there is none."""
-    first = next(rows, None)
-    if first is None:
-        return rows, {}
-    units = units_in(first[1], header)
-    return (chain([first], rows), {}) if units is None else (rows, units)
 
 
 def _lines(text: str) -> Iterator[str]:

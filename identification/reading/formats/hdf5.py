@@ -44,7 +44,10 @@ def open_hdf5(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             _require_unpacked(path, name, dataset)
             unit = next(iter(np.ravel(stated_unit(dataset.attrs))), "")
             text = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
-            return ChannelSamples(values=_row(_unpacked(path, name, dataset)), unit=text)
+            values = _unpacked(path, name, dataset)
+            # MATLAB's vectors have two dimensions, one of them 1.
+            is_row = values.size == max(values.shape, default=0)
+            return ChannelSamples(values=values.ravel() if is_row else values, unit=text)
 
         declared = {
             name: float(_unpacked(path, name, datasets[name]).ravel()[0])
@@ -113,8 +116,3 @@ def _unpacked(path: Path, name: str, dataset: Any) -> Any:
             inside = values if attributes[key].dtype.kind in "iu" else scaled
             missing |= (inside < low) & (key != "valid_max") | (inside > high) & (key != "valid_min")
         return np.where(missing, np.nan, scaled.astype(np.float64))
-
-
-def _row(values: Any) -> Any:
-    """MATLAB's vectors have two dimensions, one of them 1."""
-    return values.ravel() if values.size == max(values.shape, default=0) else values

@@ -45,11 +45,8 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             _require_records(path, name, file.groups[group], (channel, file.masters_db.get(group)))
             # Else asammdf leaves out samples that are marked invalid, and their instants with them.
             signal = file.get(group=group, index=channel, ignore_invalidation_bits=True)
-            values, remark = np.asarray(signal.samples), ""
-            if (
-                signal.invalidation_bits is not None
-                and (invalid := np.asarray(signal.invalidation_bits)).any()
-            ):
+            values, remark, bits = np.asarray(signal.samples), "", signal.invalidation_bits
+            if bits is not None and (invalid := np.asarray(bits)).any():
                 if values.dtype.kind in "fiub":
                     values = np.where(invalid, np.nan, values)
                 remark = (
@@ -86,11 +83,9 @@ def _require_ends(path: Path) -> None:
 
         for group in blocks(GROUPS[version]):
             for channels in blocks(group + inside):
-                for _ in blocks(channels + inside):
-                    pass
+                list(blocks(channels + inside))
         for first in BESIDE_GROUPS[version]:
-            for _ in blocks(first):
-                pass
+            list(blocks(first))
 
 
 def _number(file: BinaryIO, at: int, size: int) -> int:
@@ -103,10 +98,7 @@ def _number(file: BinaryIO, at: int, size: int) -> int:
 
 
 def _require_records(path: Path, name: str, group: Any, channels: Iterable[int | None]) -> None:
-    """Refuses a group that holds more than its records or less than one, channels beyond a record.
-
-    In both cases asammdf reads or writes beyond its buffers.
-    """
+    """Refuses what lies beyond the records of a group, where asammdf leaves its buffers."""
     head = group.channel_group
     require_size(path, name, head.cycles_nr)
     record = head.samples_byte_nr + getattr(head, "invalidation_bytes_nr", 0)

@@ -38,23 +38,17 @@ def open_ros(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             require_size(path, name, connection.msgcount)
             times, values = array("d"), array("d")
             start = None
-            for _, stamp, raw in bag.messages([connection]):
+            for _, recorded, raw in bag.messages([connection]):
                 message = bag.deserialize(raw, connection.msgtype)
                 require_size(path, name, len(times) + 1)
-                now = _stamp(message, stamp)
+                stamp = getattr(getattr(message, "header", None), "stamp", None)
+                measured = 0 if stamp is None else stamp.sec * 1_000_000_000 + stamp.nanosec
                 start = bag.start_time if start is None else start
-                times.append((now - start) * 1e-9)
+                times.append(((measured or recorded) - start) * 1e-9)
                 values.append(_value(message, field))
             return ChannelSamples(values=np.array(values), times=np.array(times))
 
         yield ChannelFile(names=list(fields), read=read, own_clocks=True)
-
-
-def _stamp(message: Any, recorded: int) -> int:
-    """The time of a message [ns]."""
-    stamp = getattr(getattr(message, "header", None), "stamp", None)
-    measured = 0 if stamp is None else stamp.sec * 1_000_000_000 + stamp.nanosec
-    return measured or recorded
 
 
 def _leaves(value: Any, prefix: str = "", depth: int = 0) -> Iterator[str]:

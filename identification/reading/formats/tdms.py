@@ -2,10 +2,9 @@
 
 import logging
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from struct import unpack
-from typing import Any
 
 import numpy as np
 
@@ -27,8 +26,12 @@ def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     """Channels as `group/channel`; a waveform's start and increment are its clock."""
     nptdms = import_library("nptdms", "tdms", path)
     remark = "" if _require_whole(path) else "LabVIEW did not close the file, its end may be missing"
+    log = nptdms.log.log_manager
     # npTDMS leaves a damaged file open that it opened itself.
-    with path.open("rb") as raw, _silent(nptdms.log.log_manager), nptdms.TdmsFile.open(raw) as file:
+    with path.open("rb") as raw, ExitStack() as stack:
+        stack.callback(log.set_level, log.log_level)
+        log.set_level(logging.CRITICAL)  # What matters of damage is in our message.
+        file = stack.enter_context(nptdms.TdmsFile.open(raw))
         channels = {f"{g.name}/{c.name}": c for g in file.groups() for c in g.channels()}
         starts = {
             name: channel.properties["wf_start_time"]
@@ -81,14 +84,3 @@ def _require_whole(path: Path) -> bool:
             if len(lead_in) < _LEAD_IN or at > size:
                 raise InvalidInputError(f"{path}: is cut short; copy it again, or save what is in it")
     return True
-
-
-@contextmanager
-def _silent(log_manager: Any) -> Iterator[None]:
-    """Keeps npTDMS from writing about damage to the terminal."""
-    usual = log_manager.log_level
-    log_manager.set_level(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        log_manager.set_level(usual)
