@@ -149,7 +149,7 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
     bound = "It is no bound of the true friction, which was not measured in another way: a" * any(bands)
     lines.append(
         f"{bound or 'A'} torque that reads wrong, or a load beyond its tolerance, makes friction wrong"
-        " by the same factor, which the ± does not count."
+        " by the same factor, which the ± counts in part at most."
     )
     return lines
 

@@ -154,7 +154,7 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         f"{within} Where a recording is named, the truth lies within ± in 95 of 100 cases, if model and"
         " tolerances are right. It is no bound of the true friction, which was not measured in another"
         " way: a torque that reads wrong, or a load beyond its tolerance, makes friction wrong by the"
-        " same factor, which the ± does not count.\n"
+        " same factor, which the ± counts in part at most.\n"
     ) in text
     assert (
         "\nMore on how sure: The ± on ice is wide because 3 recordings differ, from 1.10 to 1.30" in text
