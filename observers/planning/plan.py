@@ -253,10 +253,10 @@ class _Search:
         known = "never usable on the best path"
         if at is not None:
             known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
-            if forecast.deviation[at] <= self.target:
-                known += f", with noise within {self.target:.1%} in {count} of {RUNS} runs"
             cause, part, floor = largest_part(self.forecaster.observer, path, forecast, self.F_N, at)
-            known = f"{known}; its largest part is {cause}, {part:.1%}"
+            by_noise = f", with noise within {self.target:.1%} in {count} of {RUNS} runs"
+            within = forecast.deviation[at] <= self.target
+            known += by_noise if within else f"; its largest part is {cause}, {part:.1%}"
             if floor > CLOSE * self.target:
                 return f"{known}; all that no measurement lowers is {floor:.1%}: ask for well above that"
         allowed = forecast.allowed(self.limits.torque)
