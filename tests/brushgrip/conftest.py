@@ -1,6 +1,6 @@
 """A hand-made diagnosis, recordings on disk, and the command as a user calls it."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -13,8 +13,6 @@ from brushgrip.cli.app import main
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.pictures.style import picture
 from brushgrip.report import page
-from identification.diagnosis.result import Diagnosis
-from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import PNG, Outcome, Run, Write
 from tests.simulated_car import vehicle_text
 
@@ -130,12 +128,6 @@ def write_csv(tmp_path: Path, table: dict[str, np.ndarray]) -> Write:
         return path
 
     return write
-
-
-@pytest.fixture(scope="session", name="make_diagnosis")
-def diagnosis_factory() -> Callable[..., Diagnosis]:
-    """Builds a diagnosis without any estimation."""
-    return make_diagnosis
 
 
 @pytest.fixture(scope="session")

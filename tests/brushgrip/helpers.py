@@ -1,5 +1,6 @@
 """What the suites of this folder share: the outcome of a command, files before and after, tables."""
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -63,6 +64,16 @@ def with_defaults(defaults: Sequence[object], given: Sequence[object]) -> list[o
         *(word for pair in pairs if pair[0] in LISTS or pair[0] not in given for word in pair),
         *given,
     ]
+
+
+def write_model(values: Mapping[str, float] | None = None, **content: object) -> Path:
+    """The file model.json of k = 2.4e6 N/m^2 and of effects by `effect.parameter`, with more content."""
+    tyre = {"k": 2.4e6, **(values or {})}
+    effects = list(dict.fromkeys(name.partition(".")[0] for name in tyre if "." in name))
+    usual = {"version": 1, "effects": effects, "shared": tyre, "recordings": {}}
+    path = Path("model.json").resolve()
+    path.write_text(json.dumps(usual | content))
+    return path
 
 
 def contents(folder: Path) -> dict[str, bytes | None]:

@@ -21,10 +21,7 @@ from tests.contributing import example
     ("given", "spread"),
     [
         ("diagnose a b --out d", "diagnose a b --out d"),
-        (
-            "diagnose a --holdout c d e --out d",
-            "diagnose a --holdout c --holdout d --holdout e --out d",
-        ),
+        ("diagnose a --holdout c d e --out d", "diagnose a --holdout c --holdout d --holdout e --out d"),
         ("diagnose a --holdout c --holdout d", "diagnose a --holdout c --holdout d"),
         ("--holdout c d --holdout e", "--holdout c --holdout d --holdout e"),
         ("--holdout c d -- a b", "--holdout c --holdout d -- a b"),

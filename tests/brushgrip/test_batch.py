@@ -240,20 +240,7 @@ def test_a_ground_is_told_after_its_recordings(
     )
 
 
-def test_a_ground_is_told_for_each_direction_by_itself() -> None:
-    rows = [
-        {"ground": "ice", "direction": "positive", "mu_eff": mu, "mu_eff_std": 0.0}
-        | {"mu_eff_positive": 0.2, "mu_eff_std_positive": 0.0, "mu_eff_negative": mu}
-        | {"mu_eff_std_negative": 0.0}
-        for mu in (0.1, 0.2, 0.3)
-    ]
-    positive, negative = friction_of_grounds(rows)
-
-    assert positive.startswith("note on ice, turning to positive psi: no band")
-    assert negative.startswith("ice, turning to negative psi: mu_eff up to 0.70 for a further rec")
-
-
-def test_a_ground_is_told_from_the_usable_recordings_on_it() -> None:
+def test_a_ground_is_told_from_its_usable_recordings_and_for_each_direction_by_itself() -> None:
     known = [{"ground": "ice", "mu_eff": mu, "mu_eff_std": 0.0} for mu in (0.1, 0.2, 0.3)]
     rest = [{"ground": "ice", "mu_eff": np.nan, "mu_eff_std": np.nan}]
     rest += [known[0], {"ground": "", "mu_eff": "", "mu_eff_std": ""}, {**known[0], "ground": "snow"}]
@@ -262,3 +249,12 @@ def test_a_ground_is_told_from_the_usable_recordings_on_it() -> None:
     assert friction_of_grounds([*known, *rest]) == [
         "ice: mu_eff up to 0.70 for a further recording, from 3 of 5 recordings"
     ]
+    rows = [
+        {"ground": "ice", "direction": "positive", "mu_eff": mu, "mu_eff_std": 0.0}
+        | {"mu_eff_positive": 0.2, "mu_eff_std_positive": 0.0, "mu_eff_negative": mu}
+        | {"mu_eff_std_negative": 0.0}
+        for mu in (0.1, 0.2, 0.3)
+    ]
+    positive, negative = friction_of_grounds(rows)
+    assert positive.startswith("note on ice, turning to positive psi: no band")
+    assert negative.startswith("ice, turning to negative psi: mu_eff up to 0.70 for a further rec")

@@ -207,15 +207,6 @@ def test_what_is_tuned_by_hand_goes_before_the_error_of_the_model(
     assert tuning["noise"] == pytest.approx(0.002)
 
 
-def test_a_description_of_an_earlier_generation_goes(codegen: Run, out: Path) -> None:
-    codegen("--tunable", "tuning")
-    outcome = codegen()
-
-    assert outcome.status == 0, outcome.err
-    assert not (out / "grip.a2l").exists()
-    assert "removed grip.a2l" in outcome.out + outcome.err
-
-
 def test_a_folder_of_a_diagnosis_is_its_model(codegen: Run, model: Model, out: Path) -> None:
     assert codegen("--model", model().parent).status == 0
     parameters = json.loads((out / "grip.json").read_text())
@@ -277,9 +268,15 @@ class TestReplacing:
         assert [entry.name for entry in out.iterdir()] == ["main.c"]
 
 
-def test_parameters_at_run_time_are_described(codegen: Run, out: Path) -> None:
+def test_parameters_at_run_time_are_described_and_an_earlier_description_goes(
+    codegen: Run, out: Path
+) -> None:
     outcome = codegen("--tunable", "tuning")
 
     assert outcome.status == 0, outcome.err
     assert "CHARACTERISTIC grip.noise" in (out / "grip.a2l").read_text()
     assert "grip.k " not in (out / "grip.a2l").read_text()
+    outcome = codegen()
+    assert outcome.status == 0, outcome.err
+    assert not (out / "grip.a2l").exists()
+    assert "removed grip.a2l" in outcome.out + outcome.err

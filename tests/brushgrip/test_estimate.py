@@ -12,19 +12,11 @@ import pytest
 from brushgrip.estimation.signal_map_correction import ANGLE, SIGN, TIME, UNITS
 from observers.quality.input_plausibility import EVIDENCE, flags_by_message
 from reference_rig import make_ground_recording, make_recording, make_steering_recording
-from tests.brushgrip.helpers import PNG, Run, Write, contents, table_of
+from tests.brushgrip.helpers import PNG, Run, Write, contents, table_of, write_model
 
 pytestmark = pytest.mark.usefixtures("interpreted", "blank_pictures")
 HEADER = "t,mu,mu_std,M_z_predicted,informed,usable,mu_eff,mu_eff_std,M_slide,nis,status"
 each_observer = pytest.mark.parametrize("observer", ["ekf", "mhe"])
-MODEL = '{"version": 1, "effects": [], "shared": {"k": 2.4e6}, "recordings": {}}'
-
-UNLIKE = MODEL.replace("[]", '["asymmetric_friction"]').replace(
-    "2.4e6", '2.4e6, "asymmetric_friction.ratio": 0.8'
-)
-WALKING = MODEL[:-1] + (
-    ', "model_error": {"spread": 0.02, "relative": 0.05, "correlation_time": 2.0, "friction_walk": 0.1}}'
-)
 
 
 @pytest.fixture
@@ -95,7 +87,8 @@ def test_one_row_a_sample(estimate: Run, simulated: Path, observer: str) -> None
 
 
 def test_friction_by_direction(estimated: Estimated, simulated: Path) -> None:
-    Path("model.json").write_text(WALKING)
+    error = {"spread": 0.02, "relative": 0.05, "correlation_time": 2.0, "friction_walk": 0.1}
+    write_model(model_error=error)
     directed = estimated(simulated, "--by-direction")["mu"]
     of_model = ("--by-direction", "--model", "model.json")
     walking = [
@@ -113,13 +106,13 @@ def test_each_direction_has_its_own_friction(
     run: Run, estimate: Run, write_csv: Write, rig: Path, *, found: bool
 ) -> None:
     """The wheel slides at 0.8 times mu = 1.2 while the angle rises; the model found knows that."""
-    Path("found.json").write_text(UNLIKE)
+    write_model({"asymmetric_friction.ratio": 0.8})
     t = np.arange(0, 12, 0.01)
     turned = {"t": t, "psi": 0.3 * np.sin(1.6 * t), "F_N": np.full(t.size, 400.0)}
     bare = write_csv("bare.csv", {**turned, "M_z": None})
-    assert run("simulate", "--rig", rig, bare, "--model", "found.json", "--out", "M.csv").status == 0
+    assert run("simulate", "--rig", rig, bare, "--model", "model.json", "--out", "M.csv").status == 0
     recorded = write_csv("run.csv", {**turned, "M_z": table_of(Path("M.csv"))["M_z"]})
-    options = ("--by-direction", *("--model", "found.json") * found)
+    options = ("--by-direction", *("--model", "model.json") * found)
     said = estimate(recorded, *options).out
     (row,) = json.loads(estimate(recorded, *options, "--json").out)
 
@@ -140,9 +133,9 @@ def test_each_direction_has_its_own_friction(
 def test_that_directions_differ_is_told_in_every_row(
     estimate: Run, write_csv: Write, simulated: Path
 ) -> None:
-    Path("found.json").write_text(UNLIKE)
+    write_model({"asymmetric_friction.ratio": 0.8})
     other = write_csv("other.csv", {"M_z": table_of(simulated)["M_z"]})
-    told = estimate(simulated, other, "--model", "found.json", "--summary", "table.csv").out
+    told = estimate(simulated, other, "--model", "model.json", "--summary", "table.csv").out
     with Path("table.csv").open(newline="") as content:
         rows = list(csv.DictReader(content))
 
@@ -386,8 +379,7 @@ def test_a_load_that_never_changes_is_no_measured_one(
 
 
 def test_says_what_a_model_gives(estimate: Run, simulated: Path) -> None:
-    basis = '"basis": {"training": 1, "holdout": 0, "grades": {}}'
-    Path("model.json").write_text(MODEL.replace('"effects"', f'{basis}, "effects"'))
+    write_model(basis={"training": 1, "holdout": 0, "grades": {}})
 
     assert estimate(simulated, "--model", "model.json").out.startswith(
         "From model.json: k = 2.4·10⁶ N/m². It stands on 1 recording, nothing judged it."
@@ -401,8 +393,7 @@ def test_says_what_a_model_gives(estimate: Run, simulated: Path) -> None:
 def test_a_load_outside_those_behind_the_model_is_told(
     estimate: Run, simulated: Path, loads: list[float], is_told: bool
 ) -> None:
-    basis = {"training": 1, "holdout": 0, "grades": {}, "loads": loads}
-    Path("model.json").write_text(json.dumps({**json.loads(MODEL), "basis": basis}))
+    write_model(basis={"training": 1, "holdout": 0, "grades": {}, "loads": loads})
     told = estimate(simulated, "--model", "model.json", "--summary", "all.csv").out
     line = (
         f"load more than a tenth outside the model's: 400 N, found at {loads[0]:.0f} to {loads[1]:.0f} N"
@@ -420,10 +411,7 @@ def test_the_load_that_friction_belongs_to_is_told_where_it_changes_with_it(
     load = columns["F_N"] * (1 + 0.1 * np.sin(columns["t"]))
     swinging = write_csv("swinging.csv", columns | {"F_N": load})
     for effect, is_told in (("load_dependent_friction.n", True), ("asymmetric_friction.ratio", False)):
-        shared = {"k": 2.4e6, effect: 0.8}
-        name = effect.partition(".")[0]
-        model = {"version": 1, "effects": [name], "shared": shared, "recordings": {}}
-        Path("model.json").write_text(json.dumps(model))
+        write_model({effect: 0.8})
         (row,) = json.loads(
             run("estimate", "--rig", rig, swinging, "--model", "model.json", "--json").out
         )
@@ -434,7 +422,7 @@ def test_the_load_that_friction_belongs_to_is_told_where_it_changes_with_it(
 
 
 def test_a_k_that_is_off_is_told_and_part_of_the_band(simulated: Path, run: Run, rig: Path) -> None:
-    Path("model.json").write_text(MODEL)
+    write_model()
     declared = rig.read_text(encoding="utf-8")
     assert "k = 2.4e6" in declared
     told = []

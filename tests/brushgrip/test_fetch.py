@@ -92,19 +92,15 @@ class TestLocalCopy:
         assert paths == [Path("out") / name for name in CONTENT]
         assert {path.name: path.read_bytes() for path in paths} == CONTENT
 
-    def test_names_what_is_absent(self, local_copy: Callable[..., Path]) -> None:
+    def test_names_what_is_absent_unless_it_stands_beside(self, local_copy: Callable[..., Path]) -> None:
         source = local_copy(run2=None)
         lines: list[str] = []
         paths = fetch(Path("out"), say=lines.append)
 
         assert [path.name for path in paths] == ["run1.mat", "estimate_run1.csv"]
         assert lines == [f"copied 2 files from {source}", f"absent from {source}: run2.mat"]
-
-    def test_simulations_may_stand_beside(self, local_copy: Callable[..., Path]) -> None:
-        source = local_copy(run2=None)
         (source.parent / "thesis_simulation").mkdir()
         (source.parent / "thesis_simulation" / "run2.mat").write_bytes(b"second")
-
         assert len(fetch(Path("out"))) == 3
 
     def test_into_the_very_folder(self, local_copy: Callable[..., Path]) -> None:

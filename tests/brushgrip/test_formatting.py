@@ -107,9 +107,11 @@ def test_headline(options: dict[str, Any], words: str) -> None:
     assert words in headline(make_diagnosis(**options))
 
 
-def test_residual_structure() -> None:
+def test_residual_structure_and_recordings_that_got_worse() -> None:
     assert "The residual has structure" in residual_structure(make_diagnosis(unexplained=True))
     assert "no structure left" in residual_structure(make_diagnosis(unexplained=False))
+    diagnosis = make_diagnosis(worse=("held_d",))
+    assert worse_recordings(diagnosis) == ["held_d"]
 
 
 @pytest.mark.parametrize(
@@ -126,12 +128,6 @@ def test_residual_structure() -> None:
 def test_every_candidate_has_the_reason_of_its_outcome(name: str, bic: float, reason: str) -> None:
     candidate = Candidate(name=name, summary="", holdout_nrmse=0.03, delta_bic=bic)
     assert candidate_reason(make_diagnosis(), candidate) == reason
-
-
-def test_worse() -> None:
-    diagnosis = make_diagnosis(worse=("held_d",))
-
-    assert worse_recordings(diagnosis) == ["held_d"]
 
 
 def estimates(
@@ -373,12 +369,6 @@ def test_few_recordings_with_a_remark_are_named_and_those_that_end_early() -> No
     assert with_early_ends(rows[-3:])[0]["remark"] == "it lies", "of two lengths"
 
 
-def test_a_narrow_band_has_parts_that_are_told_apart() -> None:
-    line = band_parts({REST: 0.006, SLOPE: 0.004})
-    assert line.startswith("the band ± 0.007 is made of (the squares add up): ")
-    assert f"{REST} 0.006, {SLOPE} 0.004;" in line
-
-
 def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     alien = estimates(*[Status.INCONSISTENT] * 2, *[Status.USED] * 2)
     slower = estimates(*[Status.USED, Status.MISSING] * 2, last=2)
@@ -399,6 +389,9 @@ def test_a_narrow_band_has_a_digit_more() -> None:
     assert with_95_band(0.0512, 0.004) == "0.051 ± 0.008"
     assert with_95_band(1.234, 0.05) == "1.23 ± 0.10"
     assert with_95_band(math.nan, 0.05) == "–"
+    line = band_parts({REST: 0.006, SLOPE: 0.004})
+    assert line.startswith("the band ± 0.007 is made of (the squares add up): ")
+    assert f"{REST} 0.006, {SLOPE} 0.004;" in line
 
 
 def found_model(training: int, holdout: int, **grades: str) -> FoundModel:

@@ -73,17 +73,13 @@ def test_runs_are_joined_and_kept(served: dict[str, np.ndarray]) -> None:
     assert len(fetched(Path("out"))) == 1, "nothing is downloaded again"
 
 
-def test_other_values_are_refused(served: dict[str, np.ndarray]) -> None:
+def test_other_values_and_no_network_are_named(served: dict[str, np.ndarray]) -> None:
     served[f"{ADDRESS}/x/test0.npy"] = served[f"{ADDRESS}/x/test0.npy"] + 1e-9
 
     with pytest.raises(FetchError, match=r"harmonic_00: the values from .* are not the published ones"):
         friction_damper.fetch_friction_damper(Path("out"))
     assert not Path("out").exists()
-
-
-def test_no_network_is_named(served: dict[str, np.ndarray]) -> None:
     served.clear()
-
     with pytest.raises(FetchError, match=r"F/test0.npy: cannot be downloaded \(ConnectionError\)"):
         friction_damper.fetch_friction_damper(Path("out"))
 

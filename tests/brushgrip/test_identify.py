@@ -92,15 +92,6 @@ def test_a_recording_knows_its_rig(run: Run, struck: list[Path]) -> None:
     assert contents(Path()) == before, "without a file to write the result is printed alone"
 
 
-def test_nothing_swings(identify: Run, struck: list[Path]) -> None:
-    rows = "\n".join(f"{0.001 * i:.3f},0.1" for i in range(200))
-    struck[0].write_text(f"t,psi\n{rows}\n")
-    before = contents(Path())
-
-    identify(*struck).refused("a36_1: psi is constant", "has to be struck")
-    assert contents(Path()) == before
-
-
 def test_no_result_without_a_solution(
     identify: Run, struck: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -130,14 +130,7 @@ def test_friction_stays_usable_under_the_load_that_is_declared_since(run: Run) -
     t, rack = steering()
     force = SimulatedCar(mu=(0.8, 0.8), load=4800.0, half_length=0.066).force(rack)
     write_columns(Path("l.csv"), {"t": t, "rack": rack, "F_rack": force})
-    run(
-        "estimate",
-        "--vehicle",
-        Path("loaded.toml"),
-        Path("l.csv"),
-        "--out",
-        Path("mu.csv"),
-    )
+    run("estimate", "--vehicle", Path("loaded.toml"), Path("l.csv"), "--out", Path("mu.csv"))
     told = table_of(Path("mu.csv"))
     usable = told["usable"] > 0
 

@@ -62,13 +62,11 @@ class TestLocate:
 
         assert locate_recordings("fem1") == Path("fem1.csv")
 
-    def test_says_where_it_looked(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_says_where_it_looked(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         monkeypatch.setenv("BRUSHGRIP_DATA", "data")
         message = refused(locate_recordings, "fem9")
         for place in ("here", " data", str(download_folder()), "brushgrip fetch"):
             assert place in message
-
-    def test_a_path_is_looked_for_in_its_folder_only(self, tmp_path: Path) -> None:
         assert refused(locate_recordings, str(tmp_path / "fem9")).endswith(
             f"looked for fem9, fem9.mat, fem9.csv and fem9.txt in {tmp_path}"
         )
@@ -194,17 +192,10 @@ def folder(rig: Path, write_csv: Write) -> Path:
 
 
 SPELLINGS = [
-    "good.csv",
-    "nosub/../good.csv",
-    "nosub/deeper/../../good.csv",
-    "sub/../good.csv",
-    "link/../good.csv",
-    "good.csv/../good.csv",
-    "link.csv",
-    "nosub/../link.csv",
-    "hard.csv",
+    "good.csv", "nosub/../good.csv", "nosub/deeper/../../good.csv", "sub/../good.csv",
+    "link/../good.csv", "good.csv/../good.csv", "link.csv", "nosub/../link.csv", "hard.csv",
     "nosub/../hard.csv",
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("spelling", SPELLINGS)

@@ -174,18 +174,18 @@ def test_a_frame_comes_back_from_a_file_of_pandas(estimates: Estimates) -> None:
     pandas.testing.assert_frame_equal(frame, estimates.to_frame())
 
 
-@pytest.mark.long
-def test_nothing_is_imported_before_it_is_drawn() -> None:
-    program = (
-        "import sys, identification.diagnosis.result_parts, identification.loop_plot;"
-        " import observers.estimates;"
-        "print('matplotlib' in sys.modules)"
-    )
+@pytest.mark.parametrize(
+    ("imported", "absent"),
+    [
+        pytest.param(
+            "identification.diagnosis.result_parts, identification.loop_plot, observers.estimates",
+            "matplotlib", marks=pytest.mark.long,
+        ),
+        ("brushgrip.report.diagnosis_folder", "scipy.signal"),
+    ],
+)  # fmt: skip
+def test_nothing_is_imported_before_it_is_needed(imported: str, absent: str) -> None:
+    program = f"import sys, {imported}; print('{absent}' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout == "False\n"
 
-
-def test_a_diagnosis_does_not_load_signal_processing() -> None:
-    program = "import sys, brushgrip.report.diagnosis_folder; print('scipy.signal' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"

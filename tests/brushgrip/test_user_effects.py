@@ -11,7 +11,7 @@ import pytest
 
 from brushgrip.inputs.user_effects import effect_files, user_effects
 from symbolic import CANDIDATES, InvalidInputError
-from tests.brushgrip.helpers import Run, Write, table_of
+from tests.brushgrip.helpers import Run, Write, table_of, write_model
 from tests.refusal import refused
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -55,12 +55,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 @pytest.fixture
-def model(tmp_path: Path) -> Path:
+def model() -> Path:
     """A model that the user's own effect belongs to: it adds 0.5 N m."""
-    path = tmp_path / "model.json"
-    shared = {"k": 2.4e6, "stop.c": 0.5}
-    path.write_text(json.dumps({"version": 1, "effects": ["stop"], "shared": shared, "recordings": {}}))
-    return path
+    return write_model({"stop.c": 0.5})
 
 
 def names(*modules: str) -> list[str]:

@@ -7,6 +7,7 @@ import pytest
 
 from tests.examples.running import NUMBER, numbers, printed_by
 
+pytestmark = pytest.mark.long
 PUBLISHED = {"0.5": 0.009, "1.8": 0.077}
 """RMSE of the author's estimate on his simulations, from 0.5 s on."""
 NOWHERE = ("--data", "nowhere")
@@ -18,7 +19,6 @@ def rows(text: str, cell: str) -> dict[str, list[float]]:
     return {mu: [float(value) for value in re.findall(cell, row)] for mu, row in found}
 
 
-@pytest.mark.long
 def test_thesis_profile(tmp_path: Path) -> None:
     text = printed_by("thesis_profile.py", tmp_path)
     peaks = numbers(text, rf"mu = 1: angle to {NUMBER} rad, torque to {NUMBER} N m")
@@ -27,7 +27,6 @@ def test_thesis_profile(tmp_path: Path) -> None:
     assert text.count("at most 5 zones") == text.count("at most 11 zones") == 3
 
 
-@pytest.mark.long
 def test_thesis_profile_is_the_published_one(tmp_path: Path, simulation_dir: Path) -> None:
     text = printed_by("thesis_profile.py", tmp_path, str(simulation_dir))
     off = numbers(text, rf"angle within {NUMBER}% of the published range$")
@@ -36,7 +35,6 @@ def test_thesis_profile_is_the_published_one(tmp_path: Path, simulation_dir: Pat
     assert max(off) < 1
 
 
-@pytest.mark.long
 def test_thesis_analytic(tmp_path: Path) -> None:
     text = printed_by("thesis_analytic.py", tmp_path, "pictures", leaves="pictures")
     in_time = numbers(text, rf"torque in time: RMSE {NUMBER}$")
@@ -54,7 +52,6 @@ def test_thesis_analytic(tmp_path: Path) -> None:
     assert pictures == [f"figure_{n}.png" for n in ("3_4", "3_6", "3_7", "3_8", "3_9", "5_9")]
 
 
-@pytest.mark.long
 def test_thesis_table_beyond_five_zones(tmp_path: Path) -> None:
     text = printed_by("thesis_table.py", tmp_path, *NOWHERE, "nested.png", leaves="nested.png")
     table = rows(text, rf"{NUMBER}%")
@@ -66,7 +63,6 @@ def test_thesis_table_beyond_five_zones(tmp_path: Path) -> None:
         assert max(worst_ekf, worst_mhe) <= 1
 
 
-@pytest.mark.long
 def test_thesis_table_on_the_published_simulations(tmp_path: Path, simulation_dir: Path) -> None:
     text = printed_by("thesis_table.py", tmp_path, "--data", str(simulation_dir))
     table = rows(text.split("more than five zones")[0], NUMBER)
@@ -78,7 +74,6 @@ def test_thesis_table_on_the_published_simulations(tmp_path: Path, simulation_di
         assert max(filters) <= 0.002 < default
 
 
-@pytest.mark.long
 def test_thesis_networks(tmp_path: Path) -> None:
     pytest.importorskip("sklearn", reason="networks need scikit-learn: pip install -e '.[networks]'")
     text = printed_by("thesis_networks.py", tmp_path, *NOWHERE, "--seeds", "1", "n.png", leaves="n.png")
@@ -105,7 +100,6 @@ def test_thesis_networks(tmp_path: Path) -> None:
     assert tables[1]["root and network"][1] < 0.5 * tables[1]["root"][1]
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("mesh", [8, 24])
 def test_thesis_sensitivity(tmp_path: Path, mesh: int) -> None:
     pytest.importorskip("sklearn", reason="networks need scikit-learn: pip install -e '.[networks]'")

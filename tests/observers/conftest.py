@@ -12,11 +12,7 @@ RIG = Rig(a=0.045, e=0.009, J_A=Wheel().J_A, b_t=Wheel().b_t)
 K = 2.4e6
 STIFFNESS_STD = 0.2
 """Standard deviation of k over its nominal value where it is a state [1]."""
-EXACT_RIG = replace(
-    RIG,
-    tolerances=Tolerances(a=0.0, e=0.0, load=0.0, k=0.0),
-    dry_friction=0.0,
-)
+EXACT_RIG = replace(RIG, tolerances=Tolerances(a=0.0, e=0.0, load=0.0, k=0.0), dry_friction=0.0)
 """The same without doubt about any value."""
 OWN = ("model", "values", "rig", "measurement_model", "iterations", "window", "acquire")
 """Keywords that are the observer's; all others are those of `Tuning`."""

@@ -85,7 +85,7 @@ def test_planted_effect_is_as_strong_as_asked(name: str) -> None:
     assert _share(made) == pytest.approx(0.06, rel=0.03)
 
 
-def test_campaign_shares_the_tyre_and_not_the_day() -> None:
+def test_campaign_shares_the_tyre_and_its_effect_and_not_the_day() -> None:
     made = make_campaign("torque_offset", 4, duration=3.0)
     tyres = [recording.tyre for recording in made.recordings]
 
@@ -94,11 +94,7 @@ def test_campaign_shares_the_tyre_and_not_the_day() -> None:
     assert len({recording.effects["torque_offset"]["M_0"] for recording in made.recordings}) == 3
     assert made.nominal.a == tyres[0].a
     assert 0.8 <= made.nominal.k / tyres[0].k <= 1.2
-
-
-def test_campaign_keeps_a_shared_effect() -> None:
     made = make_campaign("bearing_friction", 4, 2, duration=3.0, also={"torque_offset": {"M_0": 0.2}})
-
     assert made.recordings[0].effects == made.recordings[1].effects
     assert set(made.recordings[0].effects) == {"bearing_friction", "torque_offset"}
 
@@ -167,7 +163,7 @@ def test_seed_decides(fault: Callable[[int, Array], Array]) -> None:
     assert not np.array_equal(fault(1, T), fault(2, T), equal_nan=True)
 
 
-def test_outliers_are_one_range_off() -> None:
+def test_outliers_are_one_range_off_and_strike_finite_samples_only() -> None:
     faulty = add_outliers(3, SIGNAL)
     off = faulty - SIGNAL
     struck = off != 0
@@ -175,18 +171,13 @@ def test_outliers_are_one_range_off() -> None:
     assert np.count_nonzero(struck) == 10
     np.testing.assert_allclose(np.abs(off[struck]), np.ptp(SIGNAL), rtol=1e-12)
     assert {-1.0, 1.0} == set(np.sign(off[struck]))
-
-
-def test_outliers_strike_finite_samples_only() -> None:
     signal = drop_samples(1, SIGNAL, share=0.5)
-
     faulty = add_outliers(2, signal, share=0.1, size=100.0)
-
     np.testing.assert_array_equal(np.isnan(faulty), np.isnan(signal))
     assert np.count_nonzero(np.abs(faulty) > 90) == 50
 
 
-def test_dropped_samples() -> None:
+def test_dropped_and_late_samples() -> None:
     faulty = drop_samples(3, SIGNAL)
     lost = np.isnan(faulty)
 
@@ -194,9 +185,6 @@ def test_dropped_samples() -> None:
     assert not lost[0]
     np.testing.assert_array_equal(faulty[~lost], SIGNAL[~lost])
     assert np.count_nonzero(np.isnan(drop_samples(3, SIGNAL, share=1.0))) == 1000
-
-
-def test_late_samples() -> None:
     np.testing.assert_array_equal(delay_samples(SIGNAL, 3), np.append([np.nan] * 3, SIGNAL[:-3]))
     np.testing.assert_array_equal(delay_samples(SIGNAL, 0), SIGNAL)
 

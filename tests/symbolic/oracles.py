@@ -58,11 +58,7 @@ def signals(psi: Array, F_N: Array | float) -> Array:
 
 
 def run(
-    model: Model,
-    path: Path,
-    *,
-    directions: Array | None = None,
-    **effect_values: float,
+    model: Model, path: Path, *, directions: Array | None = None, **effect_values: float
 ) -> TorqueAndSensitivities:
     """Simulate; effect values by coordinate with a double underscore: effect__parameter."""
     values = {name.replace("__", "."): value for name, value in effect_values.items()}

@@ -75,10 +75,7 @@ def libraries(folder: Path) -> list[Path]:
 )
 @pytest.mark.parametrize(
     "vectorised",
-    [
-        pytest.param(False, id="plain", marks=pytest.mark.long),
-        pytest.param(True, id="vectorised"),
-    ],
+    [pytest.param(False, id="plain", marks=pytest.mark.long), pytest.param(True, id="vectorised")],
 )
 def test_machine_code_gives_the_interpreters_numbers(
     model: Model, own: tuple[float, ...], vectorised: bool

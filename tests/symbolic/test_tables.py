@@ -34,10 +34,13 @@ def test_another_unit_is_refused(effect: str) -> None:
         assert message == f"{name} has the unit 'furlong', expected '{unit}'; convert the value"
 
 
-def test_tables_of_text() -> None:
+def test_tables_of_text_have_each_key_once() -> None:
     assert toml_of(b"\xef\xbb\xbf[rig]\na = 0.04\n") == tomllib.loads("[rig]\na = 0.04\n")
     assert json_of(b"\xef\xbb\xbf" + json.dumps({"version": 1}).encode()) == {"version": 1}
     assert text_of("ψ\r\n".encode()) == "ψ\r\n"
+    assert json_of(b'{"a": {"k": 1}, "b": {"k": 2}}') == {"a": {"k": 1}, "b": {"k": 2}}
+    with pytest.raises(InvalidInputError, match="'k' is given twice in one object; allowed: once"):
+        json_of(b'{"shared": {"k": 1, "mu": 2, "k": 3}}')
 
 
 @pytest.mark.parametrize(
@@ -62,12 +65,6 @@ def test_no_toml(content: bytes, fault: str) -> None:
 def test_a_number_that_is_too_long_to_show() -> None:
     with pytest.raises(InvalidInputError, match="J_A must be a number, got a number of more digits"):
         rig_from_tables({"rig": {"a": 0.04, "e": 0.0, "J_A": [16**4000]}, "tyre": {"k": 1e6}})
-
-
-def test_a_key_that_stands_twice() -> None:
-    assert json_of(b'{"a": {"k": 1}, "b": {"k": 2}}') == {"a": {"k": 1}, "b": {"k": 2}}
-    with pytest.raises(InvalidInputError, match="'k' is given twice in one object; allowed: once"):
-        json_of(b'{"shared": {"k": 1, "mu": 2, "k": 3}}')
 
 
 def test_naming_puts_the_source_before() -> None:

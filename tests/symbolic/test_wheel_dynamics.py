@@ -118,7 +118,7 @@ def work(motion: WheelMotion, torque: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(0.5 * np.diff(motion.t) * (power[1:] + power[:-1]))])
 
 
-def test_deformation_makes_the_torque() -> None:
+def test_deformation_makes_the_torque_and_its_kinks_are_the_boundaries() -> None:
     motion = simulate_motion(RIG, TYRE, NESTED, LOAD)
     x = RIG.a * (np.arange(-9999, 10000, 2) / 10000)
     for i in (500, 1750, 3000, 5100):
@@ -126,10 +126,6 @@ def test_deformation_makes_the_torque() -> None:
         summed = TYRE.k * float(q @ (x - RIG.e)) * (2 * RIG.a / 10000)
 
         assert summed == pytest.approx(motion.M_z[i], abs=1e-6 * np.ptp(motion.M_z))
-
-
-def test_boundaries_are_the_kinks_of_the_deformation() -> None:
-    motion = simulate_motion(RIG, TYRE, NESTED, LOAD)
     x = np.linspace(-RIG.a, RIG.a, 40_001)
     for i in (500, 1750, 3000, 5100):
         psi, memory = float(motion.psi[i]), motion.memory[i]

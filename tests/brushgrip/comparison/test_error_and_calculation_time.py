@@ -12,8 +12,9 @@ from brushgrip.comparison.methods import ObserverMethod
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
 from reference_rig import Array
-from symbolic import Rig, Tyre
+from symbolic import Tyre
 from tests.brushgrip.helpers import SampleRecorder
+from tests.identification.factories import recording
 
 BUSY = 0.02
 """Time that the made-up method takes [s]."""
@@ -44,20 +45,8 @@ class Slow:
 def case() -> Case:
     t = np.arange(1001) * 0.01
     psi = 0.3 * np.sin(t - 1) * (t > 1)
-    return make_case(
-        Recording(
-            name="run",
-            t=t,
-            psi=psi,
-            psi_dot=np.gradient(psi, t),
-            M_z=-8 * np.tanh(9 * psi),
-            F_N=np.full(t.size, 400.0),
-            rig=Rig(a=0.045, e=0.009),
-            tyre=Tyre(k=2.4e6),
-        ),
-        None,
-        1.3,
-    )
+    made = recording("run", psi=psi, period=0.01, load=400.0, k=2.4e6)
+    return make_case(replace(made, M_z=-8 * np.tanh(9 * psi)), None, 1.3)
 
 
 def test_a_method_from_elsewhere_gets_its_row(case: Case) -> None:

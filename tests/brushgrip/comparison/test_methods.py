@@ -18,12 +18,12 @@ from brushgrip.comparison.methods import (
 from identification import Recording
 from observers import RootObserver, Sample, run, zone_history
 from reference_rig import RigDrive, RigTyre, make_recording, simulate_bristles
-from symbolic import Rig, Tyre
-from tests.identification.factories import as_read
+from symbolic import Rig
+from tests.identification.factories import as_read, with_torque
+from tests.identification.factories import recording as recording_along
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 MU = 1.2
-RATE = 100.0
 NESTED_FROM = 7
 """Zones from which [Györök 2022] has no formula."""
 
@@ -34,20 +34,10 @@ def nested() -> Recording:
     corners = [0.0, 0.4, -0.16, 0.3, -0.1, 0.2]
     legs = [np.linspace(a, b, 150)[1:] for a, b in pairwise(corners)]
     psi = np.concatenate([[0.0], *legs])
-    t = np.arange(psi.size) / RATE
-    rate, load = np.gradient(psi, t), np.full(t.size, 400.0)
-    drive = RigDrive(t=t, psi=psi, psi_dot=rate, F_N=load, psi_virgin=0.0)
     tyre = RigTyre(mu=MU)
-    return Recording(
-        name="nested",
-        t=t,
-        psi=psi,
-        psi_dot=rate,
-        M_z=simulate_bristles(drive, tyre, bristles=4000).M_z,
-        F_N=load,
-        rig=Rig(a=tyre.a, e=tyre.e),
-        tyre=Tyre(k=tyre.k),
-    )
+    made = recording_along("nested", psi=psi, load=400.0, rig=Rig(a=tyre.a, e=tyre.e), k=tyre.k)
+    drive = RigDrive(t=made.t, psi=psi, psi_dot=made.psi_dot, F_N=made.F_N, psi_virgin=0.0)
+    return with_torque(made, simulate_bristles(drive, tyre, bristles=4000).M_z)
 
 
 def named(name: str) -> Method:

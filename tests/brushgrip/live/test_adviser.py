@@ -157,16 +157,10 @@ def test_friction_that_is_known_before_the_plan_needs_none(monkeypatch: pytest.M
             end.wait()
 
         def __call__(self, *_: object) -> Advice:
-            return Advice(
-                psi=0.0, psi_dot=0.1, toward=0.2, finished=False, stopped=False, reason="", travel=0.0,
-                left=0.3, estimate=OBSERVER.prior,
-            )  # fmt: skip
+            return ADVICE
 
     monkeypatch.setattr("brushgrip.live.adviser.Probe", Compiling)
-    adviser, sample = (
-        Adviser(0.05, SteeringLimits()),
-        Sample(psi=0.0, psi_dot=0.0, F_N=560.0, dt=0.01, M_z=0.0),
-    )
+    adviser = Adviser(0.05, SteeringLimits())
     adviser.begin(OBSERVER)
     for estimate, text in (
         (replace(known, mu_std=0.05), PLANNING),
@@ -176,10 +170,10 @@ def test_friction_that_is_known_before_the_plan_needs_none(monkeypatch: pytest.M
         (replace(known, status=Status.ACQUIRING), PLANNING),
     ):
         for _ in range(2):
-            adviser(sample, None, estimate)
+            adviser(SAMPLE, None, estimate)
         assert adviser.text == text
     # A plan that knows of it says what is to be done, whatever that one sample says.
-    adviser(sample, None, known)
+    adviser(SAMPLE, None, known)
     end.set()
     wait_for(lambda: adviser.text.startswith("turn "))
     adviser._generation += 1

@@ -18,7 +18,7 @@ from brushgrip.live.timestamps import TimestampFilter, arrival_time
 from observers import Ekf, Status, SteeringLimits
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Model, Rig
-from tests.brushgrip.helpers import Run
+from tests.brushgrip.helpers import Run, write_model
 from tests.brushgrip.live.sessions import (
     RECORDINGS,
     RIG,
@@ -395,12 +395,8 @@ def test_advice_is_given_only_where_turning_helps() -> None:
     assert "turn 8°" not in state_line(session.state())
 
 
-def test_the_weaker_direction_of_a_found_model_is_told_with_every_estimate(tmp_path: Path) -> None:
-    (tmp_path / "found.json").write_text(
-        '{"version": 1, "effects": ["asymmetric_friction"], "recordings": {},'
-        ' "shared": {"k": 2.4e6, "asymmetric_friction.ratio": 0.85}}'
-    )
-    state = session_of("udp:5005", model=tmp_path / "found.json").state()
+def test_the_weaker_direction_of_a_found_model_is_told_with_every_estimate() -> None:
+    state = session_of("udp:5005", model=write_model({"asymmetric_friction.ratio": 0.85})).state()
 
     assert state.weaker == pytest.approx(0.15 / 1.85)
     assert state_line(state) == "no sample has come yet"
@@ -435,12 +431,8 @@ def test_the_end_of_a_source_tells_no_friction_that_what_follows_contradicts() -
         assert last.told == "friction is not known since a new ground was noticed at 99 s"
 
 
-def test_a_load_outside_those_behind_the_model_is_told(tmp_path: Path) -> None:
-    for loads, is_told in (("[350.0, 450.0]", False), ("[200.0, 300.0]", True)):
-        (tmp_path / "found.json").write_text(
-            '{"version": 1, "effects": [], "recordings": {}, "shared": {"k": 2.4e6}, "basis":'
-            f' {{"training": 1, "holdout": 0, "grades": {{}}, "loads": {loads}}}}}'
-        )
-        session = session_over(rows_of(200), model=tmp_path / "found.json")
-        note = run_to_end(session).state().note
+def test_a_load_outside_those_behind_the_model_is_told() -> None:
+    for loads, is_told in (([350.0, 450.0], False), ([200.0, 300.0], True)):
+        model = write_model(basis={"training": 1, "holdout": 0, "grades": {}, "loads": loads})
+        note = run_to_end(session_over(rows_of(200), model=model)).state().note
         assert note.startswith("load more than a tenth outside the model's: ") == is_told

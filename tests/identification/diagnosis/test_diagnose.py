@@ -8,14 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification import (
-    Diagnosis,
-    Recording,
-    diagnose,
-    model_text,
-    read_model,
-    smoothed_rate,
-)
+from identification import Diagnosis, Recording, diagnose, model_text, read_model, smoothed_rate
 from identification.diagnosis.found_effects import CLEAR_ERRORS, UNRECORDED_LOAD
 from reference_rig import Campaign
 from symbolic import CANDIDATES, EFFECTS, Rig, Tolerances, Tyre
@@ -56,7 +49,9 @@ def test_names_what_was_planted_among_all(late: tuple[Campaign, list[Recording]]
     assert {candidate.name for candidate in found.candidates} == set(EFFECTS)
 
 
-def test_names_what_was_planted(late: tuple[Campaign, list[Recording]], found: Diagnosis) -> None:
+def test_names_what_was_planted_and_tries_every_candidate(
+    late: tuple[Campaign, list[Recording]], found: Diagnosis
+) -> None:
     delay = late[0].recordings[0].effects["sensor_delay"]["delay"]
     (effect,) = found.effects
 
@@ -69,6 +64,10 @@ def test_names_what_was_planted(late: tuple[Campaign, list[Recording]], found: D
     assert estimate.std is not None
     assert 0 < estimate.std < 1e-3
     assert not found.unexplained.present
+    assert {candidate.name for candidate in found.candidates} == set(FEW)
+    errors = [candidate.holdout_nrmse for candidate in found.candidates]
+    assert errors == sorted(errors)
+    assert found.candidates[0].name == "sensor_delay"
 
 
 def test_errors_before_and_after(found: Diagnosis) -> None:
@@ -84,14 +83,7 @@ def test_errors_before_and_after(found: Diagnosis) -> None:
         assert rmse == pytest.approx(found.after.rmse[series.name])
 
 
-def test_every_candidate_was_tried(found: Diagnosis) -> None:
-    assert {candidate.name for candidate in found.candidates} == set(FEW)
-    errors = [candidate.holdout_nrmse for candidate in found.candidates]
-    assert errors == sorted(errors)
-    assert found.candidates[0].name == "sensor_delay"
-
-
-def test_what_the_file_holds(found: Diagnosis) -> None:
+def test_what_its_files_hold(found: Diagnosis, tmp_path: Path) -> None:
     content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
 
     assert content["recordings"] == ["recording_a", "recording_b"]
@@ -124,6 +116,12 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
         "half-length a ± 2 mm, caster e (kingpin to contact) ± 2 mm, load ± 2 %, tread stiffness k ±"
         in content["notes"][0]
     )
+    path = tmp_path / "model.json"
+    path.write_text(model_text(found), encoding="utf-8")
+    read = read_model(path)
+    assert read.model.effects == found.model.effects
+    assert read.tyre == found.values.tyre
+    assert read.own == found.values.own
 
 
 def test_the_model_error_is_that_of_recordings_left_out(
@@ -139,16 +137,6 @@ def test_the_model_error_is_that_of_recordings_left_out(
     assert after.correlation_time < 0.03
     assert before.spread > 4 * after.spread
     assert before.correlation_time > 10 * after.correlation_time
-
-
-def test_its_model_file_reads_back(found: Diagnosis, tmp_path: Path) -> None:
-    path = tmp_path / "model.json"
-    path.write_text(model_text(found), encoding="utf-8")
-    read = read_model(path)
-
-    assert read.model.effects == found.model.effects
-    assert read.tyre == found.values.tyre
-    assert read.own == found.values.own
 
 
 @pytest.mark.long
@@ -191,10 +179,7 @@ def test_the_fit_to_a_single_recording_identifies_nothing() -> None:
 
 @pytest.mark.parametrize(
     "candidates",
-    [
-        [*FEW],
-        pytest.param([*CANDIDATES], marks=pytest.mark.long, id="all"),
-    ],
+    [[*FEW], pytest.param([*CANDIDATES], marks=pytest.mark.long, id="all")],
     ids=lambda _: "some",
 )
 def test_a_control_has_nothing_missing(candidates: list[str]) -> None:

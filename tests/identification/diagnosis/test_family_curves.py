@@ -68,18 +68,15 @@ def test_friction_over_speed_is_the_law(
     assert curve.std.max() > at_reference
 
 
-def test_torque_over_angle_is_softer_than_declared(families: tuple[FoundFamily, ...]) -> None:
+def test_torque_over_angle_is_softer_than_declared_and_an_unknown_deviation_null_in_the_file(
+    families: tuple[FoundFamily, ...],
+) -> None:
     curve = families[1].curve
     assert curve is not None
     turn = slice(1, 20)
     assert (np.abs(curve.y[turn]) < np.abs(curve.declared[turn])).all()
     assert curve.x[0] == curve.y[0] == 0.0
     assert np.isfinite(curve.std).all()
-
-
-def test_a_deviation_that_is_unknown_is_null_in_the_file(families: tuple[FoundFamily, ...]) -> None:
-    curve = families[1].curve
-    assert curve is not None
     curve.std[-1] = np.inf
     content = families[1].to_dict()["curve"]
     assert content["std"][-1] is None

@@ -208,19 +208,15 @@ def test_values_of_a_ground(tmp_path: Path) -> None:
     assert without.ground_taken("ice") == "ice: the model has the same values on every ground"
 
 
-def test_what_an_older_version_wrote_is_read(tmp_path: Path) -> None:
-    older = {name: value for name, value in CONTENT.items() if name != "tyre"}
-
-    assert read_model(write(tmp_path, {**older, "shared": SHARED})).tyre == SHARED
-    assert fault_of(read_model, write(tmp_path, older)).startswith("'tyre' must be a table of numbers")
-
-
-def test_what_may_be_left_out(tmp_path: Path) -> None:
+def test_what_may_be_left_out_and_what_an_older_version_wrote(tmp_path: Path) -> None:
     for units in ({}, {"k": "N/m^2"}, UNITS):
         assert read_model(write(tmp_path, {**CONTENT, "units": units})).tyre == SHARED
     content = {name: value for name, value in CONTENT.items() if name != "recordings"}
     bare = read_model(write(tmp_path, content))
     assert (bare.own, bare.error, bare.basis) == ({}, None, None)
+    older = {name: value for name, value in CONTENT.items() if name != "tyre"}
+    assert read_model(write(tmp_path, {**older, "shared": SHARED})).tyre == SHARED
+    assert fault_of(read_model, write(tmp_path, older)).startswith("'tyre' must be a table of numbers")
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification import Fit, Recording, fit
+from identification import Recording, fit
 from identification.diagnosis.unrefitted_prediction import (
     friction_from_training,
     predicted_values,
@@ -35,12 +35,15 @@ EMERY = [recorded("e0", 350.0, "emery")]
 MU = {"s0": 1.0, "s1": 1.1, "s2": 1.2, "e0": 2.0}
 
 
-def test_the_mean_of_its_ground_in_the_middle_of_the_loads() -> None:
+def test_the_mean_of_its_ground_in_the_middle_of_the_loads_or_of_all_grounds() -> None:
     middle = float(np.exp(np.mean(np.log([300.0, 400.0, 500.0]))))
 
     steel = friction_from_training(MU, [*STEEL, *EMERY], recorded("new", middle, "steel"))
     assert steel == pytest.approx((1.0 * 1.1 * 1.2) ** (1 / 3))
     assert friction_from_training(MU, [*STEEL, *EMERY], recorded("new", 900.0, "emery")) == 2.0
+    all_alike = dict.fromkeys(MU, 1.5)
+    new = recorded("new", 600.0, "ice")
+    assert friction_from_training(all_alike, [*STEEL, *EMERY], new) == pytest.approx(1.5)
 
 
 def test_the_slope_over_the_load_is_the_posteriors() -> None:
@@ -56,20 +59,9 @@ def test_the_slope_over_the_load_is_the_posteriors() -> None:
     assert 0 < slope < np.polyfit(x, y, 1)[0]
 
 
-def test_a_ground_that_nobody_stood_on_has_the_mean_of_all() -> None:
-    all_alike = dict.fromkeys(MU, 1.5)
-    new = recorded("new", 600.0, "ice")
-
-    assert friction_from_training(all_alike, [*STEEL, *EMERY], new) == pytest.approx(1.5)
-
-
-@pytest.fixture(scope="module")
-def fitted() -> Fit:
+def test_nothing_of_a_recording_is_fitted() -> None:
     training = [simulated(r, 1.1) for r in STEEL[:2]]
-    return fit(Model(effects=effects_named(["torque_offset"])), training)
-
-
-def test_nothing_of_a_recording_is_fitted(fitted: Fit) -> None:
+    fitted = fit(Model(effects=effects_named(["torque_offset"])), training)
     tolerated = replace(STEEL[2], rig=replace(STEEL[2].rig, tolerances=Tolerances(a=0.002)))
     judged = simulated(tolerated, 1.1)
     values = predicted_values(fitted, STEEL[:2], judged)

@@ -58,10 +58,7 @@ def test_white_noise_of_one_size_has_the_textbooks_covariance(noiseless) -> None
 
 @pytest.mark.parametrize(
     ("phi", "sizes"),
-    [
-        (0.9, (1, 4)),
-        *(pytest.param(phi, (1, 1), marks=pytest.mark.long) for phi in (0.0, 0.9, 0.97)),
-    ],
+    [(0.9, (1, 4)), *(pytest.param(phi, (1, 1), marks=pytest.mark.long) for phi in (0.0, 0.9, 0.97))],
 )
 def test_intervals_hold_the_truth(noiseless, phi: float, sizes: tuple[float, float]) -> None:
     start, recordings = noiseless

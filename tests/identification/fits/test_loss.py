@@ -22,12 +22,9 @@ def test_derivatives_are_slopes(loss: Loss) -> None:
     np.testing.assert_allclose((psi[0] - psi[1]) / (2 * step), curvature(loss, residuals), atol=1e-8)
 
 
-def test_an_outlier_pulls_no_harder_than_the_threshold() -> None:
+def test_an_outlier_pulls_no_harder_than_the_threshold_and_what_is_missing_not_at_all() -> None:
     np.testing.assert_allclose(influence(Huber(threshold=2.0), np.array([-9.0, -1.0, 1e6])), [-2, -1, 2])
     np.testing.assert_allclose(influence(LEAST_SQUARES, np.array([-9.0, 4.0])), [-9, 4])
-
-
-def test_missing_residuals_cost_nothing() -> None:
     assert cost(LEAST_SQUARES, np.array([3.0, np.nan, 4.0])) == 25
     assert cost(Huber(threshold=1.0), np.array([3.0, np.nan, 0.5])) == pytest.approx(2 * 3 - 1 + 0.25)
 

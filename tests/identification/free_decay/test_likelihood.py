@@ -134,7 +134,9 @@ def test_half_swings_are_all_of_it(sticking: tuple[Likelihood, LikelihoodMaximum
     assert len(parts) == pytest.approx((of.t[-1] - of.t[0]) * of.omega / np.pi, abs=2)
 
 
-def test_is_the_jackknifes(sticking: tuple[Likelihood, LikelihoodMaximum]) -> None:
+def test_covariance_is_the_jackknifes_and_information_that_of_k_and_b_t_alone(
+    sticking: tuple[Likelihood, LikelihoodMaximum],
+) -> None:
     likelihood, solution = sticking
     of, made = likelihood.vibrations[0], solution.evaluation.responses[0]
     parts = half_swings(made.psi)
@@ -153,15 +155,8 @@ def test_is_the_jackknifes(sticking: tuple[Likelihood, LikelihoodMaximum]) -> No
     spread = jackknife(likelihood, solution)
     np.testing.assert_allclose(spread.covariance, expected, rtol=0.05, atol=0.02 * expected.max())
     assert spread.degrees_of_freedom == len(parts) - 2
-
-
-def test_information_is_that_of_k_and_b_t_alone(sticking: tuple[Likelihood, LikelihoodMaximum]) -> None:
-    likelihood, solution = sticking
     hessian = solution.evaluation.hessian
     own = np.linalg.solve(hessian[2:, 2:], hessian[2:, :2])
-
-    spread = jackknife(likelihood, solution)
-
     # The Schur complement: what is left once the recording's own unknowns are eliminated.
     np.testing.assert_allclose(spread.information, hessian[:2, :2] - hessian[:2, 2:] @ own, rtol=1e-6)
 

@@ -41,14 +41,9 @@ def test_reads_time_and_angle_alone(tmp_path: Path) -> None:
     made = read_decay(write(tmp_path, header="t,M_z,psi,F_N", rows=rows), RIG)
     np.testing.assert_allclose(made.t, np.delete(T, [3, 4]), atol=1e-9)
     np.testing.assert_allclose(made.psi, np.delete(PSI, [3, 4]), rtol=1e-7)
-
-
-def test_mat(tmp_path: Path) -> None:
     path = tmp_path / "run.mat"
     savemat(path, {"time": T, "Psi": PSI, "a": 0.05})
-
     made = read_decay(path, RIG)
-
     assert made.rig.a == 0.05
     np.testing.assert_allclose(made.psi, PSI)
 

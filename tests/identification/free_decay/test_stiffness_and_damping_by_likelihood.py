@@ -42,14 +42,9 @@ def errors(made: FreeDecay) -> tuple[float, float]:
 
 
 @pytest.fixture(scope="module")
-def campaign() -> list[Decay]:
+def whole() -> FreeDecay:
     """Seven contact lengths, three impacts each, 14 bits, 1 kHz."""
-    return read(make_impacts(3, impacts=3))
-
-
-@pytest.fixture(scope="module")
-def whole(campaign: list[Decay]) -> FreeDecay:
-    return identify_free_decay(campaign)
+    return identify_free_decay(read(make_impacts(3, impacts=3)))
 
 
 @pytest.fixture(scope="module")
@@ -300,10 +295,7 @@ def test_what_is_no_such_vibration(few: list[Decay], wrong: Callable[[Decay], De
 
 @pytest.mark.parametrize(
     "wrong",
-    [
-        lambda d: replace(d, t=1000 * d.t),
-        lambda d: replace(d, rig=replace(d.rig, J_A=1e4 * d.inertia)),
-    ],
+    [lambda d: replace(d, t=1000 * d.t), lambda d: replace(d, rig=replace(d.rig, J_A=1e4 * d.inertia))],
     ids=["milliseconds", "kg cm^2"],
 )
 def test_wrong_units_are_named(few: list[Decay], wrong: Callable[[Decay], Decay]) -> None:

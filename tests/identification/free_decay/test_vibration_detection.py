@@ -32,7 +32,7 @@ def test_finds_the_turning_point_after_the_impact() -> None:
     assert np.ptp(made.psi_true[found.last :]) < STEP
 
 
-def test_guesses() -> None:
+def test_guesses_and_the_end_with_the_recording() -> None:
     found = find_vibration(decay(T, swinging()))
 
     # The turning point is on the encoder's first plateau, which begins the recording.
@@ -42,6 +42,8 @@ def test_guesses() -> None:
     assert np.log(0.006 / STEP / 0.25) / found.damping == pytest.approx(
         found.t[-1] - found.t[0], rel=0.05
     )
+    found = find_vibration(decay(T, swinging(damping=0.2)))
+    assert found.last == T.size
 
 
 def test_wrong_readings_are_no_impact() -> None:
@@ -50,12 +52,6 @@ def test_wrong_readings_are_no_impact() -> None:
     spoiled[[300, 301, -1]] += 0.02
 
     assert find_vibration(decay(T, spoiled)).first == find_vibration(decay(T, psi)).first
-
-
-def test_ends_with_the_recording() -> None:
-    found = find_vibration(decay(T, swinging(damping=0.2)))
-
-    assert found.last == T.size
 
 
 @pytest.mark.parametrize(

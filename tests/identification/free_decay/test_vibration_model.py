@@ -43,11 +43,12 @@ def test_sticking_patch_is_exact_at_any_step(t: np.ndarray) -> None:
     np.testing.assert_allclose(made.psi, linear(t - t[0]), atol=1e-15)
 
 
-def test_one_sample() -> None:
+def test_one_sample_and_no_vibration() -> None:
     made = simulate_vibration(T[:1], unknowns(), GEOMETRY)
 
     assert made.psi.tolist() == [PSI]
     assert made.sensitivities.tolist() == [[float(name == "psi") for name in UNKNOWNS]]
+    assert np.isnan(simulate_vibration(T, unknowns(b_t=20.0), GEOMETRY).psi[-1])
 
 
 @pytest.mark.usefixtures("interpreted")
@@ -121,7 +122,3 @@ def test_sensitivities(slip: float) -> None:
         np.testing.assert_allclose(
             made[:, column], difference, rtol=0, atol=1e-4 * np.abs(difference).max()
         )
-
-
-def test_no_vibration() -> None:
-    assert np.isnan(simulate_vibration(T, unknowns(b_t=20.0), GEOMETRY).psi[-1])

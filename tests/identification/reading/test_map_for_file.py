@@ -112,15 +112,14 @@ def test_a_proposal_keeps_own_names_before_the_maps_of_a_rig_file(
         np.testing.assert_allclose(values, expected, atol=1e-9)
 
 
-def test_a_recording_that_fits_several_maps_is_refused(files: tuple[Path, Path]) -> None:
+def test_a_recording_that_fits_several_maps_or_none_is_refused(
+    files: tuple[Path, Path], tmp_path: Path
+) -> None:
     message = refused(read_recording, files[1], RIG, signals=parse_maps([LOG, "t=Time,psi=Angle:deg"]))
     assert (
         "several maps fit, t=Time,psi=Angle,M_z=-Moment,F_N=Load and t=Time,psi=Angle:deg; join"
         in message
     )
-
-
-def test_a_recording_that_fits_no_map_is_held_against_the_nearest(tmp_path: Path) -> None:
     path = write(tmp_path / "c.csv", Time=T, Winkel=PSI, Moment=TORQUE, Load=LOAD)
     message = refused(read_recording, path, RIG, signals=parse_maps([CSV, LOG]))
     assert "channel psi (as 'Angle') missing" in message
@@ -165,15 +164,12 @@ def test_units_of_names_are_read_and_said(tmp_path: Path, caplog: pytest.LogCapt
     assert "Zeit_ms in ms: units" in caplog.text
 
 
-def test_units_in_brackets_and_of_the_file_go_before_those_of_names(
+def test_units_in_brackets_go_before_those_of_names_and_count_in_every_format(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = write(tmp_path / "run.csv", **{"t": T, "steer_deg [rad]": PSI, "M_z": TORQUE, "F_N": LOAD})
     np.testing.assert_allclose(read_recording(path, RIG, signals="psi=steer_deg").psi, PSI)
     assert "steer_deg in rad as the file says, not in deg" in caplog.text
-
-
-def test_a_unit_in_brackets_counts_in_every_format() -> None:
     columns = {"t (ms)": 1e3 * T, "psi [deg]": np.degrees(PSI), "M_z [raw]": TORQUE, "F_N": LOAD}
     file = ChannelFile(names=[*columns], read=lambda name: ChannelSamples(values=columns[name]))
     table = table_from_channels(Path("run.parquet"), file, ("t", "psi", "M_z", "F_N"), SignalMap())
@@ -254,9 +250,5 @@ def test_a_steering_ratio_of_which_of_several_maps_is_asked(tmp_path: Path) -> N
         with_steering_ratio(parse_maps(["psi=1/14*Lenkrad", "psi=Rad"]), 15.0)
     with pytest.raises(InvalidInputError, match="has a factor for psi_dot already, psi_dot=1/15"):
         with_steering_ratio(parse_maps(["psi_dot=1/15*Rate"]), 15.0)
-
-
-def test_maps_that_take_the_angle_from_the_same_channel_share_a_steering_ratio() -> None:
     signals = with_steering_ratio(parse_maps(["psi=Lenkrad,M_z=A", "psi=Lenkrad,M_z=B"]), 15.0)
-
     assert [one.of("psi").ratio for one in signals.each] == [15.0, 15.0]

@@ -233,11 +233,7 @@ def test_values_beyond_the_range_of_the_database_are_missing(
         "Motion.psi: 1 of 60 values lie outside the range of the database, -3 to 3.5533 rad"
         in warnings_in(caplog)
     )
-
-
-def test_a_range_that_holds_no_value_is_refused(tmp_path: Path) -> None:
     path = write_can(tmp_path / "run.blf", [*motion(), *load(raw=65535)])
-
     outside = "every value of Load.F_N lies outside the range of the database, 0 to 6553.3 N"
     assert outside in refused(path)
 

@@ -46,6 +46,7 @@ class TestCsv:
         recording = read_recording(write(tmp_path, rows_of()), RIG)
 
         assert (recording.name, recording.M, recording.ground) == ("run", None, None)
+        assert repr(replace(recording, ground="ice")) == "<Recording run on ice: 20 samples, 0.19 s>"
         assert (recording.rig, recording.tyre) == RIG
         for name, given in {"t": T, "psi": PSI, "M_z": M_Z, "F_N": F_N}.items():
             read = getattr(recording, name)
@@ -158,17 +159,12 @@ def test_faults_of_a_row(tmp_path: Path, number: int, row: str, fault: str) -> N
             "channel F_N missing; there are t, psi, M_z; a load that was not recorded needs a column"
             " too, with its value [N] in every row",
         ),
+        ("t;psi;M_z;F_N", "row 2: has 1 fields, the header has 4 (and "),
         ("t psi M_z F_N", "channels t, psi, M_z, F_N missing; there are t psi M_z F_N; say"),
     ],
 )
-def test_a_header_that_lacks_columns(tmp_path: Path, header: str, fault: str) -> None:
+def test_faults_of_a_header(tmp_path: Path, header: str, fault: str) -> None:
     assert message_of(write(tmp_path, [header, *rows_of()[1:]])).startswith(fault)
-
-
-def test_a_header_with_another_delimiter(tmp_path: Path) -> None:
-    message = message_of(write(tmp_path, ["t;psi;M_z;F_N", *rows_of()[1:]]))
-
-    assert message.startswith("row 2: has 1 fields, the header has 4 (and ")
 
 
 @pytest.mark.parametrize(
@@ -259,7 +255,7 @@ def test_no_file(tmp_path: Path, suffix: str) -> None:
 
 
 class TestMat:
-    def test_its_own_rig_goes_first(self, tmp_path: Path) -> None:
+    def test_its_own_rig_and_tolerance_go_first(self, tmp_path: Path) -> None:
         path = write_mat(tmp_path)
 
         # The half-length was read to 5 mm.
@@ -268,10 +264,7 @@ class TestMat:
         assert read_recording(path).tyre == Tyre(k=6e4)
         assert read_recording(path, RIG).rig == Rig(a=0.05, e=0.0, J_A=0.15, tolerances=within)
         assert read_recording(path, RIG).tyre == Tyre(k=6e4, mu=1.6)
-
-    def test_its_own_tolerance_goes_first(self, tmp_path: Path) -> None:
         read = read_recording(write_mat(tmp_path, a_tolerance=0.001, load_tolerance=0.02))
-
         assert read.rig.tolerances == Tolerances(a=0.001, load=0.02)
         unknown = read_recording(write_mat(tmp_path, a=None), RIG)
         assert unknown.rig.tolerances == Tolerances(), "the half-length is the rig file's"
@@ -285,13 +278,12 @@ class TestMat:
         np.testing.assert_array_equal(recording.F_N, F_N)
         assert recording.name == "run"
 
-    def test_the_time_may_have_the_name_of_its_column(self, tmp_path: Path) -> None:
+    def test_the_time_may_have_the_name_of_its_column_and_is_sought_where_it_is_missing(
+        self, tmp_path: Path
+    ) -> None:
         np.testing.assert_array_equal(read_recording(write_mat(tmp_path, time=None, t=T)).t, T)
-
-    def test_a_missing_time_is_sought_among_the_variables_that_are_there(self, tmp_path: Path) -> None:
         path = write_mat(tmp_path, time=None, Zeit=T, Psi=None, angle_deg=np.degrees(PSI))
         message = refused(read_recording, path, signals="psi=angle_deg:deg,M_z=-Mz")
-
         assert "channel t missing; there are Mz, Fz, a, e, k, Zeit, angle_deg; say" in message
         assert message.endswith("--map t=Zeit,psi=angle_deg:deg,M_z=-Mz")
 

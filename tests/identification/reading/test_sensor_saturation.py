@@ -70,11 +70,14 @@ def test_a_sensor_that_ends_does_not_follow_the_load(share: float, load_noise: f
     assert told.torque == pytest.approx(share * float(np.abs(one.M_z_true).max()), rel=0.01)
 
 
-def test_nothing_is_told_where_the_range_is_declared_or_the_load_does_not_change() -> None:
+def test_nothing_is_told_where_the_range_is_declared_or_the_load_hardly_changes() -> None:
     ended = clipped(made(0.8), 0.6)
 
     assert sensor_saturation(replace(ended, rig=replace(ended.rig, range=3.0))) is None
     assert sensor_saturation(replace(ended, F_N=np.full(ended.t.size, 400.0))) is None
+    mean = float(ended.F_N.mean())
+    assert sensor_saturation(ended) is not None
+    assert sensor_saturation(replace(ended, F_N=mean + 0.4 * (ended.F_N - mean))) is None
 
 
 @pytest.mark.parametrize("std", [0.003, 0.02, 0.1])
@@ -130,14 +133,6 @@ def test_a_low_pass_is_no_end_of_the_sensor(mu: float, cutoff: float) -> None:
     rough = Channel(values=one.M_z_true + noise(one, 0.02), rate=100.0)
 
     assert sensor_saturation(seen(one, LowPass(cutoff=cutoff)(rough).values)) is None
-
-
-def test_a_load_that_changes_by_less_than_its_sensor_may_drift_is_no_evidence() -> None:
-    ended = clipped(made(0.8), 0.6)
-    mean = float(ended.F_N.mean())
-
-    assert sensor_saturation(ended) is not None
-    assert sensor_saturation(replace(ended, F_N=mean + 0.4 * (ended.F_N - mean))) is None
 
 
 @pytest.mark.parametrize("seed", range(590_030, 590_036))

@@ -45,12 +45,16 @@ def require_expected(recording: Recording, factor: float = 1.0, sign: float = 1.
     np.testing.assert_allclose(recording.F_N, 1e3 * load, rtol=1e-12)
 
 
-def test_a_map_gives_unit_sign_and_factor(tmp_path: Path) -> None:
+def test_a_map_gives_unit_sign_and_factor_and_serves_a_free_vibration_too(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "Time,Steer,Mz,Load")
 
     read = read_recording(path, RIG, signals="t=Time,psi=0.06*Steer:deg,M_z=-Mz,F_N=Load:kN")
 
     require_expected(read, 0.06, -1)
+    rig = (Rig(a=0.045, e=0.009, J_A=0.15), RIG[1])
+    assert read_decay(path, rig, signals="t=Time,psi=Steer:deg").psi[3] == pytest.approx(
+        math.radians(ROWS[3][1])
+    )
 
 
 def test_a_rig_file_holds_a_map(tmp_path: Path) -> None:
@@ -89,16 +93,16 @@ def test_units_behind_headings_count_and_the_map_goes_before_them(tmp_path: Path
     path = write(tmp_path / "run.csv", "t (s),Steer [deg],M_z,F_N [kN]")
     require_expected(read_recording(path, RIG, signals="psi=Steer"))
     assert read_recording(path, RIG, signals="psi=Steer:rad").psi[1] == pytest.approx(ROWS[1][1])
+    path = write(tmp_path / "run.csv", "t,psi [counts],M_z,F_N")
+    with pytest.raises(InvalidInputError, match=r"'counts' is no unit of psi; .* --map psi=psi:rad"):
+        read_recording(path, RIG)
 
 
-def test_one_file_has_one_decimal_sign(tmp_path: Path) -> None:
+def test_one_file_has_one_decimal_sign_and_a_comma_between_fields_is_none(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "t;psi;M_z;F_N", delimiter=";", decimal=",")
     path.write_text(path.read_text().replace("0,05;", "0.05;"))
     with pytest.raises(InvalidInputError, match=r"row 7: t = '0\.05' is not a number"):
         read_recording(path, RIG)
-
-
-def test_a_comma_between_fields_is_no_decimal_sign(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "t,psi,M_z,F_N")
     rows = ['"0,01",' + row for row in path.read_text().splitlines()[1:]]
     path.write_text("\n".join(["time,t,psi,M_z,F_N", *rows]))
@@ -191,17 +195,6 @@ def test_a_ratio_is_a_fraction(tmp_path: Path) -> None:
     assert (signals.of("M_z").factor, signals.of("F_N").channel) == (12.5, "a/b")
 
 
-def test_torques_of_a_millimetre() -> None:
-    assert [factor_of("M_z", unit) for unit in ("Nmm", "N·mm", "[N mm]", "mNm")] == [1e-3] * 4
-    assert factor_of("M", "Ncm") == 1e-2
-
-
-def test_an_unknown_unit_of_a_file_is_asked_for(tmp_path: Path) -> None:
-    path = write(tmp_path / "run.csv", "t,psi [counts],M_z,F_N")
-    with pytest.raises(InvalidInputError, match=r"'counts' is no unit of psi; .* --map psi=psi:rad"):
-        read_recording(path, RIG)
-
-
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
@@ -254,20 +247,13 @@ def test_faults_of_a_section(section: str, fault: str, tmp_path: Path) -> None:
         ("psi_dot", "deg/s", math.pi / 180), ("psi_dot", "1/min", math.pi / 30), ("M_z", "Nm", 1.0),
         ("M", "N·m", 1.0), ("M", "N.m", 1.0), ("M", "kN*m", 1e3), ("M", "mNm", 1e-3), ("M", "MNm", None),
         ("M", "ft lb", 0.3048 * 0.45359237 * 9.80665), ("F_N", "lbf", 0.45359237 * 9.80665),
-        ("F_N", "", 1.0), ("psi", "s", None),
+        ("F_N", "", 1.0), ("psi", "s", None), ("M", "Ncm", 1e-2),
+        *(("M_z", unit, 1e-3) for unit in ("Nmm", "N·mm", "[N mm]", "mNm")),
     ],
 )  # fmt: skip
 def test_units(column: str, unit: str, factor: float | None) -> None:
     found = factor_of(column, unit)
     assert found == (None if factor is None else pytest.approx(factor, rel=1e-12))
-
-
-def test_a_free_vibration_takes_a_map(tmp_path: Path) -> None:
-    path = write(tmp_path / "run.csv", "Time,Steer,Mz,Load")
-    rig = (Rig(a=0.045, e=0.009, J_A=0.15), RIG[1])
-    assert read_decay(path, rig, signals="t=Time,psi=Steer:deg").psi[3] == pytest.approx(
-        math.radians(ROWS[3][1])
-    )
 
 
 def test_a_data_frame_becomes_a_recording() -> None:
@@ -326,13 +312,10 @@ def test_a_gap_is_not_bridged() -> None:
     assert np.isfinite(columns["psi"][np.abs(columns["t"] - 0.5) > 0.12]).all()
 
 
-def test_times_that_run_backwards_are_a_fault() -> None:
+def test_times_increase_and_lengths_agree() -> None:
     back = ChannelSamples(values=np.zeros(3), times=np.array([0.0, 2.0, 1.0]))
     with pytest.raises(InvalidInputError, match="the times of M_z must increase"):
         table_of(psi=line(0, 1, 3), M_z=back, F_N=line(0, 1, 3))
-
-
-def test_lengths_must_agree_without_clocks() -> None:
     with pytest.raises(InvalidInputError, match="M_z holds 2 samples, t holds 3"):
         checked(
             t=ChannelSamples(values=np.arange(3.0)), psi=ChannelSamples(values=np.zeros(3)),

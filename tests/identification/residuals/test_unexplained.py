@@ -52,7 +52,7 @@ def test_no_noise_at_all() -> None:
     assert white_noise(np.full(50, np.nan)) == 0
 
 
-def test_noise_is_not_structure(recording: Recording) -> None:
+def test_neither_noise_nor_structure_finer_than_the_model_is_reported(recording: Recording) -> None:
     said = rest(recording, noise_of(recording))
 
     assert not said.present
@@ -60,6 +60,8 @@ def test_noise_is_not_structure(recording: Recording) -> None:
     assert said.evidence.endswith(
         "; 0.05% beyond it, independent from sample to sample: too little for an effect"
     )
+    wave = 1e-3 * torque_range(recording) * np.sin(2 * np.pi * 0.7 * recording.t)
+    assert not rest(recording, wave).present
 
 
 @pytest.mark.parametrize(
@@ -129,12 +131,6 @@ def test_noise_behind_a_filter_is_no_structure(recording: Recording, order: int,
     noise = 0.01 * torque_range(recording) * lfilter(*b_a, rng.standard_normal(recording.t.size))
 
     assert not said_of(with_torque(recording, recording.M_z + noise), noise).present
-
-
-def test_structure_finer_than_the_model_is_not_reported(recording: Recording) -> None:
-    wave = 1e-3 * torque_range(recording) * np.sin(2 * np.pi * 0.7 * recording.t)
-
-    assert not rest(recording, wave).present
 
 
 def test_missing_samples(recording: Recording) -> None:

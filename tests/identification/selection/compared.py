@@ -68,9 +68,7 @@ def trials(
     fits = {
         "before": replace(trial.fitted, residuals={training.name: ratio * white}),
         "after": replace(
-            trial.fitted,
-            residuals={training.name: white},
-            labels=(*trial.fitted.labels, (None, "more")),
+            trial.fitted, residuals={training.name: white}, labels=(*trial.fitted.labels, (None, "more"))
         ),
     }
     blocks = SECONDS // int(block)

@@ -66,9 +66,7 @@ def test_leaving_out_to_first_order_is_like_refitting(three: list[Recording]) ->
     assert max(first_order_error(fitted, three).values()) < 0.15
 
 
-def test_the_ground_of_a_recording_left_out_takes_the_mean_of_the_others(
-    three: list[Recording],
-) -> None:
+def test_the_ground_of_a_recording_left_out_takes_the_mean_of_the_others(three: list[Recording]) -> None:
     """As exact refits have it: the other grounds' mean where nobody else stands on its ground."""
     grounds = ("steel", "steel", "emery")
     stood = [replace(r, ground=ground) for r, ground in zip(three, grounds, strict=True)]

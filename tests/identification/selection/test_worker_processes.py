@@ -195,6 +195,12 @@ def test_an_executor_stands_in_for_processes() -> None:
         with workers(None, (), pool) as submit:
             assert submit(pow, 2, 10).result() == 1024
         assert pool.submit(pow, 2, 3).result() == 8  # It is left open.
+    with (
+        ThreadPoolExecutor(1) as pool,
+        pytest.raises(InvalidInputError, match="leave jobs out"),
+        workers(2, (), pool),
+    ):
+        pass
 
 
 def test_work_that_an_executor_loses_is_said() -> None:
@@ -220,15 +226,6 @@ def test_what_has_not_begun_is_cancelled() -> None:
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert future.cancelled()
-
-
-def test_an_executor_has_processes_of_its_own() -> None:
-    with (
-        ThreadPoolExecutor(1) as pool,
-        pytest.raises(InvalidInputError, match="leave jobs out"),
-        workers(2, (), pool),
-    ):
-        pass
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ import pytest
 
 from identification.thesis.author_estimate import aligned, author_estimate_file, read_author_estimate
 from symbolic import InvalidInputError
+from tests.refusal import fault_of
 
 HEADER = ",".join(["NaN"] * 12)
 ROW = "0.0,0.02,0.0,-2.5,0.009,306,0.04,2438000,1,0,2.1,1.674"
@@ -40,11 +41,7 @@ def test_columns(tmp_path: Path) -> None:
     ],
 )
 def test_faults_name_the_file(tmp_path: Path, lines: tuple[str, ...], said: str) -> None:
-    path = write(tmp_path, *lines)
-    with pytest.raises(InvalidInputError, match=said) as caught:
-        read_author_estimate(path)
-
-    assert str(caught.value).startswith(f"{path}: ")
+    assert said in fault_of(read_author_estimate, write(tmp_path, *lines))
 
 
 def test_his_mark_is_not_in_his_names() -> None:

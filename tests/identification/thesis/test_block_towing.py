@@ -37,7 +37,7 @@ def test_exact_forces_give_exact_friction() -> None:
     assert made.offset.value == pytest.approx(0.0, abs=1e-10)
 
 
-def test_offset_is_seen() -> None:
+def test_an_offset_is_seen_and_no_offset_rarely() -> None:
     sticky = Towing(adhesion=8.0)
     runs = [found(seed, sticky) for seed in range(100)]
 
@@ -45,9 +45,6 @@ def test_offset_is_seen() -> None:
     assert np.mean([run.mu_with_offset.value for run in runs]) == pytest.approx(sticky.mu, rel=0.01)
     assert np.mean([run.mu.value for run in runs]) > 1.05 * sticky.mu
     assert np.mean([run.proportional for run in runs]) < 0.2
-
-
-def test_no_offset_is_rarely_seen() -> None:
     assert np.mean([found(seed, Towing()).proportional for seed in range(300)]) > 0.91
 
 
@@ -76,12 +73,9 @@ def test_bad_tows(tows: list[tuple[float, float, float]], message: str) -> None:
         friction_by_towing(channels)
 
 
-def test_channels_of_one_length() -> None:
+def test_channels_have_one_length_and_a_probability_lies_between_0_and_1() -> None:
     tow = Tow(F_x=np.ones(5), F_y=np.ones(4), F_z=np.ones(5))
     with pytest.raises(InvalidInputError, match="tow 1: F_x, F_y and F_z must have the same shape"):
         friction_by_towing([tow] * 4)
-
-
-def test_probability_is_one() -> None:
     with pytest.raises(InvalidInputError, match="probability must lie between 0 and 1"):
         found(1, Towing()).interval(1.0)

@@ -154,10 +154,7 @@ def test_outliers_and_changes_of_the_ground(
     observer = kind(
         **DECLARED, rig=RIG, tuning=tuning, measurement_model=AligningTorque(stiffness=True), **settings
     )
-    estimates, expected = (
-        generated(observer, DOUBLE).run(rows),
-        python_estimates(observer, rows),
-    )
+    estimates, expected = (generated(observer, DOUBLE).run(rows), python_estimates(observer, rows))
 
     np.testing.assert_allclose(estimates, expected, rtol=1e-7, atol=1e-9)
     np.testing.assert_array_equal(estimates[:, [3, 4, -1]], expected[:, [3, 4, -1]])

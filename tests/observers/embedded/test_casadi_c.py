@@ -14,10 +14,7 @@ from observers.embedded.casadi_c import casadi_text, embedded_code
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real, count_names
 from observers.quality.hypotheses_verdict import build_hypotheses_verdict
 from symbolic import BrushgripError, compiler
-from tests.observers.embedded.generated_code import (
-    STRICT,
-    needs_compiler,
-)
+from tests.observers.embedded.generated_code import STRICT, needs_compiler
 
 
 def everything() -> ca.Function:

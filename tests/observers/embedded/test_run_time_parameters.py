@@ -28,13 +28,8 @@ from tests.observers.embedded.generated_code import (
 )
 
 OTHER_TUNING = {
-    "mu": 0.7,
-    "mu_std": 0.4,
-    "noise": 0.03,
-    "gate": 6.0,
-    "psi_limit": 0.35,
-    "explained": 0.5,
-}
+    "mu": 0.7, "mu_std": 0.4, "noise": 0.03, "gate": 6.0, "psi_limit": 0.35, "explained": 0.5,
+}  # fmt: skip
 OTHER_RIG = replace(RIG, a=0.05, e=0.004, b_t=0.6, slide_rate=0.3)
 
 

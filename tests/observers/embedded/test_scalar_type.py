@@ -37,13 +37,7 @@ def test_literals_and_functions_are_of_the_type() -> None:
         .replace(" .5 ", " .5f ")
         .replace(" 1e9 ", " 1e9f ")
     )
-
-
-def test_double_stays_as_it_is() -> None:
     assert code_in_type(CODE, DOUBLE) == CODE
-
-
-def test_typing_twice_changes_nothing() -> None:
     once = code_in_type(CODE, SINGLE)
     assert code_in_type(once, SINGLE) == once
 

@@ -1,10 +1,12 @@
 """The filter on an emulated Cortex-M4F and M7: equal to Python, within its budget."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from observers.embedded import SINGLE
-from reference_rig import RigRecording, SteeringRecording
+from reference_rig import Array, RigRecording, SteeringRecording
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.cortex.target import M4F, M7, TOOLS, Board, Cost, run_on, tools_installed
 from tests.observers.embedded.generated_code import observer_named, python_estimates, rows_of
@@ -14,6 +16,22 @@ pytestmark = pytest.mark.skipif(not tools_installed(), reason=TOOLS)
 
 # Instructions a step on average and at most, flash, state and stack [bytes].
 PLAIN, ACQUIRING = (1450, 1_800, 9_728, 1_536), (3_500, 9_500, 29_696, 3_072)
+
+
+def compared(board: Board, generated: Generate, observer: Any, samples: Array) -> tuple[Cost, Array]:
+    """What the filter takes on a board, where its friction is Python's, and Python's estimates."""
+    cost, expected = (
+        run_on(board, generated(observer, SINGLE), samples),
+        python_estimates(observer, samples),
+    )
+    off = np.abs(cost.estimates - expected)[:, 0].max()
+    print(
+        f"{board.name}: {cost.instructions:.0f} instructions a step, at most {cost.most}; flash"
+        f" {cost.flash}, state {cost.state}, stack {cost.stack} bytes; mu off by {off:.1e}"
+    )
+
+    assert off < 5e-5
+    return cost, expected
 
 
 @pytest.mark.parametrize(
@@ -30,12 +48,8 @@ def test_a_whole_recording(
 ) -> None:
     observer = observer_named("ekf declared aligning", acquire=acquire)
     samples = SINGLE.round(rows_of(recording))
-    cost = run_on(board, generated(observer, SINGLE), samples)
-    expected = python_estimates(observer, samples)
-    off = np.abs(cost.estimates - expected)[:, 0]
-    print(summary(board.name, cost, off.max()))
+    cost, expected = compared(board, generated, observer, samples)
 
-    assert off.max() < 5e-5
     np.testing.assert_allclose(cost.estimates[:, 5:8], expected[:, 5:8], rtol=1e-4)
     np.testing.assert_allclose(cost.estimates[:, 8], expected[:, 8], rtol=0, atol=1e-4)
     np.testing.assert_array_equal(cost.estimates[:, [3, 4, -1]], expected[:, [3, 4, -1]])
@@ -50,31 +64,18 @@ def test_a_whole_recording(
 def test_from_the_steering_torque(generated: Generate, steered: SteeringRecording) -> None:
     observer = observer_named("ekf declared steering", acquire=False)
     samples = SINGLE.round(rows_of(steered))
-    cost = run_on(M4F, generated(observer, SINGLE), samples)
-    off = np.abs(cost.estimates - python_estimates(observer, samples))[:, 0]
-    print(summary("steering", cost, off.max()))
+    cost, _ = compared(M4F, generated, observer, samples)
 
-    assert off.max() < 5e-5
     assert cost.instructions < 1700
 
 
 def test_moving_horizon(generated: Generate, recording: RigRecording) -> None:
     observer = observer_named("mhe declared aligning")
     samples = SINGLE.round(rows_of(recording)[:700])
-    cost = run_on(M4F, generated(observer, SINGLE), samples)
-    off = np.abs(cost.estimates - python_estimates(observer, samples))[:, 0]
-    print(summary("moving horizon", cost, off.max()))
+    cost, _ = compared(M4F, generated, observer, samples)
 
-    assert off.max() < 5e-5
     assert cost.most < 90_000
     assert cost.flash < 32.5 * 1024
     # All corners of 50 samples.
     assert cost.state < 18.25 * 1024
     assert cost.stack < 2304
-
-
-def summary(name: str, cost: Cost, off: float) -> str:
-    return (
-        f"{name}: {cost.instructions:.0f} instructions a step, at most {cost.most}; flash {cost.flash},"
-        f" state {cost.state}, stack {cost.stack} bytes; mu off by {off:.1e}"
-    )

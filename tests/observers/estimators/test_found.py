@@ -10,12 +10,7 @@ from observers import Ekf, Mhe, run
 from reference_rig import RigRecording, make_recording
 from symbolic import Model, simulate
 from tests.observers.conftest import RIG, K, make
-from tests.observers.factories import (
-    CLEAN_RIG,
-    columns_of,
-    first_full_slide,
-    found_model,
-)
+from tests.observers.factories import CLEAN_RIG, columns_of, first_full_slide, found_model
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {}, id="mhe")]

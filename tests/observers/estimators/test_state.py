@@ -3,6 +3,7 @@
 import copy
 import pickle
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -78,18 +79,14 @@ def test_threads_share_an_observer(kind: Any, settings: Any, samples: Any) -> No
     mine = samples[type(observer.measurement_model)]
     parts = [mine, [replace(s, F_N=0.9 * s.F_N) for s in mine]] * 2
     alone = [last_of(make(kind, **settings), part).values for part in parts[:2]] * 2
-    together: list[Any] = [None] * len(parts)
     begin = threading.Barrier(len(parts))
 
-    def work(i: int) -> None:
+    def work(part: list[Sample]) -> np.ndarray:
         begin.wait()
-        together[i] = last_of(observer, parts[i]).values
+        return last_of(observer, part).values
 
-    threads = [threading.Thread(target=work, args=(i,)) for i in range(len(parts))]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(len(parts)) as threads:
+        together = list(threads.map(work, parts))
     for one, other in zip(alone, together, strict=True):
         np.testing.assert_array_equal(one, other)
     assert not np.array_equal(alone[0], alone[1])
@@ -98,15 +95,8 @@ def test_threads_share_an_observer(kind: Any, settings: Any, samples: Any) -> No
 def test_threads_run_whole_recordings(recording: RigRecording) -> None:
     observer, columns = make(Ekf), columns_of(recording, slice(0, 450))
     alone = run(observer, **columns)
-    together: list[Any] = [None, None]
-    threads = [
-        threading.Thread(target=lambda i=i: together.__setitem__(i, run(observer, **columns)))
-        for i in range(2)
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(2) as threads:
+        together = list(threads.map(lambda _: run(observer, **columns), range(2)))
     for made in together:
         np.testing.assert_array_equal(made.mu, alone.mu)
 

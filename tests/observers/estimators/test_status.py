@@ -27,16 +27,13 @@ KINDS = kinds()
 FLAGS = [flag for flag in Status if flag]
 
 
-def test_every_flag_has_its_own_remedy() -> None:
+def test_every_flag_has_its_own_remedy_and_together_they_say_all_there_is_to_say() -> None:
     remedies = [flag.remedy for flag in FLAGS]
 
     assert len(FLAGS) == 11
     assert all(remedies)
     assert len(set(remedies)) == len(remedies)
     assert not any(";" in text or "\n" in text for text in remedies)
-
-
-def test_flags_together_say_all_there_is_to_say() -> None:
     for few in chain(combinations(FLAGS, 2), combinations(FLAGS, 3)):
         together = Status(sum(few))
         # While friction is acquired a bound says nothing yet.

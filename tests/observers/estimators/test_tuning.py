@@ -54,16 +54,11 @@ def test_infinite_limits_are_none(name: str) -> None:
 @pytest.mark.parametrize(
     "change",
     [
-        {"mu": 4.0},
-        {"mu": 0.02},
-        {"mu": nan},
-        {"mu": inf},
-        {"least": 1.0},
-        {"greatest": 1.0},
+        {"mu": 4.0}, {"mu": 0.02}, {"mu": nan}, {"mu": inf}, {"least": 1.0}, {"greatest": 1.0},
         {"greatest": nan},
     ],
     ids=str,
-)
+)  # fmt: skip
 def test_mu_lies_between_its_bounds(change: dict[str, float]) -> None:
     assert "between least and greatest" in refused(Tuning, **change)
 

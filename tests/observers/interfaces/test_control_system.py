@@ -9,13 +9,7 @@ import control
 import numpy as np
 import pytest
 
-from observers import (
-    RootObserver,
-    Sample,
-    Status,
-    causal_rate,
-    run,
-)
+from observers import RootObserver, Sample, Status, causal_rate, run
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.control_system import as_system
 from observers.protocol import ESTIMATE
@@ -60,25 +54,21 @@ def response(system: control.NonlinearIOSystem, columns: dict[str, Array], *star
     return np.asarray(made.outputs)
 
 
-def test_says_what_a_run_says(observer: ModelObserver, recording: RigRecording) -> None:
+def test_says_what_a_run_says_and_the_predictor_form_a_sample_later(
+    observer: ModelObserver, recording: RigRecording
+) -> None:
     columns = columns_of(recording)
-    said = response(as_system(observer, first_of(columns)), columns)
-    made = run(observer, **columns)
+    made, tuning, close = run(observer, **columns), observer.tuning, {"atol": 1e-9, "rtol": 1e-9}
+    said, later = (
+        response(as_system(observer, first_of(columns), direct=direct), columns)
+        for direct in (True, False)
+    )
 
-    for row, name in zip(said, ESTIMATE, strict=True):
+    np.testing.assert_array_equal(later[:, 0], [tuning.mu, tuning.mu_std, *[0] * 8])
+    for now, then, name in zip(said, later, ESTIMATE, strict=True):
         expected = np.nan_to_num(getattr(made, name))
-        np.testing.assert_allclose(row, expected, atol=1e-9, rtol=1e-9, err_msg=name)
-
-
-def test_predictor_form_is_one_sample_behind(observer: ModelObserver, recording: RigRecording) -> None:
-    columns = columns_of(recording)
-    said = response(as_system(observer, first_of(columns), direct=False), columns)
-    made, tuning = run(observer, **columns), observer.tuning
-
-    np.testing.assert_array_equal(said[:, 0], [tuning.mu, tuning.mu_std, *[0] * 8])
-    for row, name in zip(said, ESTIMATE, strict=True):
-        expected = np.nan_to_num(getattr(made, name)[:-1])
-        np.testing.assert_allclose(row[1:], expected, atol=1e-9, rtol=1e-9, err_msg=name)
+        np.testing.assert_allclose(now, expected, **close, err_msg=name)
+        np.testing.assert_allclose(then[1:], expected[:-1], **close, err_msg=name)
 
 
 def test_nan_is_a_missing_measurement(observer: ModelObserver, recording: RigRecording) -> None:

@@ -39,12 +39,6 @@ def write_model(folder: Path, **changes: Any) -> Path:
 message_of = partial(refused, from_files)
 
 
-def test_a_folder_without_a_model_is_no_diagnosis(rig: Path, tmp_path: Path) -> None:
-    assert message_of(Ekf, rig, tmp_path).endswith(
-        "holds no model.json, so it is not the folder of a diagnosis"
-    )
-
-
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 def test_the_declared_model_has_the_k_of_the_rig(kind: Any, rig: Path) -> None:
     tuning = Tuning(noise=0.1)
@@ -105,6 +99,9 @@ def test_files_that_are_not_there(rig: Path, tmp_path: Path) -> None:
     assert message_of(Ekf, none) == f"{none}: cannot be read: No such file or directory"
     assert message_of(Ekf, rig, none) == f"{none}: cannot be read: No such file or directory"
     assert message_of(Ekf, tmp_path).startswith(f"{tmp_path}: is a folder, a pipe or a device")
+    assert message_of(Ekf, rig, tmp_path).endswith(
+        "holds no model.json, so it is not the folder of a diagnosis"
+    )
 
 
 def test_the_steering_torque_needs_the_wheel(rig: Path) -> None:

@@ -51,15 +51,12 @@ def test_it_is_the_filter_of_the_textbook(signals: np.ndarray) -> None:
     assert 0 < ours.mu_std < 0.05
 
 
-def test_what_it_cannot_follow_is_refused() -> None:
+def test_what_it_cannot_follow_or_is_missing_is_refused() -> None:
     named = effects_named(["viscoelastic_relaxation"])
     model = Model(effects=named)
     values = {"k": K} | {f"{e.name}.{p.name}": p.start for e in named for p in e.parameters}
     with pytest.raises(InvalidInputError, match=r"take observers\.Ekf"):
         FilterpyEkf(model=model, values=values, rig=RIG)
-
-
-def test_a_signal_must_be_there() -> None:
     ours = FilterpyEkf(model=Model(), values={"k": K}, rig=RIG)
     with pytest.raises(InvalidInputError, match="hold what is missing"):
         ours.step(Sample(psi=math.nan, psi_dot=0.0, F_N=400.0, dt=0.01, M_z=0.0))

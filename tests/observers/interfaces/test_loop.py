@@ -7,17 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import (
-    Ekf,
-    Estimate,
-    Loop,
-    Observer,
-    RootObserver,
-    Sample,
-    Status,
-    causal_rate,
-    run,
-)
+from observers import Ekf, Estimate, Loop, Observer, RootObserver, Sample, Status, causal_rate, run
 from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K

@@ -1,23 +1,20 @@
 """Whole recordings: sample by sample and at once, causal, with gaps, whatever is missing."""
 
+from dataclasses import fields
 from math import inf, nan
 from typing import Any
 
 import numpy as np
 import pytest
 
-from observers import AligningTorque, Ekf, Mhe, RootObserver, Status, SteeringTorque, run
+from observers import AligningTorque, Ekf, Estimates, Mhe, RootObserver, Status, SteeringTorque, run
 from reference_rig import RigRecording, SteeringRecording
-from symbolic import InvalidInputError, Model
+from symbolic import Model
 from symbolic.array_alias import Array
 from tests.interpreted import without_machine_code
 from tests.observers.conftest import RIG, K, make
-from tests.observers.factories import (
-    FIELDS,
-    assert_steps_are_the_run,
-    columns_of,
-    samples_of,
-)
+from tests.observers.factories import FIELDS, assert_steps_are_the_run, columns_of, samples_of
+from tests.refusal import refused
 
 OBSERVERS: dict[str, Any] = {
     "ekf": make(Ekf),
@@ -171,6 +168,14 @@ def test_a_load_of_nothing_leaves_friction_alone(
 )
 def test_faults_of_a_recording(recording: RigRecording, change: Any, word: str) -> None:
     columns: dict[str, Any] = columns_of(recording, slice(0, 50))
-    with pytest.raises(InvalidInputError, match=word) as caught:
-        run(make(Ekf), **{**columns, **change(columns)})
-    assert "\n" not in str(caught.value)
+    assert word in refused(run, make(Ekf), **{**columns, **change(columns)})
+
+
+def test_a_notebook_shows_estimates_as_a_line() -> None:
+    made, none = (
+        Estimates(**{field.name: np.array(numbers) for field in fields(Estimates)})
+        for numbers in ([0.5, 0.7], [])
+    )
+
+    assert repr(made) == "<Estimates of 2 samples to 0.7 s: mu 0.700 ± 0.700 at the end, informed>"
+    assert repr(none) == "<Estimates of no sample>"

@@ -21,13 +21,16 @@ def test_profiles_by_name() -> None:
         profile("wet")
 
 
-def test_the_error_of_the_model_goes_before_that_of_the_tuning() -> None:
+def test_the_error_of_the_model_goes_before_the_tuning_and_after_what_is_set_by_hand() -> None:
     error = ModelError(spread=0.08, correlation_time=1.5)
     tuning = tuning_for(found(error), Tuning(mu=0.8))
 
     assert (tuning.mu, tuning.error) == (0.8, pytest.approx(np.hypot(0.08, 0.02)))
     assert tuning.error**2 * tuning.error_travel == pytest.approx(0.08**2 * 0.15 + 0.02**2 * 0.2)
     assert tuning_for(found(error)).error == tuning.error
+    tuning = tuning_for(found(error), Tuning(mu=0.8), {"error": 0.05, "gate": 9.0})
+    assert (tuning.mu, tuning.error, tuning.gate) == (0.8, 0.05, 9.0)
+    assert tuning.noise == pytest.approx(0.008)
 
 
 def test_an_error_as_short_as_a_sample_is_noise() -> None:
@@ -55,14 +58,6 @@ def test_tolerances_under_a_small_error_of_the_model_are_no_new_ground(
     assert estimates.usable.any()
     off = np.abs(estimates.mu - mu)[estimates.usable]
     assert (off < 3 * estimates.mu_std[estimates.usable]).all()
-
-
-def test_what_is_set_by_hand_goes_before_the_error_of_the_model() -> None:
-    error = ModelError(spread=0.08, correlation_time=1.5)
-    tuning = tuning_for(found(error), Tuning(mu=0.8), {"error": 0.05, "gate": 9.0})
-
-    assert (tuning.mu, tuning.error, tuning.gate) == (0.8, 0.05, 9.0)
-    assert tuning.noise == pytest.approx(0.008)
 
 
 @pytest.mark.parametrize(

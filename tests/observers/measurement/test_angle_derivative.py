@@ -19,13 +19,9 @@ def test_knows_nothing_of_later_samples() -> None:
     np.testing.assert_array_equal(causal_rate(t[:40], psi[:40]), causal_rate(t, psi)[:40])
 
 
-def test_longer_steps_weigh_more() -> None:
+def test_longer_steps_weigh_more_and_the_shortest_counts() -> None:
     coarse = np.array([0.0, 0.03, 0.06])
 
     np.testing.assert_allclose(causal_rate(coarse, coarse), [0, 0.5, 0.75])
-
-
-def test_the_shortest_step_there_is() -> None:
     rate = next_rate(next_rate(0.2, 0.01, 5e-324), 0.0, 0.01)
-
     np.testing.assert_allclose(rate, (0.2 + 0.01 / 0.03) * 3 / 4)

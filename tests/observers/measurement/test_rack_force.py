@@ -104,7 +104,7 @@ def test_other_friction_left_and_right_is_their_mean() -> None:
     assert found.mu[-1] == pytest.approx(0.45, rel=0.1)
 
 
-def test_the_gear_turns_over_at_once_and_ignores_noise() -> None:
+def test_the_gear_turns_over_at_once_ignores_noise_and_may_be_anything_at_rest() -> None:
     clean = build_clean(RackForce.of(CAR))
     now: Any = np.zeros(len(CLEAN))
 
@@ -122,16 +122,11 @@ def test_the_gear_turns_over_at_once_and_ignores_noise() -> None:
     assert forth["dry"] == pytest.approx(-12.52, rel=1e-3)
     assert still["dry"] == pytest.approx(forth["dry"], rel=1e-3)
     assert back["dry"] == pytest.approx(12.4, rel=0.02)
-
-
-def test_gear_friction_at_rest_may_be_anything() -> None:
-    clean = build_clean(RackForce.of(CAR))
     first: Any = np.zeros(len(CLEAN))
     resting, turning = (
         dict(zip(CLEAN, np.array(clean(s, first)[0]).ravel().tolist(), strict=True))
         for s in ([0.0, 0.0, 4000.0, 0.01, 1.0, np.nan], [0.02, 0.0, 4000.0, 0.01, 1.0, np.nan])
     )
-
     # 12.5 N m of gear friction, evenly between both signs.
     assert resting["dry_std"] > 12.5 / 3**0.5 > 2 * turning["dry_std"]
 

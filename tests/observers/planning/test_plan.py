@@ -141,11 +141,7 @@ def test_a_path_needs_samples(acquiring: Ekf) -> None:
     ("target", "limits", "words"),
     [
         (0.05, {"torque": 2.0}, "; twice the limit of torque would do"),
-        (
-            0.05,
-            {"time": 0.7},
-            "never usable on the best path; twice the limit of time would do",
-        ),
+        (0.05, {"time": 0.7}, "never usable on the best path; twice the limit of time would do"),
         (0.05, {"angle": 0.008, "time": 1.0}, "no limit alone, twice as wide, would do: friction is"),
     ],
 )

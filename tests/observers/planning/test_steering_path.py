@@ -31,7 +31,7 @@ def test_a_path_is_continued_from_its_middle() -> None:
     assert rest.psi_dot == pytest.approx(whole.psi_dot[at + 1 :])
 
 
-def test_a_path_may_rest_before_it_turns() -> None:
+def test_a_path_may_rest_before_it_turns_and_ends_with_the_time() -> None:
     at_once, rested = (
         fastest_path([0.0, 0.2, -0.1], 0.4, 5.0, 0.01, 10.0, rest=rest) for rest in (0.0, 0.5)
     )
@@ -39,9 +39,6 @@ def test_a_path_may_rest_before_it_turns() -> None:
     assert not rested.psi[:50].any()
     assert rested.psi[50:] == pytest.approx(at_once.psi)
     assert not fastest_path([0.0, 0.2], 0.4, 5.0, 0.01, 0.3, rest=0.5).travel.any()
-
-
-def test_a_path_ends_with_the_time() -> None:
     assert fastest_path([0.0, 0.2, -0.1], 0.4, 5.0, 0.01, 0.5).t[-1] == pytest.approx(0.5)
 
 
@@ -52,11 +49,8 @@ def test_limits_are_positive(name: str, value: float) -> None:
         SteeringLimits(**{name: value})
 
 
-def test_limits_are_bounded() -> None:
+def test_limits_are_bounded_and_the_rate_is_at_least_the_slowest_one() -> None:
     with pytest.raises(InvalidInputError, match="limit angle must be greater than 0 and at most 20"):
         SteeringLimits(angle=1e9)
-
-
-def test_the_rate_is_at_least_the_slowest_one() -> None:
     with pytest.raises(InvalidInputError, match="at least the slowest one"):
         SteeringLimits(rate=0.01)

@@ -50,14 +50,11 @@ def test_gate_is_so_many_ordinary_innovations(side: int, settings: Any, limit: f
     np.testing.assert_array_equal(counts, [side, 2.0])
 
 
-def test_the_other_side_begins_anew_and_a_good_one_ends_the_run() -> None:
+def test_the_other_side_begins_a_run_anew_a_good_sample_ends_it_and_a_missing_one_does_neither() -> None:
     assert judged(-9.0, 3.0)[:3] == (False, False, 1)
     np.testing.assert_array_equal(judged(-9.0, 3.0)[3], [-1.0, 2.0])
     assert judged(0.1, 3.0)[:3] == (True, False, 0)
     np.testing.assert_array_equal(judged(0.1, 3.0)[3], [0.0, 2.0])
-
-
-def test_a_missing_sample_neither_counts_nor_ends_the_run() -> None:
     believed, reset, run, counts = judged(0.0, 3.0, weight=0.0)
     assert (believed, reset, run) == (True, False, 0)
     np.testing.assert_array_equal(counts, [3.0, 2.0])

@@ -51,7 +51,9 @@ def test_right_samples_raise_no_suspicion(recording: RigRecording) -> None:
     assert last.usable
 
 
-def test_a_few_odd_samples_and_a_wheel_that_stands_are_no_evidence(recording: RigRecording) -> None:
+def test_a_few_odd_samples_a_wheel_that_stands_and_a_lifted_one_are_no_evidence(
+    recording: RigRecording,
+) -> None:
     samples = samples_of(columns_of(recording))
     odd: dict[int, dict[str, Any]] = {
         50: {"psi": 30.0}, 150: {"F_N": 1e-3}, 250: {"dt": 5.0}, 350: {"M_z": -1e6},
@@ -62,10 +64,6 @@ def test_a_few_odd_samples_and_a_wheel_that_stands_are_no_evidence(recording: Ri
     rng = np.random.default_rng(4)
     still = [replace(samples[200], psi=FOURTEEN_BIT_STEP * b) for b in rng.integers(0, 2, 5000).tolist()]
     assert suspicions_of(still, RIG, "M_z") == ()
-
-
-def test_a_lifted_wheel_is_no_evidence(recording: RigRecording) -> None:
-    samples = samples_of(columns_of(recording))
     lifted = [replace(s, F_N=1.0, M_z=2.0) for s in samples[300:330]]
     assert suspicions_of(samples[:300] + lifted + samples[330:], RIG, "M_z") == ()
 

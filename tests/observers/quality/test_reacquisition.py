@@ -135,8 +135,7 @@ def test_a_model_proves_itself_again_once_its_doubt_is_gone() -> None:
 
 
 @pytest.mark.parametrize(
-    ("confirmed", "lost", "times"),
-    [(PROVED, 1, MAY_HAVE_MOVED), (PROVED - 1, 1, 1), (PROVED, 0, 1)],
+    ("confirmed", "lost", "times"), [(PROVED, 1, MAY_HAVE_MOVED), (PROVED - 1, 1, 1), (PROVED, 0, 1)]
 )
 def test_where_an_innovation_lasted_scale_and_zero_may_have_moved(
     confirmed: int, lost: int, times: float

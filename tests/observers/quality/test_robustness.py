@@ -23,11 +23,7 @@ pytestmark = pytest.mark.usefixtures("optimised")
 KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe", marks=pytest.mark.long)]
 """The window takes ten times as long as the filter."""
 STEERED_RUNS = range(3)
-PLACES = (
-    pytest.param(0.15, marks=pytest.mark.long),
-    0.25,
-    pytest.param(0.35, marks=pytest.mark.long),
-)
+PLACES = (pytest.param(0.15, marks=pytest.mark.long), 0.25, pytest.param(0.35, marks=pytest.mark.long))
 NOISES = range(3)
 
 

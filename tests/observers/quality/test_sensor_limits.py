@@ -76,11 +76,7 @@ def test_a_new_zero_of_the_sensor_is_taken_off_after_its_time(
 
 @pytest.mark.parametrize(
     ("field", "value", "also"),
-    [
-        ("F_N", 1e5, Status.HELD),
-        ("M_z", -1e4, Status.MISSING),
-        ("psi_dot", 8.0, Status.USED),
-    ],
+    [("F_N", 1e5, Status.HELD), ("M_z", -1e4, Status.MISSING), ("psi_dot", 8.0, Status.USED)],
 )
 def test_each_channel_has_a_limit(field: str, value: float, also: Status, samples: list[Sample]) -> None:
     observer = make(Ekf)

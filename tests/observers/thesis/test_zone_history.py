@@ -26,18 +26,14 @@ def runs(values: np.ndarray) -> list[int]:
     return values[np.r_[True, np.diff(values) != 0]].tolist()
 
 
-def test_a_growing_swing_has_three_and_five_zones() -> None:
+def test_a_growing_swing_has_three_and_five_zones_and_nested_reversals_make_more() -> None:
     made = zone_history(path(0.0, 0.1, -0.2, 0.3))
 
     assert runs(made.zones) == runs(made.true_zones) == [3, 5, 3, 5, 3]
     assert runs(made.direction) == [0, 1, -1, 1]
     np.testing.assert_allclose(runs(made.psi_max), [0.0, 0.1, -0.2])
-
-
-def test_nested_reversals_make_more_zones_until_their_loops_close() -> None:
     # Every corner lies within the last two; then the angle runs over them all.
     made = zone_history(path(0.0, 0.4, -0.2, 0.2, 0.0, 0.3, -0.5))
-
     assert runs(made.true_zones) == [3, 5, 7, 9, 11, 7, 9, 5, 3]
     assert runs(made.zones) == [3, 5, 3]
 

@@ -16,14 +16,7 @@ from observers.thesis.zone_state_machine import (
     zone_torque_curve,
 )
 from symbolic import Rig
-from tests.observers.published import (
-    ASPHALT,
-    DIRECTION,
-    FIVE_ZONES,
-    PSI_MAX,
-    STEEL,
-    published,
-)
+from tests.observers.published import ASPHALT, DIRECTION, FIVE_ZONES, PSI_MAX, STEEL, published
 from tests.symbolic.oracles import Tyre
 
 TYRE = Tyre(mu=1.3)
@@ -49,12 +42,13 @@ def test_reversal_makes_five_zones_and_exceeding_it_makes_three(side: int) -> No
     assert [side * state.psi_max for state in seen] == [0, 0, 0, *[0.2] * 5, *[-0.3] * 3]
 
 
-def test_reversal_inside_five_zones_is_passed_over() -> None:
+def test_reversal_inside_five_zones_and_swing_between_two_samples_are_passed_over() -> None:
     seen = machine([0.0, 0.3, 0.1, -0.1, -0.05, 0.2, -0.2, 0.31, 0.3])
 
     assert [state.zones for state in seen] == [3, 3, 5, 5, 5, 5, 5, 3, 5]
     assert [state.psi_max for state in seen] == [0, 0, *[0.3] * 6, 0.31]
     assert {state.direction for state in seen[2:7]} == {-1}
+    assert machine([0.0, 0.1, -0.2])[-1] == ZoneState(extreme=-0.2, psi_max=0.1, zones=3)
 
 
 def test_only_a_turn_back_beyond_the_least_turn_is_a_reversal() -> None:
@@ -63,10 +57,6 @@ def test_only_a_turn_back_beyond_the_least_turn_is_a_reversal() -> None:
 
     assert (still.zones, still.direction, still.extreme) == (3, 1, 0.1005)
     assert (back.zones, back.direction, back.psi_max) == (5, -1, 0.1005)
-
-
-def test_swing_between_two_samples_may_pass_five_zones_by() -> None:
-    assert machine([0.0, 0.1, -0.2])[-1] == ZoneState(extreme=-0.2, psi_max=0.1, zones=3)
 
 
 @pytest.mark.measured

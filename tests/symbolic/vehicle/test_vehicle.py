@@ -17,13 +17,7 @@ from symbolic.vehicle.mean_wheel import (
     equivalent_contact_angle,
     friction_uncertainties,
 )
-from symbolic.vehicle.steering import (
-    jacking_torque,
-    lever,
-    mean_angle,
-    rack_force,
-    rack_position,
-)
+from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
 
 CAR = Vehicle(front_axle_load=8000.0, tyre_width=0.2, pressure=2.4e5, wheelbase=2.6, track=1.5)
 TABLE = {
