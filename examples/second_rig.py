@@ -43,7 +43,7 @@ from identification import (
     initial_guess,
     recording_from_raw,
 )
-from identification.diagnosis.unrefitted_prediction import predicted_values, simulated_minus_measured
+from identification.diagnosis.unrefitted_prediction import simulated_minus_measured, values_from_training
 from symbolic import CANDIDATES, Model, Rig, Tyre, effects_named
 from symbolic.compliance import deflection_of
 
@@ -108,7 +108,7 @@ def on_unseen(
     known = fit(model, training, options=FitOptions(tolerance=1e-4))
     start = Values(tyre=known.values.tyre, own=initial_guess(model, unseen).own)
     own = fit(model, unseen, start, FitOptions(free_shared=False))
-    predicted = {r.name: predicted_values(known, training, r).of(r) for r in unseen}
+    predicted = {r.name: values_from_training(known, training, r).of(r) for r in unseen}
     begun = {r.name: predicted[r.name] | place_in_gap(model, predicted[r.name], r) for r in unseen}
     parts = (
         {r.name: simulated_minus_measured(model, r, v[r.name]) for r in unseen}

@@ -78,7 +78,7 @@ class DiagnoseRequest(RecordingRequest):
             DIAGNOSIS,
             clean_up_and_print,
             diagnose_and_write,
-            result_files_in,
+            files_diagnosis_may_write,
             thinning_note,
         )
         from brushgrip.running.unfinished_search import trial_journal
@@ -88,7 +88,7 @@ class DiagnoseRequest(RecordingRequest):
 
         training, held_out = len(self.recordings), self.holdout or []
         inputs = self.inputs(held_out, ground=self.ground, vehicle=self.vehicle)
-        inputs.refuse_overwriting(result_files_in(self.out))
+        inputs.refuse_overwriting(files_diagnosis_may_write(self.out))
         read = inputs.recordings()
         made = inputs.provenance(
             held_out=len(held_out), robust=self.robust, ground=list(self.ground or ())

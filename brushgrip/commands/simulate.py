@@ -28,9 +28,9 @@ class SimulateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
-        from brushgrip.estimation.predicted_torque import (
-            model_and_values,
-            predicted_torque,
+        from brushgrip.estimation.simulated_torque import (
+            simulated_torque,
+            simulation_model_and_values,
             values_in_words,
         )
         from brushgrip.inputs.command_inputs import staged_tables
@@ -47,9 +47,9 @@ class SimulateRequest(GroundRequest):
         settings = {"mu": self.mu, "ground": list(self.ground or ())}
         with staged_tables(inputs, finals, settings, out=self.out) as stages:
             recordings, found = inputs.recordings(torque_required=False), inputs.found()
-            models = [model_and_values(recording, found, self.mu) for recording in recordings]
+            models = [simulation_model_and_values(recording, found, self.mu) for recording in recordings]
             for recording, (model, values), stage in zip(recordings, models, stages, strict=True):
-                torque = predicted_torque(recording, model, values, found)
+                torque = simulated_torque(recording, model, values, found)
                 write_utf8(stage, csv_text({"t": recording.t, "M_z": torque}))
         for recording, (_, values) in zip(recordings, models, strict=True):
             say(values_in_words(recording, values, found, self.mu))

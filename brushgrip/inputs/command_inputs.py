@@ -41,7 +41,7 @@ from identification import (
     read_vehicle,
 )
 from identification.reading.bytes_and_text import read_bytes
-from identification.reading.map_for_file import with_steering_ratio
+from identification.reading.map_by_file_channels import with_steering_ratio
 from identification.reading.readers import files_beside
 from identification.reading.shortened_recordings import trimmed
 from identification.reading.signal_map import parse_maps

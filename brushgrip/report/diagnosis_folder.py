@@ -25,7 +25,7 @@ from observers.interfaces.factory import MODEL_FILE
 DIAGNOSIS, MODEL = "diagnosis.json", MODEL_FILE
 
 
-def result_files_in(folder: Path) -> list[Path]:
+def files_diagnosis_may_write(folder: Path) -> list[Path]:
     """Files of a folder that a diagnosis may write."""
     return [folder / DIAGNOSIS, folder / MODEL, folder / PAGE, *folder.resolve().glob("*.png")]
 
@@ -42,14 +42,14 @@ def thinning_note(recordings: Sequence[Recording]) -> str:
     )
 
 
-Parts = tuple[Sequence[Recording], Sequence[Recording]]
+TrainingAndHoldout = tuple[Sequence[Recording], Sequence[Recording]]
 """Recordings for training, and those held out."""
 
 
 def diagnose_and_write(
     folder: Path,
-    searched: Parts,
-    estimated: Parts,
+    searched: TrainingAndHoldout,
+    estimated: TrainingAndHoldout,
     provenance: Provenance,
     executor: Executor | None,
     notes: Sequence[str] = (),

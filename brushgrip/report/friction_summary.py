@@ -134,7 +134,7 @@ def at_common_load(outcome: FrictionOutcome) -> str:
     return "" if outcome.load is None else f" at a load of {outcome.load:.0f} N"
 
 
-def changes_meanwhile(diagnosis: Diagnosis) -> str:
+def note_on_changing_friction(diagnosis: Diagnosis) -> str:
     """That friction changes in a recording by the model found, so that its figures tell that too."""
     if all(effect.family != OVER_TIME for effect in diagnosis.model.effects):
         return ""

@@ -11,9 +11,9 @@ from brushgrip.estimation.friction_before_and_after import FrictionOutcome
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
     at_common_load,
-    changes_meanwhile,
     last_usable_friction,
     median_loads,
+    note_on_changing_friction,
     settling_and_coverage_rows,
     usable_until,
 )
@@ -83,7 +83,7 @@ def settling_and_coverage_table(friction: FrictionOutcome, diagnosis: Diagnosis)
     return ReportTable(
         caption="Mean over recordings: by the assumed model → by the model found"
         + ". In brackets: how many recordings have the figure" * some
-        + changes_meanwhile(diagnosis),
+        + note_on_changing_friction(diagnosis),
         headings=headings,
         rows=rows,
         words=(len(headings) - 1,),

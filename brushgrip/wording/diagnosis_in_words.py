@@ -17,7 +17,7 @@ from brushgrip.wording.formatting import (
 )
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
 from identification.diagnosis.found_effects import CLEAR_BIC, CLEAR_ERRORS, UNRECORDED_LOAD
-from identification.experiments.proposals import Proposal
+from identification.experiments.proposed_experiment import Proposal
 
 GRADES: Mapping[str, str] = {
     "strong": "likely",

@@ -11,11 +11,11 @@ from identification.diagnosis.found_effects import assumed_tolerances
 from identification.diagnosis.from_search import build_diagnosis, friction_beyond_range
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
-from identification.experiments.proposals import Proposal
+from identification.experiments.proposed_experiment import Proposal
 from identification.fits.least_squares_problem import torque_range
-from identification.fits.linear_algebra import one_thread
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.parameter_values import grounds_of
+from identification.fits.single_threaded_blas import one_thread
 from identification.reading.declared_sensor_range import left_out_note, within_declared_range
 from identification.reading.recordings import Recording
 from identification.reading.shortened_recordings import thin_recordings

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.diagnosis.doubtful_effects import stand_ins
 from identification.diagnosis.found_stiffness import return_torque_note, stiffness_note
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
-from identification.diagnosis.stand_ins import stand_ins
-from identification.experiments.proposals import Proposal
+from identification.experiments.proposed_experiment import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
 from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.recordings import Recording

@@ -10,7 +10,7 @@ from identification.diagnosis.found_effects import found_effects, notes_on
 from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, Series, TorqueErrors
-from identification.experiments.proposals import Proposal
+from identification.experiments.proposed_experiment import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.parameter_values import ParameterEstimate, Values, replaced_rig

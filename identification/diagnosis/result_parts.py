@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from identification.experiments.proposals import Proposal
+from identification.experiments.proposed_experiment import Proposal
 from identification.fits.parameter_values import ParameterEstimate
 from identification.loop_plot import draw_loops
 from symbolic import Scope

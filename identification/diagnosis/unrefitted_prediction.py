@@ -36,7 +36,7 @@ def friction_from_training(
     return float(np.exp(mu.mean() + slope * (np.log(recording.F_N.mean()) - loads.mean())))
 
 
-def predicted_values(fitted: Fit, training: Sequence[Recording], recording: Recording) -> Values:
+def values_from_training(fitted: Fit, training: Sequence[Recording], recording: Recording) -> Values:
     """Values for a recording of which nothing is fitted.
 
     mu is predicted, all else that belongs to a recording is neutral, its rig is as declared; a ground
@@ -57,7 +57,7 @@ def unrefitted_residuals(
     fitted: Fit, training: Sequence[Recording], recordings: Sequence[Recording]
 ) -> dict[str, Array]:
     """Residuals of recordings of which nothing was fitted, by a fit on the training recordings [N m]."""
-    values = {r.name: predicted_values(fitted, training, r).of(r) for r in recordings}
+    values = {r.name: values_from_training(fitted, training, r).of(r) for r in recordings}
     return {r.name: simulated_minus_measured(fitted.model, r, values[r.name]) for r in recordings}
 
 

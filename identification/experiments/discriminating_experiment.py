@@ -13,13 +13,17 @@ from functools import cache
 import numpy as np
 from scipy.optimize import least_squares
 
-from identification.experiments.manoeuvre_within_range import (
+from identification.experiments.manoeuvres import manoeuvres
+from identification.experiments.proposed_experiment import (
+    Proposal,
+    fitted_sample_period,
+    proposal_from_torques,
+)
+from identification.experiments.sampled_manoeuvre import (
     SAMPLE_PERIOD,
     SampledManoeuvre,
     recorded_range,
 )
-from identification.experiments.manoeuvres import manoeuvres
-from identification.experiments.proposals import Proposal, fitted_sample_period, proposal_from_torques
 from identification.fits.fitting import Fit
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of

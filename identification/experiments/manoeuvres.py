@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from identification.experiments.manoeuvre_within_range import (
+from identification.experiments.sampled_manoeuvre import (
     LENGTH,
     ManoeuvreLeg,
     RecordedRange,

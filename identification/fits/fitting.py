@@ -19,10 +19,10 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
 from identification.fits.least_squares_problem import LeastSquaresProblem, shares_of_torque_range
-from identification.fits.linear_algebra import one_thread
 from identification.fits.loss import LEAST_SQUARES, Loss, cost
 from identification.fits.options import FINE_FIT, FitOptions, Label
 from identification.fits.parameter_values import Values, complete_values, initial_guess
+from identification.fits.single_threaded_blas import one_thread
 from identification.reading.declared_sensor_range import within_declared_range
 from identification.reading.recordings import Recording
 from symbolic import Model, parameter_name

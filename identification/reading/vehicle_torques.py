@@ -31,14 +31,14 @@ SLACK = 2e-4
 """Play of the angle's noise, either way [rad]."""
 
 
-class DeclaredTorque(NamedTuple):
+class TorqueWithTolerance(NamedTuple):
     """A torque as declared, shape (n,) [N m], and its tolerance as a share of it [1]."""
 
     torque: Array
     tolerance: float
 
 
-def vehicle_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
+def vehicle_torques(recording: Recording) -> Mapping[str, TorqueWithTolerance]:
     """Declared torques of a recording's vehicle, by name of the share; empty for a wheel on a rig."""
     if (car := recording.standstills) is None:
         return {}
@@ -51,7 +51,7 @@ def vehicle_torques(recording: Recording) -> Mapping[str, DeclaredTorque]:
         "damping_share": (-vehicle.damping * recording.psi_dot, tolerances.damping),
         "growth_share": (growth * measured, GROWTH / EVEN),
     }
-    return {n: DeclaredTorque(c, tol) for n, (c, tol) in declared.items() if tol > 0 and np.any(c)}
+    return {n: TorqueWithTolerance(c, tol) for n, (c, tol) in declared.items() if tol > 0 and np.any(c)}
 
 
 def farthest_standstill_without_gear(recording: Recording) -> tuple[Recording, str]:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit
 from identification.fits.least_squares_problem import shares_of_torque_range, torque_range
-from identification.fits.linear_algebra import one_thread
 from identification.fits.parameter_values import ground_of
+from identification.fits.single_threaded_blas import one_thread
 from identification.reading.recordings import Recording
 from symbolic import parameter_name
 from symbolic.array_alias import Array

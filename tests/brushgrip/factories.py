@@ -16,8 +16,8 @@ from identification.diagnosis.result_parts import (
     Series,
     TorqueErrors,
 )
-from identification.experiments.manoeuvre_within_range import SampledManoeuvre
-from identification.experiments.proposals import Proposal
+from identification.experiments.proposed_experiment import Proposal
+from identification.experiments.sampled_manoeuvre import SampledManoeuvre
 from identification.fits.parameter_values import ParameterEstimate, Values
 from identification.residuals.partial_correlations import Autocorrelation, SignalCorrelation, Signatures
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS, effects_leaving

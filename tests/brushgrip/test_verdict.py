@@ -9,7 +9,7 @@ import pytest
 
 from brushgrip.wording.diagnosis_in_words import explained_grade, headline, split_parameter_label
 from identification import Diagnosis, ParameterEstimate
-from identification.diagnosis import found_effects, stand_ins
+from identification.diagnosis import doubtful_effects, found_effects
 from identification.diagnosis.found_effects import distance_from_neutral, grade_of
 from identification.diagnosis.result_parts import Grade
 from identification.fits.loss import LEAST_SQUARES
@@ -216,10 +216,10 @@ def test_what_stands_in_for_something_unknown(
     """
     explained = dict(zip(("large", "mid", "last"), gains, strict=True))
     if of_car:
-        assert stand_ins._stand_ins_of_car(explained, set(), 56.25) == expected
+        assert doubtful_effects._stand_ins_of_car(explained, set(), 56.25) == expected
     else:
         left = dict.fromkeys(explained, 56.25)
-        assert stand_ins._stand_ins(explained, left, first) == expected
+        assert doubtful_effects._stand_ins(explained, left, first) == expected
 
 
 def test_the_first_effect_is_of_the_family_that_the_search_began_with() -> None:
@@ -231,8 +231,8 @@ def test_the_first_effect_is_of_the_family_that_the_search_began_with() -> None:
     sets = ((), (speed,), (speed, load), (load, law), (load, law, second))
     steps = [SimpleNamespace(after=SimpleNamespace(effects=effects)) for effects in sets[1:]]
     gains = {"n": 9.0, "s": 2.0, "t": 1.0}
-    assert stand_ins._first_effect(steps, sets[-1], gains) == "s"  # type: ignore[arg-type]
-    assert stand_ins._first_effect([], (), {}) is None
+    assert doubtful_effects._first_effect(steps, sets[-1], gains) == "s"  # type: ignore[arg-type]
+    assert doubtful_effects._first_effect([], (), {}) is None
 
 
 @pytest.mark.parametrize("noise", [False, True])
@@ -246,7 +246,7 @@ def test_what_is_left_counts_where_the_effect_acts(where: str, more: float, nois
     whole = SimpleNamespace(residuals={"a": left_over}, fitted=SimpleNamespace(loss=LEAST_SQUARES))
     rest = SimpleNamespace(residuals={"a": left_over + 3 * acts})
     left = SimpleNamespace(structured=2.0)
-    local = stand_ins._left_where_it_acts(whole, rest, [ranged], left)  # type: ignore[arg-type, list-item]
+    local = doubtful_effects._left_where_it_acts(whole, rest, [ranged], left)  # type: ignore[arg-type, list-item]
     assert local == pytest.approx(4 if noise else 4 + more, abs=0.1)
 
 

@@ -8,8 +8,8 @@ import pytest
 from identification import Recording, fit
 from identification.diagnosis.unrefitted_prediction import (
     friction_from_training,
-    predicted_values,
     unrefitted_residuals,
+    values_from_training,
 )
 from identification.fits.least_squares_problem import torque_range
 from symbolic import Model, Tolerances, effects_named, simulate
@@ -64,7 +64,7 @@ def test_nothing_of_a_recording_is_fitted() -> None:
     fitted = fit(Model(effects=effects_named(["torque_offset"])), training)
     tolerated = replace(STEEL[2], rig=replace(STEEL[2].rig, tolerances=Tolerances(a=0.002)))
     judged = simulated(tolerated, 1.1)
-    values = predicted_values(fitted, STEEL[:2], judged)
+    values = values_from_training(fitted, STEEL[:2], judged)
     (residual,) = unrefitted_residuals(fitted, STEEL[:2], [judged]).values()
 
     assert values.own == {judged.name: {"mu": pytest.approx(1.1), "torque_offset.M_0": 0.0}}

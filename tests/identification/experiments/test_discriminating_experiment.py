@@ -7,13 +7,13 @@ import pytest
 
 from identification import Fit, Recording, Values, fit, smoothed_rate
 from identification.experiments.discriminating_experiment import propose
-from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, SampledManoeuvre
-from identification.experiments.proposals import (
+from identification.experiments.proposed_experiment import (
     Proposal,
     _RecordedData,
     _standard_errors,
     fitted_sample_period,
 )
+from identification.experiments.sampled_manoeuvre import SAMPLE_PERIOD, SampledManoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.options import COARSE_FIT

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.experiments.manoeuvre_within_range import (
+from identification.experiments.manoeuvres import manoeuvres
+from identification.experiments.sampled_manoeuvre import (
     SAMPLE_PERIOD,
     RecordedRange,
     SampledManoeuvre,
     recorded_range,
 )
-from identification.experiments.manoeuvres import manoeuvres
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 

@@ -11,7 +11,11 @@ import pytest
 from identification import SignalSource, read_recording, read_signals
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.common_clock_and_units import table_from_channels
-from identification.reading.map_for_file import map_for_file, unit_by_name, with_steering_ratio
+from identification.reading.map_by_file_channels import (
+    map_by_file_channels,
+    unit_by_name,
+    with_steering_ratio,
+)
 from identification.reading.rigfile import signals_section
 from identification.reading.signal_map import SignalMap, parse_maps, parse_signals
 from identification.reading.units import unit_at_end
@@ -90,12 +94,12 @@ def test_a_recording_with_names_of_its_own_needs_no_map() -> None:
     names, own = ("t", "psi", "M_z", "F_N"), parse_signals("psi=psi")
     signals = parse_maps(["psi=1/15*Lenkrad:deg,M_z=Moment", "psi=Angle"])
 
-    assert map_for_file("a", signals, names) == parse_signals("psi=psi,F_N=F_N")
-    assert map_for_file("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
-    assert map_for_file("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
-    assert map_for_file("a", own, names) == own
+    assert map_by_file_channels("a", signals, names) == parse_signals("psi=psi,F_N=F_N")
+    assert map_by_file_channels("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
+    assert map_by_file_channels("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
+    assert map_by_file_channels("a", own, names) == own
     with_ratio = replace(parse_signals("psi=Angle"), steering_ratio=15.0)
-    assert map_for_file("a", with_ratio, names) == with_ratio
+    assert map_by_file_channels("a", with_ratio, names) == with_ratio
 
 
 @pytest.mark.parametrize("given", [[], ["M_z=Moment"]])

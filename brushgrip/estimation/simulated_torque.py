@@ -7,7 +7,7 @@ from identification import FoundModel, Recording, Values, replaced_rig, signals_
 from symbolic import InvalidInputError, Model, simulate
 
 
-def model_and_values(
+def simulation_model_and_values(
     recording: Recording, found: FoundModel | None, given: float | None = None
 ) -> tuple[Model, dict[str, float]]:
     """The model for a recording, declared or found, and the values of all its parameters.
@@ -26,7 +26,7 @@ def model_and_values(
     return Model(), {"mu": mu, "k": recording.tyre.k}
 
 
-def predicted_torque(
+def simulated_torque(
     recording: Recording, model: Model, values: dict[str, float], found: FoundModel | None
 ) -> NDArray[np.float64]:
     """Aligning torque at every sample, shape (n,) [N m], on the rig as the found model corrects it."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.experiments.manoeuvre_within_range import SAMPLE_PERIOD, SampledManoeuvre
+from identification.experiments.sampled_manoeuvre import SAMPLE_PERIOD, SampledManoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import Fit
 from identification.fits.least_squares_problem import torque_range

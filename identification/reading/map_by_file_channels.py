@@ -10,7 +10,7 @@ from identification.reading.units import UNITS, UNSURE_AT_END, factor_of, unit_a
 from symbolic import InvalidInputError
 
 
-def map_for_file(where: str, signals: SignalMap, names: Sequence[str]) -> SignalMap:
+def map_by_file_channels(where: str, signals: SignalMap, names: Sequence[str]) -> SignalMap:
     """Of several maps the one whose channels a file has, or of which it has most.
 
     A file that has columns of a recording under their own names, and no channel of any map, needs none.
