@@ -18,8 +18,8 @@ from tests.simulated_car import SimulatedCar, declared_vehicle, steering
     ("candidate", "falls", "damping", "gear", "named"),
     [
         ("damping_of_joints", 0.3, 0.0, 200.0, False),
-        ("gear_friction", 0.3, 0.0, 200.0, False),
-        ("damping_of_joints", 0.0, 60.0, 200.0, True),
+        pytest.param("gear_friction", 0.3, 0.0, 200.0, False, marks=pytest.mark.long),
+        pytest.param("damping_of_joints", 0.0, 60.0, 200.0, True, marks=pytest.mark.long),
         ("gear_friction", 0.0, 0.0, 600.0, True),
     ],
 )
@@ -43,7 +43,7 @@ def test_what_dissipates_beside_what_is_declared_gives_no_work() -> None:
     assert {name: one.lower for name, one in ranges.items()} == dict.fromkeys(ranges, 0.0)
 
 
-@pytest.mark.parametrize("sign", [-1, 1])
+@pytest.mark.parametrize("sign", [-1, pytest.param(1, marks=pytest.mark.long)])
 def test_a_return_torque_is_told_by_its_sign_with_the_key_that_has_it(tmp_path: Path, sign: int) -> None:
     declared = replace(declared_vehicle(), inclination=0.21)
     other = replace(declared, inclination=declared.inclination + sign * 0.07)

@@ -34,7 +34,7 @@ def test_a_plan_stays_within_the_limits(planned: Plan) -> None:
     assert path.travel[-1] == pytest.approx(1.1 * planned.travels.max(), rel=0.05)
 
 
-@pytest.mark.parametrize("torque", [1.0, 1.2])
+@pytest.mark.parametrize("torque", [1.0, pytest.param(1.2, marks=pytest.mark.long)])
 def test_a_path_that_reaches_no_more_ends_where_the_torque_is_too_great(
     torque: float, acquiring: Ekf, monkeypatch: pytest.MonkeyPatch
 ) -> None:

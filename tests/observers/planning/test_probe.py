@@ -137,6 +137,7 @@ def test_the_torque_limit_is_kept(acquiring: Ekf) -> None:
     assert max(abs(wheel.turn(psi)) for psi, _ in steered) < 2.0 + 1.0
 
 
+@pytest.mark.long
 def test_where_the_torque_is_met_the_rate_is_kept(acquiring: Ekf) -> None:
     steered = follow(acquiring, 1.1, 0.05, replace(LIMITS, torque=3.0, time=1.2))
     psi = np.array([angle for angle, _ in steered])
