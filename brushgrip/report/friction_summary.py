@@ -63,7 +63,7 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     parts = [f"{IN_PLAIN_WORDS.get(cause, cause)}, {less:.0f} %" for cause, less in told.items()]
     line = (
         "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
-        f" {'; '.join(parts)}."
+        f" {'; '.join(parts)} (these do not add up to 100 %)."
     )
     if any(one.further is not None for one in outcome.further().values()):
         line = f"The ± of a ground also covers how its recordings differ. {line}"

@@ -133,8 +133,8 @@ def explained_grade(effect: FoundEffect) -> str:
             if effect.at_bound:
                 return f"Its best value is at the allowed limit: {UNPROVEN}."
             return (
-                "It explains too little beside what remains unexplained: it may make up for a flaw"
-                f" of another effect, {UNPROVEN}."
+                "It improves the model, but by too little beside what remains unexplained: it may make"
+                f" up for a flaw of another effect, {UNPROVEN}."
             )
         case "weak":
             return _why_weak(effect)

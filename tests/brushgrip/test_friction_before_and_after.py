@@ -104,7 +104,8 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
     assert widest_causes(judged).startswith(
         "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
-        " what the load may be off, 40 %; what the lengths of contact and caster may be off, 20 %. All"
+        " what the load may be off, 40 %; what the lengths of contact and caster may be off, 20 %"
+        " (these do not add up to 100 %). All"
     )
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
