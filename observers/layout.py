@@ -3,14 +3,13 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import casadi as ca
 
 from symbolic.array_alias import Array
+from symbolic.patch_interface import Expression as Expression
 
-Expression = Any
-"""A casadi expression, SX or MX."""
 Parts = Mapping[str, Expression]
 Symbol = TypeVar("Symbol", ca.SX, ca.MX)
 

@@ -9,12 +9,7 @@ import numpy as np
 from reference_rig.hooks import Array, RigDrive
 from reference_rig.patch import RigTyre, simulate_bristles
 from reference_rig.path import STEP_RATE, SUBSTEPS, Hand, hand_path
-from reference_rig.recording import (
-    EffectValues,
-    RigRecording,
-    build_effects,
-    make_recording,
-)
+from reference_rig.recording import EffectValues, RigRecording, build_effects, make_recording
 
 Random = np.random.Generator
 Parameters = dict[str, float]
@@ -38,15 +33,15 @@ LATE_SLIDE_HAND = Hand(first=0.12, pace=0.11, nesting=0.6)
 class StrengthRange:
     """Parameters of an effect at a strength, and its least and largest strength."""
 
+    # Parameters from a strength; draws whatever else there is to choose.
     parameters: Callable[[float, Random], Parameters]
-    """Parameters from a strength; draws whatever else there is to choose."""
     least: float
     largest: float
     hand: Hand = USUAL
+    # Further parameters from half-length [m] and mean load [N] of the first recording.
     given: Callable[[float, float], Parameters] = lambda _a, _load: {}
-    """Further parameters from half-length [m] and mean load [N] of the first recording."""
+    # Parameters of the next recording from those of the first.
     another_day: Callable[[Parameters, Random], Parameters] = lambda parameters, _: parameters
-    """Parameters of the next recording from those of the first."""
 
 
 def _one(parameter: str, neutral: float = 0.0) -> Callable[[float, Random], Parameters]:
@@ -137,19 +132,13 @@ class Campaign:
     """Recordings of one tyre; every recording carries its own truth."""
 
     recordings: tuple[RigRecording, ...]
-    nominal: RigTyre
-    """First guesses: a and e are true, k and mu are up to 20 % off."""
+    nominal: RigTyre  # First guesses: a and e are true, k and mu are up to 20 % off.
 
 
 def plant_effect(
-    name: str | None,
-    seed: int,
-    *,
-    tyre: RigTyre | None = None,
-    load: float = 400.0,
-    duration: float = 14.0,
-    share: float | None = None,
-) -> RigRecording:
+    name: str | None, seed: int, *, tyre: RigTyre | None = None, load: float = 400.0,
+    duration: float = 14.0, share: float | None = None,
+) -> RigRecording:  # fmt: skip
     """One recording with one effect, strong enough to matter.
 
     Args:
@@ -198,39 +187,32 @@ def make_campaign(
             factor of up to 30 %.
     """
     rng = np.random.default_rng([seed, 4])
-    tyre = RigTyre(
-        a=float(rng.choice([0.04, 0.045, 0.05])),
-        k=rng.uniform(1.8e6, 3.2e6),
-        mu=rng.uniform(1.0, 1.7),
-    )
+    a = float(rng.choice([0.04, 0.045, 0.05]))
+    tyre = RigTyre(a=a, k=rng.uniform(1.8e6, 3.2e6), mu=rng.uniform(1.0, 1.7))
     nominal = replace(tyre, k=tyre.k * rng.uniform(0.8, 1.2), mu=tyre.mu * rng.uniform(0.8, 1.2))
     load = 400.0 * rng.uniform(0.85, 1.15)
     hand = STRENGTHS[name].hand if name else USUAL
     first = plant_effect(name, seed, tyre=tyre, load=load, duration=duration)
-    recorded = tuple(
-        make_recording(
-            seed + 1000 * number,
-            _on_another_day(first.effects, name, number, rng) | dict(also or {}),
+    recorded = []
+    for number in range(recordings):
+        effects = dict(first.effects)
+        if name and number:
+            effects[name] = STRENGTHS[name].another_day(dict(effects[name]), rng)
+        made = make_recording(
+            seed + 1000 * number, effects | dict(also or {}),
             **vars(replace(tyre, mu=tyre.mu * rng.uniform(0.92, 1.08))),
-            load=load * rng.uniform(0.95, 1.05),
-            duration=duration,
-            hand=hand,
+            load=load * rng.uniform(0.95, 1.05), duration=duration, hand=hand,
             name=f"recording_{chr(ord('a') + number)}",
-        )
-        for number in range(recordings)
-    )
+        )  # fmt: skip
+        recorded.append(made)
     recorded = _elsewhere(recorded, seed, off, grounds, hand, duration)
-    return Campaign(recordings=recorded, nominal=nominal)
+    return Campaign(recordings=tuple(recorded), nominal=nominal)
 
 
 def _elsewhere(
-    recorded: tuple[RigRecording, ...],
-    seed: int,
-    off: float,
-    grounds: Sequence[str],
-    hand: Hand,
+    recorded: list[RigRecording], seed: int, off: float, grounds: Sequence[str], hand: Hand,
     duration: float,
-) -> tuple[RigRecording, ...]:
+) -> list[RigRecording]:  # fmt: skip
     """The same recordings with other half-lengths and on grounds, where that is asked for."""
     if not (off or grounds):
         return recorded
@@ -239,27 +221,15 @@ def _elsewhere(
     made = []
     for number, recording in enumerate(recorded):
         ground = grounds[number % len(grounds)] if grounds else None
-        tyre = replace(
-            recording.tyre,
-            a=recording.tyre.a + rng.uniform(-off, off),
-            mu=recording.tyre.mu * factors.get(ground or "", 1.0),
-        )
+        a, mu = recording.tyre.a + rng.uniform(-off, off), recording.tyre.mu
+        tyre = replace(recording.tyre, a=a, mu=mu * factors.get(ground or "", 1.0))
         load = float(recording.F_N_true.mean())
         again = make_recording(
             seed + 1000 * number, recording.effects, **vars(tyre),
             load=load, duration=duration, hand=hand, name=recording.name,
         )  # fmt: skip
         made.append(replace(again, ground=ground))
-    return tuple(made)
-
-
-def _on_another_day(
-    effects: EffectValues, name: str | None, number: int, rng: Random
-) -> dict[str, Mapping[str, float]]:
-    """The effects of the first recording, with a value of its own where the effect has one."""
-    if name is None or number == 0:
-        return dict(effects)
-    return {name: STRENGTHS[name].another_day(dict(effects[name]), rng)}
+    return made
 
 
 def _parameters_for(
@@ -273,28 +243,20 @@ def _parameters_for(
         return drawn | planting.given(tyre.a, load)
 
     low, high = np.log(planting.least), np.log(planting.largest)
-    if _share(name, seed, tyre, load, duration, parameters(planting.largest)) < wanted:
+    drive, without = _without(seed, tyre, load, duration, planting.hand)
+
+    def share(strength: float) -> float:
+        """Change of the torque, rms over the range without the effect [1]; nothing is refitted."""
+        effects = build_effects({name: parameters(strength)})
+        with_it = simulate_bristles(drive, tyre, effects, bristles=SEARCH_BRISTLES).M_z
+        return float(np.sqrt(np.mean((with_it - without) ** 2)) / np.ptp(without))
+
+    if share(planting.largest) < wanted:
         return parameters(planting.largest)
     for _ in range(SEARCH_STEPS):
         middle = 0.5 * (low + high)
-        share = _share(name, seed, tyre, load, duration, parameters(float(np.exp(middle))))
-        low, high = (middle, high) if share < wanted else (low, middle)
+        low, high = (middle, high) if share(float(np.exp(middle))) < wanted else (low, middle)
     return parameters(float(np.exp(0.5 * (low + high))))
-
-
-def _share(
-    name: str,
-    seed: int,
-    tyre: RigTyre,
-    load: float,
-    duration: float,
-    parameters: Mapping[str, float],
-) -> float:
-    """Change of the torque, rms over the range without the effect [1]; nothing is refitted."""
-    drive, without = _without(seed, tyre, load, duration, STRENGTHS[name].hand)
-    effects = build_effects({name: parameters})
-    with_it = simulate_bristles(drive, tyre, effects, bristles=SEARCH_BRISTLES).M_z
-    return float(np.sqrt(np.mean((with_it - without) ** 2)) / np.ptp(without))
 
 
 @lru_cache

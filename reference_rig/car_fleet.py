@@ -42,14 +42,12 @@ class FleetCar:
 
     seed: int
     car: Car
+    # Names of TOLERANCES -> values; SI units, `motor_ratio` with the efficiency in it.
     declared: Mapping[str, float]
-    """Names of TOLERANCES -> values; SI units, `motor_ratio` with the efficiency in it."""
-    true: Mapping[str, float]
-    """The same names -> what they are."""
+    true: Mapping[str, float]  # The same names -> what they are.
     bus: CarBus
     brake: bool
-    by_rack: bool
-    """Whether the motor steers by itself."""
+    by_rack: bool  # Whether the motor steers by itself.
 
     def drive(self) -> CarRecording:
         """Steer it, and record that."""
@@ -95,7 +93,11 @@ def draw_car(
         cogging=uniform(0.003, 0.012), gain=uniform(10, 15),
     )  # fmt: skip
     car = Car(
-        linkage=linkage, kingpin=kingpin, tyre=tyre, friction=_friction(rng),
+        linkage=linkage, kingpin=kingpin, tyre=tyre,
+        friction=GearFriction(
+            level=uniform(100, 250), by_load=uniform(0.01, 0.03), asymmetry=uniform(-0.1, 0.1),
+            stiffness=uniform(3e6, 8e6), damping=uniform(300, 1200),
+        ),
         rod=Joint(stiffness=uniform(2.5e6, 6e6), play=uniform(0.0, 0.2e-3)),
         assistance=motor if assisted else None, axle_load=axle_load, left_share=uniform(0.48, 0.52),
         mu=(mu, mu * split), wheelbase=uniform(2.35, 2.6) + 0.4 * heavy,
@@ -140,13 +142,6 @@ def _tyre(rng: np.random.Generator, load: float, heavy: float) -> CarTyre:
         length_exponent=rng.uniform(2.0, 3.0),
         width_exponent=rng.uniform(6.0, 12.0),
     )
-
-
-def _friction(rng: np.random.Generator) -> GearFriction:
-    return GearFriction(
-        level=rng.uniform(100, 250), by_load=rng.uniform(0.01, 0.03), asymmetry=rng.uniform(-0.1, 0.1),
-        stiffness=rng.uniform(3e6, 8e6), damping=rng.uniform(300, 1200),
-    )  # fmt: skip
 
 
 def _known(car: Car) -> dict[str, float]:

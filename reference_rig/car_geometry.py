@@ -26,16 +26,12 @@ MAX_STEER = 1.2
 class Linkage:
     """Plan view of the linkage, the same on both sides. Lengths [m]."""
 
-    track: float = 1.36
-    """Between the kingpins' points on the ground."""
-    arm: float = 0.13
-    """Length of the steering arm."""
+    track: float = 1.36  # Between the kingpins' points on the ground.
+    arm: float = 0.13  # Length of the steering arm.
+    # By which the arm points inwards from straight back [rad]; it makes the outer wheel turn less.
     arm_angle: float = 0.2
-    """By which the arm points inwards from straight back [rad]; it makes the outer wheel turn less."""
-    rack_length: float = 0.62
-    """Between the inner joints."""
-    rack_behind: float = 0.14
-    """Distance of the rack behind the axle."""
+    rack_length: float = 0.62  # Between the inner joints.
+    rack_behind: float = 0.14  # Distance of the rack behind the axle.
 
     def pivot(self, side: float) -> complex:
         """Kingpin in the plan view."""
@@ -83,16 +79,11 @@ def ackermann_share(linkage: Linkage, wheelbase: float, rack: float) -> float:
 class Kingpin:
     """Axis about which a wheel is steered. It meets the ground inside and ahead of the patch."""
 
-    inclination: float = 0.22
-    """Lean towards the car's middle [rad]."""
-    caster: float = 0.08
-    """Lean backwards [rad]."""
-    scrub_radius: float = 0.01
-    """Patch's middle outside the axis' point on the ground [m]."""
-    trail: float = 0.02
-    """Patch's middle behind it [m]."""
-    radius: float = 0.31
-    """Of the wheel under load [m]."""
+    inclination: float = 0.22  # Lean towards the car's middle [rad].
+    caster: float = 0.08  # Lean backwards [rad].
+    scrub_radius: float = 0.01  # Patch's middle outside the axis' point on the ground [m].
+    trail: float = 0.02  # Patch's middle behind it [m].
+    radius: float = 0.31  # Of the wheel under load [m].
 
     @property
     def upright(self) -> float:

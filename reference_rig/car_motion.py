@@ -47,8 +47,7 @@ class CarMotion:
 
     t: Array
     channels: dict[str, Array]
-    energy: dict[str, float]
-    """Work put in, stored and dissipated [J] by name, over the whole motion."""
+    energy: dict[str, float]  # Work put in, stored and dissipated [J] by name, over the whole motion.
 
     def __getattr__(self, name: str) -> Array:
         """A channel by its name."""
@@ -59,15 +58,9 @@ class CarMotion:
 
 
 def simulate_car(
-    car: Car,
-    path: Array,
-    *,
-    brake: bool = True,
-    by_rack: bool = False,
-    step: float = CAR_STEP,
-    every: int = 2,
-    grid: tuple[int, int] = (COLUMNS, ROWS),
-) -> CarMotion:
+    car: Car, path: Array, *, brake: bool = True, by_rack: bool = False, step: float = CAR_STEP,
+    every: int = 2, grid: tuple[int, int] = (COLUMNS, ROWS),
+) -> CarMotion:  # fmt: skip
     """Steer a car at standstill along a path.
 
     Args:
@@ -171,10 +164,7 @@ def advance_car(
 
 
 def _stand(car: Car, x: SimpleNamespace) -> tuple[list[float], list[float], list[complex]]:
-    """Load of each wheel [N], slope of its rise [m/rad] and middle of its patch [m].
-
-    A wheel that lifts the body more carries more.
-    """
+    """Load of each wheel [N], slope of its rise [m/rad] and middle of its patch [m]."""
     rises, slopes, middles = [], [], []
     for wheel in (0, 1):
         place = (x.steer[wheel] + MAX_STEER) / STEER_STEP
@@ -184,6 +174,7 @@ def _stand(car: Car, x: SimpleNamespace) -> tuple[list[float], list[float], list
         rises.append(rise[index] + share * (rise[index + 1] - rise[index]))
         slopes.append(slope[index] + share * (slope[index + 1] - slope[index]))
         middles.append(middle[index] + share * (middle[index + 1] - middle[index]))
+    # A wheel that lifts the body more carries more.
     crossing = car.warp_stiffness * (rises[0] - rises[1])
     left = min(max(car.left_share * car.axle_load + crossing, 0.0), car.axle_load)
     return [left, car.axle_load - left], slopes, middles

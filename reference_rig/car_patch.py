@@ -19,16 +19,11 @@ COLUMNS, ROWS = 32, 16
 class CarTyre:
     """A car's tyre standing on the ground."""
 
-    half_length: float = 0.07
-    """Of the patch [m]."""
-    half_width: float = 0.075
-    """Of the patch [m]."""
-    k: float = 6e6
-    """Stiffness of the bristles for one metre of the patch's length [N/m²]."""
-    length_exponent: float = 2.0
-    """Pressure along the patch ~ 1 - |x/a|^n [1]; 2 is the parabola."""
-    width_exponent: float = 8.0
-    """Pressure across it ~ 1 - |y/b|^n [1]; large is even."""
+    half_length: float = 0.07  # Of the patch [m].
+    half_width: float = 0.075  # Of the patch [m].
+    k: float = 6e6  # Stiffness of the bristles for one metre of the patch's length [N/m²].
+    length_exponent: float = 2.0  # Pressure along the patch ~ 1 - |x/a|^n [1]; 2 is the parabola.
+    width_exponent: float = 8.0  # Pressure across it ~ 1 - |y/b|^n [1]; large is even.
 
 
 def bristle_grid(tyre: CarTyre, columns: int = COLUMNS, rows: int = ROWS) -> tuple[Array, Array]:

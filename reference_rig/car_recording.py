@@ -15,34 +15,20 @@ from reference_rig.sensors import jitter_instants, quantise, sample_instants
 class CarBus:
     """Sensors and bus of a car."""
 
-    period: float = 0.01
-    """Between two messages [s]."""
-    jitter: float = 2e-3
-    """Largest delay of a message's time stamp behind its samples [s]."""
-    handwheel_step: float = radians(0.1)
-    """[rad]."""
-    handwheel_zero: float = 0.0
-    """Angle shown with the rack in the middle [rad]."""
-    torque_step: float = 0.1
-    """Of the torsion bar's torque [N m]."""
-    torque_noise: float = 0.03
-    """Standard deviation [N m]."""
-    torque_zero: float = 0.0
-    """Torque shown without load [N m]."""
-    motor_step: float = 0.01
-    """Of the motor's torque [N m]."""
-    motor_gain: float = 1.0
-    """Torque shown over the true one [1]."""
-    rack_step: float = 5e-5
-    """[m]."""
-    force_step: float = 10.0
-    """Of the rack's force [N]."""
-    force_noise: float = 10.0
-    """Standard deviation [N]."""
-    force_zero: float = 0.0
-    """Force shown without load [N]."""
-    window: float = 5e-3
-    """Over which forces and torques are averaged before they are sent [s]."""
+    period: float = 0.01  # Between two messages [s].
+    jitter: float = 2e-3  # Largest delay of a message's time stamp behind its samples [s].
+    handwheel_step: float = radians(0.1)  # [rad]
+    handwheel_zero: float = 0.0  # Angle shown with the rack in the middle [rad].
+    torque_step: float = 0.1  # Of the torsion bar's torque [N m].
+    torque_noise: float = 0.03  # Standard deviation [N m].
+    torque_zero: float = 0.0  # Torque shown without load [N m].
+    motor_step: float = 0.01  # Of the motor's torque [N m].
+    motor_gain: float = 1.0  # Torque shown over the true one [1].
+    rack_step: float = 5e-5  # [m]
+    force_step: float = 10.0  # Of the rack's force [N].
+    force_noise: float = 10.0  # Standard deviation [N].
+    force_zero: float = 0.0  # Force shown without load [N].
+    window: float = 5e-3  # Over which forces and torques are averaged before they are sent [s].
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,8 +49,7 @@ class CarRecording:
     T_hand: Array
     brake: Array
     speed: Array
-    taken: Array
-    """Instants at which the samples were taken [s], which nobody sees."""
+    taken: Array  # Instants at which the samples were taken [s], which nobody sees.
     motion: CarMotion
     car: Car
 

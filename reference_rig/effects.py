@@ -8,14 +8,7 @@ from math import exp, inf
 
 import numpy as np
 
-from reference_rig.hooks import (
-    Array,
-    BristleStep,
-    MaxwellBranch,
-    PlantedEffect,
-    RigHistory,
-    by_name,
-)
+from reference_rig.hooks import Array, BristleStep, MaxwellBranch, PlantedEffect, RigHistory, by_name
 from reference_rig.patch import REFERENCE_SPEED, REST_SPEED
 
 MIN_RATE_FACTOR = 0.05

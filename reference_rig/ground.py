@@ -48,8 +48,7 @@ class InPlacePatch:
 class GroundRecording(RigRecording):
     """A recording on changing ground; `tyre.mu` is the friction at the first sample."""
 
-    mu_true: Array
-    """Friction coefficient [1], shape (n,)."""
+    mu_true: Array  # Friction coefficient [1], shape (n,).
 
 
 def constant_friction(mu: float) -> Friction:

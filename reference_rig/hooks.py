@@ -40,16 +40,11 @@ class RigDrive:
 class BristleStep:
     """One step of the drive as a bristle sees it."""
 
-    psi_dot: float
-    """Yaw rate [rad/s]."""
-    F_N: float
-    """Vertical load [N]."""
-    travel: float
-    """Angle turned since the first sample, counted both ways [rad]."""
-    lever: Array
-    """Distance of each bristle from the kingpin [m], shape (bristles,)."""
-    age: float = 0.0
-    """How old the contact is [s], see `contact_age`."""
+    psi_dot: float  # Yaw rate [rad/s].
+    F_N: float  # Vertical load [N].
+    travel: float  # Angle turned since the first sample, counted both ways [rad].
+    lever: Array  # Distance of each bristle from the kingpin [m], shape (bristles,).
+    age: float = 0.0  # How old the contact is [s], see `contact_age`.
 
     @cached_property
     def speed(self) -> Array:
@@ -61,14 +56,10 @@ class BristleStep:
 class RigHistory:
     """Response of the rig; all arrays of shape (n,)."""
 
-    drive: RigDrive
-    """The drive at the sensor, before any effect changed it on its way to the patch."""
-    psi_patch: Array
-    """Angle of the patch [rad]."""
-    M_z: Array
-    """Moment of the ground on the wheel about the kingpin [N m]."""
-    sliding: Array
-    """Share of the bristles that slid during the step [1]."""
+    drive: RigDrive  # The drive at the sensor, before any effect changed it on its way to the patch.
+    psi_patch: Array  # Angle of the patch [rad].
+    M_z: Array  # Moment of the ground on the wheel about the kingpin [N m].
+    sliding: Array  # Share of the bristles that slid during the step [1].
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,30 +74,24 @@ class MaxwellBranch:
 class PlantedEffect:
     """Points where an effect acts on the rig; those left out change nothing."""
 
-    half_width: float = 0.0
-    """Half-width of the patch [m]; zero is a line of bristles."""
-    span: float = 1.0
-    """Half-lengths over which there are bristles [1]."""
+    half_width: float = 0.0  # Half-width of the patch [m]; zero is a line of bristles.
+    span: float = 1.0  # Half-lengths over which there are bristles [1].
+    # (load [N], declared half-length [m]) -> half-length of the patch over the declared one [1].
     growth: Callable[[float, float], float] = lambda _F_N, _a: 1.0
-    """(load [N], declared half-length [m]) -> half-length of the patch over the declared one [1]."""
+    # Factor on the parabolic pressure at xi = x/a [1].
     pressure: Callable[[Array], Array | float] = lambda _xi: 1.0
-    """Factor on the parabolic pressure at xi = x/a [1]."""
-    relaxation: MaxwellBranch = MaxwellBranch()
-    """Branch beside each bristle spring."""
-    compliance: float = 0.0
-    """Torsional compliance in series with the patch [rad/(N m)]."""
-    lost_motion: float = 0.0
-    """Play in series with the patch, from flank to flank [rad]."""
+    relaxation: MaxwellBranch = MaxwellBranch()  # Branch beside each bristle spring.
+    compliance: float = 0.0  # Torsional compliance in series with the patch [rad/(N m)].
+    lost_motion: float = 0.0  # Play in series with the patch, from flank to flank [rad].
+    # Factor on the friction limit during one step [1].
     friction: Callable[[BristleStep], Array | float] = lambda _step: 1.0
-    """Factor on the friction limit during one step [1]."""
+    # Growth c >= 0 of the friction limit with the logarithm of a bristle's own speed [1].
     rate: float = 0.0
-    """Growth c >= 0 of the friction limit with the logarithm of a bristle's own speed [1]."""
+    # The drive that reaches the tyre, from the one at the sensor.
     drive: Callable[[RigDrive], RigDrive] = lambda drive: drive
-    """The drive that reaches the tyre, from the one at the sensor."""
-    torque: Callable[[RigHistory], Array] = lambda history: history.M_z
-    """The torque channel [N m]."""
+    torque: Callable[[RigHistory], Array] = lambda history: history.M_z  # The torque channel [N m].
+    # Whether `torque` is the sensor's, which sees what all others make of it, so that it comes last.
     in_sensor: bool = False
-    """Whether `torque` is the sensor's, which sees what all others make of it, so that it comes last."""
 
 
 def by_name(*effects: Callable[..., PlantedEffect]) -> dict[str, Callable[..., PlantedEffect]]:

@@ -36,11 +36,8 @@ def friction_stress(size: Array, limit: Array, c: float, relief: float) -> tuple
     balanced, slope = np.where(sticking, size, least), sticking.astype(float)
     over = np.flatnonzero(~sticking)
     growth, size = c * limit[over], size[over]
-    speed = (
-        growth
-        / relief
-        * wrightomega((size - limit[over]) / growth + np.log(REFERENCE_SPEED * relief / growth))
-    )
+    excess = (size - limit[over]) / growth
+    speed = growth / relief * wrightomega(excess + np.log(REFERENCE_SPEED * relief / growth))
     sliding = speed > REST_SPEED
     over, growth, speed = over[sliding], growth[sliding], speed[sliding]
     balanced[over] = limit[over] * (1 + c * np.log(speed / REFERENCE_SPEED))
@@ -73,16 +70,12 @@ class RigTyre:
 class BristleGrid:
     """The grid, arrays of shape (bristles,). The shares sum to one."""
 
-    lever: Array
-    """Distance from the kingpin [m]; a bristle moves along its own tangent about it."""
-    share: Array
-    """Stiffness times lever, so that torque = share · stretch [N]."""
+    lever: Array  # Distance from the kingpin [m]; a bristle moves along its own tangent about it.
+    share: Array  # Stiffness times lever, so that torque = share · stretch [N].
+    # Growth of the patch [1] -> stretch at which a bristle slides, for one newton of load [m/N].
     limit_of: Callable[[float], Array]
-    """Growth of the patch [1] -> stretch at which a bristle slides, for one newton of load [m/N]."""
-    relaxation: MaxwellBranch
-    """Maxwell branch beside each spring."""
-    rate: float
-    """Growth of the limit with the logarithm of a bristle's own speed."""
+    relaxation: MaxwellBranch  # Maxwell branch beside each spring.
+    rate: float  # Growth of the limit with the logarithm of a bristle's own speed.
 
     @property
     def limit(self) -> Array:
@@ -125,20 +118,14 @@ def simulate_bristles(
     dt = np.diff(drive.t)
     dt = np.concatenate([dt[:1], dt])
     age = contact_age(drive.psi, dt)
-    state = PatchState(
-        spring=np.zeros_like(grid.lever),
-        branch=np.zeros_like(grid.lever),
-        psi=drive.psi_virgin,
-    )
+    still = np.zeros_like(grid.lever)
+    state = PatchState(spring=still, branch=still, psi=drive.psi_virgin)
     psi_patch, M_z, sliding = np.empty(n), np.empty(n), np.empty(n)
     for i in range(n):
         sample = BristleStep(
-            psi_dot=float(drive.psi_dot[i]),
-            F_N=float(drive.F_N[i]),
-            travel=float(travel[i]),
-            lever=grid.lever,
-            age=float(age[i]),
-        )
+            psi_dot=float(drive.psi_dot[i]), F_N=float(drive.F_N[i]), travel=float(travel[i]),
+            lever=grid.lever, age=float(age[i]),
+        )  # fmt: skip
         growth = prod(effect.growth(sample.F_N, tyre.a) for effect in effects)
         factor = sample.F_N * prod(effect.friction(sample) for effect in effects)
         step = PatchStep(grid, state, grid.limit_of(growth) * factor, float(dt[i]))
@@ -184,20 +171,16 @@ def lay_out(tyre: RigTyre, effects: Sequence[PlantedEffect], bristles: int) -> B
         pressure[touching] = 0.75 * (1 - place[touching] ** 2) * factor
         return np.repeat(tyre.mu * pressure / (growth * tyre.a * tyre.k), rows)
 
+    branches = [effect.relaxation for effect in effects if effect.relaxation.gain]
+    if len(branches) > 1:
+        raise ValueError("the rig has one Maxwell branch beside each bristle spring")
     return BristleGrid(
         lever=lever.ravel(),
         share=(tyre.k * 2 * span * tyre.a / lever.size) * lever.ravel(),
         limit_of=limit_of,
-        relaxation=_one_relaxation(effects),
+        relaxation=branches[0] if branches else MaxwellBranch(),
         rate=sum(effect.rate for effect in effects),
     )
-
-
-def _one_relaxation(effects: Sequence[PlantedEffect]) -> MaxwellBranch:
-    branches = [effect.relaxation for effect in effects if effect.relaxation.gain]
-    if len(branches) > 1:
-        raise ValueError("the rig has one Maxwell branch beside each bristle spring")
-    return branches[0] if branches else MaxwellBranch()
 
 
 class PatchStep:

@@ -22,16 +22,11 @@ MIN_HAND_RATE, MAX_HAND_RATE = 0.03, 0.35
 class Hand:
     """Style of turning the wheel by hand."""
 
-    amplitude: float = 0.45
-    """Largest angle [rad]."""
-    first: float = 0.25
-    """First reversal in shares of the amplitude [1]."""
-    pace: float = 0.17
-    """Typical turning speed [rad/s]."""
-    nesting: float = 0.35
-    """Probability that a turn is interrupted by a short way back [1]."""
-    quiet: float = 0.5
-    """Time before the first turn [s]."""
+    amplitude: float = 0.45  # Largest angle [rad].
+    first: float = 0.25  # First reversal in shares of the amplitude [1].
+    pace: float = 0.17  # Typical turning speed [rad/s].
+    nesting: float = 0.35  # Probability that a turn is interrupted by a short way back [1].
+    quiet: float = 0.5  # Time before the first turn [s].
 
 
 def hand_path(

@@ -71,9 +71,8 @@ def add_outliers(seed: int, signal: Array, *, share: float = 0.01, size: float |
 
 def drop_samples(seed: int, signal: Array, *, share: float = 0.2) -> Array:
     """Lose a share of the finite samples to NaN; never the first, from which observers start."""
-    struck = _strike(
-        np.random.default_rng([seed, 12]), 1 + np.flatnonzero(np.isfinite(signal[1:])), share
-    )
+    candidates = 1 + np.flatnonzero(np.isfinite(signal[1:]))
+    struck = _strike(np.random.default_rng([seed, 12]), candidates, share)
     faulty = signal.copy()
     faulty[struck] = np.nan
     return faulty

@@ -12,11 +12,7 @@ AVERAGING_TIME = 5e-3
 
 
 class SteeredWheel:
-    """The rig's wheel under a constant load; it stands at 0 at first, free of torque.
-
-    Attributes:
-        psi: present angle [rad].
-    """
+    """The rig's wheel under a constant load, at its angle `psi` [rad]: at first 0, free of torque."""
 
     def __init__(self, tyre: RigTyre, *, load: float = 400.0, bristles: int = 400) -> None:
         """Lay out the bristles; load [N]."""
@@ -33,11 +29,7 @@ class SteeredWheel:
 
 
 class SteeredCar:
-    """A car at standstill whose motor follows the rack's command; it begins at 0, at rest.
-
-    Attributes:
-        rack: way of the rack [m].
-    """
+    """A car at standstill whose motor follows a command, at the rack's way `rack` [m]: at first 0."""
 
     def __init__(self, car: Car, *, brake: bool, grid: tuple[int, int] = (COLUMNS, ROWS)) -> None:
         """Everything at rest."""

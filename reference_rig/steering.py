@@ -6,15 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from reference_rig.ground import BRISTLES, Friction, InPlacePatch, constant_friction
-from reference_rig.hooks import Array, RigDrive
+from reference_rig.hooks import Array
 from reference_rig.patch import RigTyre
 from reference_rig.path import STEP_RATE, Hand, hand_path
-from reference_rig.sensors import (
-    FOURTEEN_BIT_STEP,
-    record_channels,
-    require_instants,
-    sample_instants,
-)
+from reference_rig.sensors import FOURTEEN_BIT_STEP, record_channels, require_instants, sample_instants
 
 MOTION_STEP = 1e-4
 """Step of the wheel's motion [s]; it swings at about 5 Hz."""
@@ -35,10 +30,8 @@ class Grip:
     Its lag is about M/stiffness. No grip at all leaves an imposed torque.
     """
 
-    stiffness: float = 200.0
-    """[N m/rad]."""
-    damping: float = 8.0
-    """[N m s/rad]."""
+    stiffness: float = 200.0  # [N m/rad]
+    damping: float = 8.0  # [N m s/rad]
 
 
 LOOSE = Grip(stiffness=0.0, damping=0.0)
@@ -66,10 +59,8 @@ class SteeredMotion:
     def at(self, times: Array) -> "SteeredMotion":
         """The motion at other times [s], linear between the steps."""
         require_instants(times, self.t)
-        names = ("psi", "psi_dot", "M", "M_z", "F_N", "mu")
-        return SteeredMotion(
-            t=times, **{name: np.interp(times, self.t, getattr(self, name)) for name in names}
-        )
+        moved = {name: np.interp(times, self.t, values) for name, values in vars(self).items()}
+        return SteeredMotion(**{**moved, "t": times})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -191,7 +182,8 @@ def make_steering_recording(
         name: of the recording.
     """
     tyre = tyre or RigTyre()
-    path = _quick_path(seed, duration, hand or WIDE, load)
+    path = hand_path(seed, duration * TEMPO, hand=hand or WIDE, load=load, rate=STEP_RATE)
+    path = replace(path, t=path.t / TEMPO, psi_dot=path.psi_dot * TEMPO)
     t = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     instants = sample_instants(duration, rate)
     if torque is None:
@@ -227,8 +219,3 @@ def make_steering_recording(
         tyre=replace(tyre, mu=float(seen.mu[0])),
         wheel=wheel or Wheel(),
     )
-
-
-def _quick_path(seed: int, duration: float, hand: Hand, load: float) -> RigDrive:
-    path = hand_path(seed, duration * TEMPO, hand=hand, load=load, rate=STEP_RATE)
-    return replace(path, t=path.t / TEMPO, psi_dot=path.psi_dot * TEMPO)

@@ -31,6 +31,8 @@ IMPACT_PULSE = 0.006
 """Duration of an impact [s], half a sine."""
 QUIET = (0.05, 0.15)
 """Least and greatest time at rest before the impact [s]."""
+_gauss_legendre = cache(np.polynomial.legendre.leggauss)
+"""Nodes and weights in [-1, 1]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,7 +84,7 @@ def simulate_impact(
     struck = (t >= at) & (t < at + IMPACT_PULSE)
     shape = np.where(struck, np.sin(np.pi * (t - at) / IMPACT_PULSE), 0.0)
     impact = (impulse * shape / (step * shape.sum())).tolist()
-    nodes, weights = _nodes(bristles)
+    nodes, weights = _gauss_legendre(bristles)
     lever = tyre.a * nodes - tyre.e
     share = tyre.k * tyre.a * weights * lever
     limit = 0.75 * load * tyre.mu / (tyre.a * tyre.k) * (1 - nodes**2)
@@ -99,11 +101,6 @@ def simulate_impact(
         rate = (middle + half * torque) / (1 + half * wheel.b_t)
         psi[i] = angle
     return t, psi
-
-
-@cache
-def _nodes(bristles: int) -> tuple[Array, Array]:
-    return np.polynomial.legendre.leggauss(bristles)
 
 
 def make_impact(
@@ -212,20 +209,13 @@ TOWING_LOADS = (20.0, 35.0, 50.0, 65.0, 80.0, 95.0, 110.0, 125.0, 140.0, 155.0)
 class Towing:
     """Friction of the block and errors of the dynamometer."""
 
-    mu: float = 0.6757
-    """Coefficient of friction; its mean over the plate [1]."""
-    scatter: float = 0.03
-    """Standard deviation of mu from tow to tow in shares of it [1]."""
-    adhesion: float = 0.0
-    """Force without load [N]."""
-    zero: float = 0.5
-    """Standard deviation of the sensor's zero from tow to tow, each channel [N]."""
-    judder: float = 0.05
-    """Swing of the friction force in shares of it, about 12 Hz [1]."""
-    noise: float = 1.0
-    """Standard deviation of every sample, each channel [N]."""
-    duration: float = 0.8
-    """Length of one tow [s]."""
+    mu: float = 0.6757  # Coefficient of friction; its mean over the plate [1].
+    scatter: float = 0.03  # Standard deviation of mu from tow to tow in shares of it [1].
+    adhesion: float = 0.0  # Force without load [N].
+    zero: float = 0.5  # Standard deviation of the sensor's zero from tow to tow, each channel [N].
+    judder: float = 0.05  # Swing of the friction force in shares of it, about 12 Hz [1].
+    noise: float = 1.0  # Standard deviation of every sample, each channel [N].
+    duration: float = 0.8  # Length of one tow [s].
 
 
 def make_tows(seed: int, towing: Towing, loads: tuple[float, ...] = TOWING_LOADS) -> list[Array]:
@@ -237,9 +227,8 @@ def make_tows(seed: int, towing: Towing, loads: tuple[float, ...] = TOWING_LOADS
         force = towing.mu * (1 + towing.scatter * rng.standard_normal()) * load + towing.adhesion
         swing = 1 + towing.judder * np.sin(2 * np.pi * (12.0 * t + rng.random()))
         slant = rng.uniform(-0.2, 0.2)
-        clean = np.vstack(
-            [force * swing * np.cos(slant), force * swing * np.sin(slant), np.full_like(t, load)]
-        )
+        drag = force * swing
+        clean = np.vstack([drag * np.cos(slant), drag * np.sin(slant), np.full_like(t, load)])
         zeros = towing.zero * rng.standard_normal((3, 1))
         tows.append(clean + zeros + towing.noise * rng.standard_normal(clean.shape))
     return tows

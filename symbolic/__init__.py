@@ -43,12 +43,7 @@ from symbolic.parameters import (
     with_usual_tolerances,
 )
 from symbolic.patch_interface import Expression
-from symbolic.tables.found_model import (
-    FoundModel,
-    ModelBasis,
-    ModelError,
-    units_of,
-)
+from symbolic.tables.found_model import FoundModel, ModelBasis, ModelError, units_of
 from symbolic.tables.found_model_from_tables import model_from_tables
 from symbolic.tables.rig_from_tables import rig_from_tables
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables

@@ -56,11 +56,7 @@ def advance_in_series(
 
 
 def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
-    """The search for the torque: (memory, coefficients, rigid_turn, elements) -> (M_z, slope, follows).
-
-    slope is the derivative of the residual M_z - M_z(rigid_turn + d(M_z)) by M_z [1]; follows is that of
-    the memory by the turn, zero where the patch is not `smooth`.
-    """
+    """The search for M_z: (memory, coefficients, rigid_turn, elements) -> (M_z, slope, follows)."""
     before, rest = ca.MX.sym("memory", patch.size), ca.MX.sym("coefficients", patch.coefficient_size)
     elements = ca.MX.sym("elements", deflection.size1_in(1))
     turn, goal = ca.MX.sym("turn"), ca.MX.sym("rigid_turn")
@@ -92,6 +88,7 @@ def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     M_z = ca.MX.sym("M_z")
     softness = ca.Function("softness", [M_z, elements], [ca.jacobian(deflection(M_z, elements), M_z)])
     inputs = {"memory": before, "coefficients": rest, "rigid_turn": goal, "elements": elements}
+    # slope is the derivative of the residual M_z - M_z(rigid_turn + d(M_z)) by M_z.
     found = {"M_z": torque, "slope": 1 - slope * softness(torque, elements), "follows": follows}
     return named_function("search", inputs, found, is_diff_out=[False] * len(found))
 

@@ -43,7 +43,7 @@ def build_full_slide(
     sides = (forth, replace(forth, psi_dot=-rate))
     factors, torques = zip(*(_by_effects(effects, own, side) for side in sides), strict=True)
     # The patch itself slides alike to both sides, and in proportion to the factor on its limit.
-    inputs = patch_inputs(forth, _mean(factors), theta, geometry)
+    inputs = patch_inputs(forth, (factors[0] + factors[1]) / 2, theta, geometry)
     declared = F_N * full_slide_arm(inputs.a, inputs.e)
     beside = (torques[1] - torques[0]) / (2 * declared)
     mu_eff = (of_patch or model.patch(theta).effective_friction)(inputs) + beside
@@ -62,7 +62,3 @@ def _by_effects(
         if effect.torque_by_ground:
             torque = torque + effect.torque(side, values)
     return factor, torque
-
-
-def _mean(pair: tuple[Expression, ...]) -> Expression:
-    return (pair[0] + pair[1]) / 2

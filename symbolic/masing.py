@@ -25,12 +25,7 @@ from symbolic.zone_patch import FAR
 
 
 def virgin_torque(
-    psi: Expression,
-    F_N: Expression,
-    mu: Expression,
-    k: Expression,
-    a: Expression,
-    e: Expression,
+    psi: Expression, F_N: Expression, mu: Expression, k: Expression, a: Expression, e: Expression
 ) -> Expression:
     """M_v: torque of a virgin patch turned by psi [N m], [Györök 2022], (2.3) with (3.4).
 

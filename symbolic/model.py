@@ -161,17 +161,14 @@ class Model:
 
     def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
         """Fresh symbols for signals (4,), theta (p,) and geometry (2,)."""
-        return (
-            ca.MX.sym("signals", len(SIGNALS)),
-            ca.MX.sym("theta", len(self.parameters)),
-            ca.MX.sym("geometry", len(GEOMETRY)),
-        )
+        theta, geometry = ca.MX.sym("theta", len(self.parameters)), ca.MX.sym("geometry", len(GEOMETRY))
+        return ca.MX.sym("signals", len(SIGNALS)), theta, geometry
 
     def values(self, theta: Expression) -> list[tuple[Effect, dict[str, Expression]]]:
         """Each effect with its own part of theta, by coordinate name."""
         split, at = [], len(DECLARED)
         for effect in self.effects:
-            values = {p.coordinate: theta[at + i] for i, p in enumerate(effect.parameters)}
+            values = {p.coordinate: theta[i] for i, p in enumerate(effect.parameters, start=at)}
             split.append((effect, values))
             at += len(effect.parameters)
         return split
@@ -228,19 +225,11 @@ def _build_advance(model: Model) -> ca.Function:
 
 @cache
 def _build_torque(model: Model) -> ca.Function:
-    symbols = _symbols(model)
-    memory, theta, geometry = symbols["memory"], symbols["theta"], symbols["geometry"]
-    patch_signals = _signals(symbols["signals"])
-    coefficients = model.patch(theta).coefficients(
-        patch_inputs(patch_signals, ca.MX(1), theta, geometry)
-    )
-    M_z = _torque(model, memory, patch_signals, coefficients, theta)
-    inputs = {
-        "memory": memory,
-        "patch_signals": symbols["signals"],
-        "theta": theta,
-        "geometry": geometry,
-    }
+    memory, signals, theta, geometry = _symbols(model).values()
+    patch_signals = _signals(signals)
+    driven = patch_inputs(patch_signals, ca.MX(1), theta, geometry)
+    M_z = _torque(model, memory, patch_signals, model.patch(theta).coefficients(driven), theta)
+    inputs = {"memory": memory, "patch_signals": signals, "theta": theta, "geometry": geometry}
     return named_function("torque", inputs, {"M_z": M_z}, cse=True)
 
 

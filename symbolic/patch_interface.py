@@ -28,27 +28,16 @@ class Signals:
 
 @dataclass(frozen=True, kw_only=True)
 class PatchInputs:
-    """Inputs of the patch at one sample; all fields are CasADi expressions.
+    """Inputs of the patch at one sample; all fields are CasADi expressions."""
 
-    Attributes:
-        speed: yaw rate, for sliding speeds [rad/s].
-        dt: time since the last sample, greater than 0 [s].
-        F_N: vertical load [N].
-        factor: factor on the friction limit that is the same for every bristle [1].
-        mu: coefficient of friction [1].
-        k: distributed lateral stiffness [N/m^2].
-        a: half-length of the contact patch [m].
-        e: caster length [m].
-    """
-
-    speed: Expression
-    dt: Expression
-    F_N: Expression
-    factor: Expression
-    mu: Expression
-    k: Expression
-    a: Expression
-    e: Expression
+    speed: Expression  # Yaw rate, for sliding speeds [rad/s].
+    dt: Expression  # Time since the last sample, greater than 0 [s].
+    F_N: Expression  # Vertical load [N].
+    factor: Expression  # Factor on the friction limit that is the same for every bristle [1].
+    mu: Expression  # Coefficient of friction [1].
+    k: Expression  # Distributed lateral stiffness [N/m^2].
+    a: Expression  # Half-length of the contact patch [m].
+    e: Expression  # Caster length [m].
 
 
 def patch_inputs(

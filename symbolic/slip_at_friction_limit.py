@@ -80,9 +80,8 @@ def slip_search(bristles: int) -> ca.Function:
     size, limit = ca.MX.sym("size", bristles), ca.MX.sym("limit", bristles)
     branch_gain, reach, c = (ca.MX.sym(name) for name in ("branch_gain", "reach", "c"))
     growth = limit * c
-    at_rest = ca.fmax(0, size - limit * (1 + c * (_MIN_LOG_SPEED - _REFERENCE_LOG_SPEED))) / (
-        1 + branch_gain
-    )
+    limit_at_rest = limit * (1 + c * (_MIN_LOG_SPEED - _REFERENCE_LOG_SPEED))
+    at_rest = ca.fmax(0, size - limit_at_rest) / (1 + branch_gain)
     excess = size - limit + growth * _REFERENCE_LOG_SPEED
     w = ca.fmin(ca.log(ca.fmax(at_rest / reach, REST_SPEED)), excess / ca.fmax(growth, _TINY))
     for _ in range(_STEPS):

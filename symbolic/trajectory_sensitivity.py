@@ -41,11 +41,7 @@ class TorqueAndSensitivities:
 
 
 def simulate(
-    model: Model,
-    signals: Array,
-    theta: Array,
-    geometry: Array,
-    directions: Array | None = None,
+    model: Model, signals: Array, theta: Array, geometry: Array, directions: Array | None = None
 ) -> TorqueAndSensitivities:
     """The torque over a recording, with derivatives along `directions` of the parameter vector.
 
@@ -114,9 +110,8 @@ def _check_shapes(signals: Array, theta: Array, geometry: Array, seeds: Array, p
 
 def _require_reciprocals(model: Model, theta: Array) -> None:
     """Refuse a value in place of one over it, which is far beyond what bounds allow."""
-    for coordinate, (_, parameter), value in zip(
-        model.coordinates, model.parameters, theta, strict=True
-    ):
+    given = zip(model.coordinates, model.parameters, theta, strict=True)
+    for coordinate, (_, parameter), value in given:
         if parameter.inverse and value * parameter.lower > 1 + ROUNDING:
             name = coordinate.replace("1/", "")
             raise InvalidInputError(
@@ -126,32 +121,21 @@ def _require_reciprocals(model: Model, theta: Array) -> None:
 
 
 @cache
-def _compiled_stretch(model: Model, d: int, *, rig: bool) -> ca.Function:
-    return compiled(_stretch(model, d, rig=rig), vectorised=True)
-
-
-@cache
 def _start_with_sensitivities(model: Model, d: int, *, rig: bool) -> ca.Function:
     signals, theta, geometry = model.symbols()
     moving, inputs, at = _moving(model, signals, theta, geometry, rig=rig)
     seeds = ca.MX.sym("seeds", moving.numel(), d)
     (memory,) = model.initial.call(inputs, True, False)
-    along = ca.Function(
-        "along", [signals, moving, seeds, geometry], [memory, ca.jtimes(memory, moving, seeds)]
-    )
-    outputs = along.call([signals, at, seeds, geometry], True, False)
-    return ca.Function(
-        "start_along", [signals, theta, seeds, geometry], [ca.densify(output) for output in outputs]
-    )
+    results = [memory, ca.jtimes(memory, moving, seeds)]
+    along = ca.Function("along", [signals, moving, seeds, geometry], results)
+    outputs = map(ca.densify, along.call([signals, at, seeds, geometry], True, False))
+    return ca.Function("start_along", [signals, theta, seeds, geometry], [*outputs])
 
 
 def _moving(
     model: Model, signals: ca.MX, theta: ca.MX, geometry: ca.MX, *, rig: bool
 ) -> tuple[ca.MX, list[ca.MX], ca.MX]:
-    """The variables of differentiation, the model's inputs as functions of them, and their values.
-
-    It is the parameter vector; with the rig also `RIG_DIRECTIONS`, where the load's factor is 1.
-    """
+    """What is varied (theta, with `rig` also `RIG_DIRECTIONS`), the model's inputs by it, its values."""
     parameters = len(model.parameters)
     if not rig:
         moving = ca.MX.sym("moving", parameters)
@@ -162,11 +146,9 @@ def _moving(
     return moving, inputs, ca.vertcat(theta, geometry, 1)
 
 
-def _stretch(model: Model, d: int, *, rig: bool) -> ca.Function:
-    """`SAMPLES_PER_CALL` calls of `sensitivity_step`: a column of signals, M_z and derivative each.
-
-    Memory and its sensitivity are those before the first sample, then those after the last one.
-    """
+@cache
+def _compiled_stretch(model: Model, d: int, *, rig: bool) -> ca.Function:
+    """`SAMPLES_PER_CALL` calls of `sensitivity_step`: a column of signals, M_z and derivative each."""
     step = sensitivity_step(model, d, rig=rig)
     accumulated = step.mapaccum(f"{step.name()}_{SAMPLES_PER_CALL}", SAMPLES_PER_CALL, 2, {"base": -1})
     given = step.mx_in()
@@ -174,7 +156,8 @@ def _stretch(model: Model, d: int, *, rig: bool) -> ca.Function:
     constant = [ca.repmat(part, 1, SAMPLES_PER_CALL) for part in given[3:]]
     memory, memory_sensitivity, M_z, derivatives = accumulated(*given[:3], *constant)
     memory_sensitivity = memory_sensitivity[:, (SAMPLES_PER_CALL - 1) * d :]
-    return ca.Function(f"stretch_{d}", given, [memory[:, -1], memory_sensitivity, M_z, derivatives])
+    outputs = [memory[:, -1], memory_sensitivity, M_z, derivatives]
+    return compiled(ca.Function(f"stretch_{d}", given, outputs), vectorised=True)
 
 
 def sensitivity_step(model: Model, d: int, *, rig: bool = False) -> ca.Function:
@@ -197,15 +180,10 @@ def sensitivity_step(model: Model, d: int, *, rig: bool = False) -> ca.Function:
     )
     after, M_z = model.step.call([moving[:size], *taken], True, False)
     along = ca.jtimes(ca.vertcat(after, M_z), moving, ca.vertcat(memory_sensitivity, seeds))
-    flat = ca.Function(
-        "along",
-        [moving, memory_sensitivity, signals, seeds, geometry],
-        [after, ca.densify(along[:size, :]), M_z, ca.densify(along[size, :])],
-        {"cse": True},
-    )
-    outputs = flat.call(
-        [ca.vertcat(memory, at), memory_sensitivity, signals, seeds, geometry], True, False
-    )
+    rest = [memory_sensitivity, signals, seeds, geometry]
+    results = [after, ca.densify(along[:size, :]), M_z, ca.densify(along[size, :])]
+    flat = ca.Function("along", [moving, *rest], results, {"cse": True})
+    outputs = flat.call([ca.vertcat(memory, at), *rest], True, False)
     inputs = {"memory": memory, "memory_sensitivity": memory_sensitivity, "signals": signals}
     inputs |= {"theta": theta, "seeds": seeds, "geometry": geometry}
     names = ("memory_next", "memory_sensitivity_next", "M_z", "derivative")

@@ -153,10 +153,7 @@ def _sampled(
 
 
 def _quintic(ends: Array) -> Array:
-    """Coefficients over the share of each step, constant first, shape (6, steps).
-
-    The ends of the steps hold t, psi, psi_dot and psi'', shape (steps + 1, 4).
-    """
+    """Coefficients over the share of each step, constant first, (6, steps), by t, psi, psi', psi''."""
     h = np.diff(ends[:, 0])
     psi, rate, bend = ends[:, 1], ends[:, 2], 0.5 * ends[:, 3]
     v, w = rate[:-1] * h, bend[:-1] * h * h

@@ -140,13 +140,9 @@ def _at_rest(stepper: WheelStepper, torques: list[float]) -> WheelState:
     """The wheel at rest on a virgin patch, about to turn in the direction of the torque."""
     pull = next((M for M in torques if M), 1.0)
     state = WheelState(
-        t=0.0,
-        psi=0.0,
-        psi_dot=0.0,
-        acceleration=0.0,
-        memory=TurningPoints(),
+        t=0.0, psi=0.0, psi_dot=0.0, acceleration=0.0, memory=TurningPoints(),
         direction=copysign(1.0, pull),
-    )
+    )  # fmt: skip
     stepper.begin(state, torques[0], 0.0)
     return state._replace(acceleration=stepper.take(0.0)[2])
 
@@ -207,10 +203,8 @@ def _loop_closure_time(stepper: WheelStepper, state: WheelState, h: float) -> fl
 
 
 def _crossing_time(stepper: WheelStepper, i: int, goal: float, low: float, high: float) -> float:
-    """Time at which psi (i = 0) or psi_dot (i = 1) passes a goal, by bracketed Newton steps [s].
-
-    The slope is the next entry of what a step makes, so this takes a third of Brent's calls.
-    """
+    """Time at which psi (i = 0) or psi_dot (i = 1) passes a goal, by bracketed Newton steps [s]."""
+    # The slope is the next entry of what a step makes, so this takes a third of Brent's calls.
     h, side = high, stepper.take(high)[i] - goal
     while True:
         outputs = stepper.take(h)

@@ -33,12 +33,9 @@ class ZonePatch:
     The memory is (xi_1 ... xi_n, r_1 ... r_n), innermost and oldest corner first; unused places repeat
     the last corner in use, so that they carry no zone. When all places are taken, the corner whose
     removal changes the torque least goes first.
-
-    Attributes:
-        corners: capacity n; 2 n + 1 zones in x [1].
     """
 
-    corners: int = 32
+    corners: int = 32  # Capacity n; 2 n + 1 zones in x [1].
     smooth: ClassVar[bool] = False
     """A corner of a small turn runs to infinity, and its slope faster."""
     coefficient_size: ClassVar[int] = 5
@@ -139,27 +136,20 @@ def _ratio(numerator: Expression, denominator: Expression, valid: Expression) ->
 def _compact(n: int, keep: Expression, *columns: Expression) -> list[Expression]:
     """The first n kept entries of each column; unused places repeat the last kept one, or zero."""
     order = _order(keep.numel(), n)(keep)
-    picked = []
-    for column in columns:
-        padded = ca.MX(ca.vertcat(0, column))
-        picked.append(padded.nz[order])
-    return picked
+    return [ca.MX(ca.vertcat(0, column)).nz[order] for column in columns]
 
 
 def _order(candidates: int, n: int) -> ca.Function:
     """Which of 0, candidate 1, candidate 2 ... stands in each of n places; it has no derivative."""
     keep = ca.MX.sym("keep", candidates)
     numbers = ca.MX(ca.DM(range(1, candidates + 1)))
-    place = ca.fmin(ca.if_else(keep, _running_sum(candidates)(keep) - 1, n), n)
+    values = ca.SX.sym("values", candidates)
+    running_sum = named_function("running_sum", {"values": values}, {"sums": ca.cumsum(values)})
+    place = ca.fmin(ca.if_else(keep, running_sum(keep) - 1, n), n)
     order = ca.repmat(ca.mmax(keep * numbers), n + 1, 1)
     order.nz[place] = numbers
     options = {"is_diff_in": [False], "is_diff_out": [False]}
     return named_function("order", {"keep": keep}, {"order": order[:n]}, **options)
-
-
-def _running_sum(n: int) -> ca.Function:
-    values = ca.SX.sym("values", n)
-    return named_function("running_sum", {"values": values}, {"sums": ca.cumsum(values)})
 
 
 def polyline_moment(

@@ -26,12 +26,10 @@ CONDITIONS = {
     "#ifndef casadi_inf": True,
 }
 """Every preprocessor condition that CasADi writes, and its value in generated code."""
-COMMENTS = frozenset(
-    {
-        "/* How to prefix internal symbols */",
-        "/* Pre-c99 compatibility */",
-        "/* Configuration this file was compiled with */",
-    }
+COMMENTS = (
+    "/* How to prefix internal symbols */",
+    "/* Pre-c99 compatibility */",
+    "/* Configuration this file was compiled with */",
 )
 """Comments on what is left out."""
 DEFINITION = re.compile(
@@ -63,19 +61,14 @@ _KEYWORDS = frozenset({"if", "for", "while", "switch", "return", "sizeof", "defi
 
 @dataclass(frozen=True, kw_only=True)
 class EmbeddedCode:
-    """C of some Functions, and the work space that any of them needs.
+    """C of some Functions, and the work space that any of them needs."""
 
-    Attributes:
-        text: the C, all of it static; each Function is `int f(arg, res, iw, w, mem)` under its own name.
-        arg, res: lengths of the arrays of pointers to inputs and outputs.
-        iw, w: integers and reals of work space.
-    """
-
+    # The C, all of it static; each Function is `int f(arg, res, iw, w, mem)` under its own name.
     text: str
-    arg: int
-    res: int
-    iw: int
-    w: int
+    arg: int  # Length of the array of pointers to inputs.
+    res: int  # Length of that of pointers to outputs.
+    iw: int  # Integers of work space.
+    w: int  # Reals of work space.
 
 
 def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> EmbeddedCode:
@@ -96,9 +89,8 @@ def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> 
     text = STATIC_FUNCTION.sub(_initialised, text)
     # Each table has a macro that gives it its prefix, and its definition; those not used are left out.
     count = count_names(text)
-    text = code_in_type(
-        TABLE.sub(lambda match: match.group() if count[match[1]] > 2 else "", text), real
-    )
+    text = TABLE.sub(lambda match: match.group() if count[match[1]] > 2 else "", text)
+    text = code_in_type(text, real)
     _check(text, names, real)
     return EmbeddedCode(text=text, arg=arg, res=res, iw=iw, w=w)
 
@@ -155,14 +147,12 @@ def _static(match: re.Match[str], names: frozenset[str]) -> str:
 
 
 def _initialised(match: re.Match[str]) -> str:
-    """A function with its unused parameters marked and its scalar work variables set to 0.
-
-    CasADi sets some of these variables through pointers only, which static checkers do not follow.
-    """
+    """A function with its unused parameters marked and its scalar work variables set to 0."""
     head, parameters, body = match.groups()
     used = count_names(body)
     declared = [parameter.split()[-1].lstrip("*") for parameter in parameters.split(",")]
     unused = "".join(f"  (void) {name};\n" for name in declared if name not in used)
+    # CasADi sets some of these through pointers only, which static checkers do not follow.
     body = SCALARS.sub(lambda line: re.sub(r"\b(w\d+)(?=[,;])", r"\1=0", line.group()), body)
     return f"{head}({parameters}) {{\n{unused}{body}}}"
 

@@ -9,10 +9,7 @@ from typing import Any
 
 from observers.embedded.constants import Constants, Tunable
 from observers.embedded.estimators.filter import compact_filter
-from observers.embedded.estimators.sample_functions import (
-    EstimatorCode,
-    clean_and_patch_signals,
-)
+from observers.embedded.estimators.sample_functions import EstimatorCode, clean_and_patch_signals
 from observers.embedded.estimators.supervision import (
     rolled_verdict,
     supervision_functions,

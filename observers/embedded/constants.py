@@ -22,16 +22,11 @@ Tunable = Literal["", "tuning", "all"]
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants for Functions of scalars.
+    """Constants for Functions of scalars."""
 
-    Attributes:
-        observer: whose constants they are.
-        tunable: which of them C reads at run time.
-        theta: places in the observer's theta that the Functions take; None for all.
-    """
-
-    observer: ModelObserver
-    tunable: Tunable = ""
+    observer: ModelObserver  # Whose constants they are.
+    tunable: Tunable = ""  # Which of them C reads at run time.
+    # Places in the observer's theta that the Functions take; None for all.
     theta: Sequence[int] | None = None
 
     def fill(self, name: str, function: ca.Function) -> ca.Function:

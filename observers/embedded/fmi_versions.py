@@ -12,33 +12,22 @@ _AT = "const fmi{}ValueReference at[], size_t count"
 
 @dataclass(frozen=True, kw_only=True)
 class FmiVersion:
-    """A version of FMI.
-
-    Attributes:
-        number: of the version.
-        instance, state, deserialize: names of a type, of part of a name, and of a function.
-        real_type, integer_type: names of the types of numbers and of the status.
-        array: further parameter of functions that get or set values.
-        description: template of the model description.
-        library: folder of the library inside the archive.
-        build: the archive has a buildDescription.xml.
-        unsupported: functions that report an error, with their parameters behind the instance; those
-            without a `count` are never called by an importer that has read the model description.
-        discarded: the same for functions that answer `Discard`.
-    """
+    """A version of FMI."""
 
     number: int
-    instance: str
-    state: str
-    deserialize: str
-    real_type: str
-    integer_type: str
-    array: str
-    description: str
-    library: str
-    build: bool
+    instance: str  # Name of a type.
+    state: str  # Part of a name.
+    deserialize: str  # Name of a function.
+    real_type: str  # Name of the type of numbers.
+    integer_type: str  # Name of the type of the status.
+    array: str  # Further parameter of functions that get or set values.
+    description: str  # Template of the model description.
+    library: str  # Folder of the library inside the archive.
+    build: bool  # The archive has a buildDescription.xml.
+    # Functions that report an error, with their parameters behind the instance; those without a `count`
+    # are never called by an importer that has read the model description.
     unsupported: tuple[tuple[str, str], ...]
-    discarded: tuple[tuple[str, str], ...] = ()
+    discarded: tuple[tuple[str, str], ...] = ()  # The same for functions that answer `Discard`.
 
     @property
     def fmi(self) -> str:

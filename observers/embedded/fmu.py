@@ -25,13 +25,8 @@ from symbolic import InvalidInputError, compiler
 
 HOST = ("Linux", "x86_64")
 COMPILER_FLAGS = (
-    "-std=c99",
-    "-O2",
-    "-ffp-contract=off",
-    "-fno-math-errno",
-    "-fPIC",
-    "-shared",
-    "-fvisibility=hidden",
+    *("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno"),
+    *("-fPIC", "-shared", "-fvisibility=hidden"),
 )
 """Those of the CMake file, so that the FMU computes what the C computes, to the last bit."""
 DATE = (1980, 1, 1, 0, 0, 0)
@@ -40,20 +35,12 @@ DATE = (1980, 1, 1, 0, 0, 0)
 
 @dataclass(frozen=True)
 class FmiVariable:
-    """A variable of the model description.
-
-    Attributes:
-        name: its name.
-        reference: its value reference, as in `templates/fmu/state.c`.
-        fmi2_type: the type in FMI 2.0, see `TYPES`.
-        unit: its unit; None for a flag.
-        description: its meaning.
-    """
+    """A variable of the model description."""
 
     name: str
-    reference: int
-    fmi2_type: str
-    unit: str | None
+    reference: int  # Its value reference, as in `templates/fmu/state.c`.
+    fmi2_type: str  # The type in FMI 2.0, see `TYPES`.
+    unit: str | None  # Its unit; None for a flag.
     description: str
 
 
@@ -164,13 +151,8 @@ def _texts(
         "types": TYPES,
         "first_parameter": FIRST_PARAMETER,
     }
-    variables = [*terms["inputs"], *OUTPUTS]
-    units = [
-        "1",
-        "s",
-        *(v.unit for v in variables if v.unit),
-        *(p["fmi_unit"] for p in terms["parameters"]),
-    ]
+    units = ["1", "s", *(v.unit for v in (*terms["inputs"], *OUTPUTS) if v.unit)]
+    units += [parameter["fmi_unit"] for parameter in terms["parameters"]]
     terms["units"] = [(unit, base_unit(unit)) for unit in dict.fromkeys(units)]
     of_version = {**terms, **vars(version), "fmi": version.fmi, "unused": marked_unused}
     archive = {

@@ -32,35 +32,23 @@ SOFT_DOUBLE = 40
 
 @dataclass(frozen=True, kw_only=True)
 class InstructionsPerPart:
-    """Instructions of the parts of a step, in one type of number; pairs are in the mean, and at most.
+    """Instructions of the parts of a step, in one type of number; pairs are in the mean, and at most."""
 
-    Attributes:
-        step: an EKF without its patch.
-        corner, drop: each corner of the exact patch; where there are too many, that one is dropped.
-        bristle: each bristle.
-        compliant, limit, branch, creep: more for each behind a compliance, for a limit that varies, for
-            a Maxwell branch, for creep.
-        sample, sample_corner, sample_bristles: each sample of a window on the exact patch, each corner
-            of it, and each sample on bristles.
-        tracking: more with supervision; acquiring, and with a tuning at run time: at most.
-        tunable, tunable_sample: more for a tuning at run time.
-    """
-
-    step: int
-    corner: int
-    drop: int
-    bristle: tuple[int, int]
-    compliant: tuple[int, int]
-    limit: tuple[int, int]
-    branch: tuple[int, int]
-    creep: tuple[int, int]
-    sample: int
-    sample_corner: int
-    sample_bristles: int
-    tracking: int
-    acquiring: tuple[int, int]
-    tunable: int
-    tunable_sample: int
+    step: int  # An EKF without its patch.
+    corner: int  # Each corner of the exact patch.
+    drop: int  # Where there are too many, that one is dropped.
+    bristle: tuple[int, int]  # Each bristle.
+    compliant: tuple[int, int]  # More for each bristle behind a compliance.
+    limit: tuple[int, int]  # More for a limit that varies.
+    branch: tuple[int, int]  # More for a Maxwell branch.
+    creep: tuple[int, int]  # More for creep.
+    sample: int  # Each sample of a window on the exact patch.
+    sample_corner: int  # Each corner of it.
+    sample_bristles: int  # Each sample of a window on bristles.
+    tracking: int  # More with supervision.
+    acquiring: tuple[int, int]  # The same at most, and at most with a tuning at run time.
+    tunable: int  # More for a tuning at run time.
+    tunable_sample: int  # The same for each sample of a window.
 
 
 FLOAT = InstructionsPerPart(
@@ -86,29 +74,22 @@ RIG_CORNER = 1.48
 
 @dataclass(frozen=True, kw_only=True)
 class InstructionsPerStep:
-    """What a step of generated C takes.
+    """What a step of generated C takes."""
 
-    Attributes:
-        instructions: of a Cortex-M4F in ordinary steering, on average; at least, where `vectors`
-            holds; None where none of its kind was counted.
-        at_most: in any step; None where that is not known.
-        corner: for each corner of the patch, `corners` in ordinary steering and `most_corners` at most,
-            which is in the numbers above; 0 on bristles.
-        acquiring: for the longest step while friction is acquired, which is in `at_most`.
-        error: share by which a count differs at most [1]; None where that is not known.
-        vectors: CasADi writes the code, as vectors: no loop is known for this observer.
-        remedy: what would change that, empty where nothing need.
-    """
-
+    # Of a Cortex-M4F in ordinary steering, on average; at least, where `vectors` holds; None where none
+    # of its kind was counted.
     instructions: int | None
-    at_most: int | None = None
+    at_most: int | None = None  # In any step; None where that is not known.
+    # For each corner of the patch, `corners` in ordinary steering and `most_corners` at most, which is
+    # in the numbers above; 0 on bristles.
     corner: int = 0
     corners: int = CORNERS
     most_corners: int = MAX_CORNERS
-    acquiring: int = 0
+    acquiring: int = 0  # For the longest step while friction is acquired, which is in `at_most`.
+    # Share by which a count differs at most [1]; None where that is not known.
     error: float | None = None
-    vectors: bool = False
-    remedy: str = ""
+    vectors: bool = False  # CasADi writes the code, as vectors: no loop is known for this observer.
+    remedy: str = ""  # What would change that, empty where nothing need.
 
     def __str__(self) -> str:
         """In a line."""
@@ -153,15 +134,11 @@ def estimated_instructions(
     if on_bristles:
         mean += _bristle_instructions(patch, counts, 0)
         most += _bristle_instructions(patch, counts, 1)
+    counted = real is SINGLE or not any(patch.terms.get(name) for name in NOT_COUNTED)
     return InstructionsPerStep(
-        instructions=int(round(mean, -2)),
-        at_most=int(round(MARGIN * most, -2)),
-        corner=round(corner),
-        acquiring=acquiring,
-        error=ERROR
-        if real is SINGLE or not any(patch.terms.get(name) for name in NOT_COUNTED)
-        else None,
-    )
+        instructions=int(round(mean, -2)), at_most=int(round(MARGIN * most, -2)),
+        corner=round(corner), acquiring=acquiring, error=ERROR if counted else None,
+    )  # fmt: skip
 
 
 def _step_and_corner(

@@ -26,15 +26,10 @@ _NAME = "native"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NativeObserver:
-    """An observer in machine code.
+    """An observer in machine code."""
 
-    Attributes:
-        real: the type of its numbers.
-        library: contains `run` of templates/run.c, which one thread at a time may call.
-    """
-
-    real: Real
-    library: ctypes.CDLL
+    real: Real  # The type of its numbers.
+    library: ctypes.CDLL  # Contains `run` of templates/run.c, which one thread at a time may call.
 
     def run(
         self, t: Array, psi: Array, F_N: Array, torque: Array, psi_dot: Array | None = None

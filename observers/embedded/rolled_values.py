@@ -25,34 +25,20 @@ Known = Mapping[str, Mapping[int, float]]
 
 @dataclass(eq=False)
 class Value:
-    """A scalar or a vector of the Function.
+    """A scalar or a vector of the Function."""
 
-    Attributes:
-        code: its operation; -1 for an input or a constant.
-        operands: of that.
-        is_vector: one element a round.
-        level: a scalar is known before the loop of this number, a vector can be computed in it.
-        constant: elements that are numbers.
-        text: C of it; `{i}` stands for the index of an element.
-        is_condition: the C is a `bool`.
-        is_placed: a maximum whose place is used.
-        loop: number of the loop that computes a vector.
-        stored: a vector that another loop, or an index, reads.
-        uses: how often it is an operand.
-    """
-
-    code: int = -1
-    operands: tuple["Value", ...] = ()
-    is_vector: bool = False
-    level: int = 0
-    constant: Array | None = None
-    text: str = ""
-    is_condition: bool = False
+    code: int = -1  # Its operation; -1 for an input or a constant.
+    operands: tuple["Value", ...] = ()  # Of that.
+    is_vector: bool = False  # One element a round.
+    level: int = 0  # A scalar is known before the loop of this number, a vector can be computed in it.
+    constant: Array | None = None  # Elements that are numbers.
+    text: str = ""  # C of it; `{i}` stands for the index of an element.
+    is_condition: bool = False  # The C is a `bool`.
     value_if: tuple[str, str] | None = None
-    is_placed: bool = False
-    loop: int = 10**6
-    stored: bool = False
-    uses: int = 0
+    is_placed: bool = False  # A maximum whose place is used.
+    loop: int = 10**6  # Number of the loop that computes a vector.
+    stored: bool = False  # A vector that another loop, or an index, reads.
+    uses: int = 0  # How often it is an operand.
 
 
 @dataclass

@@ -5,7 +5,7 @@ have them. C checks a block as these classes do, and fills the vector of constan
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from math import inf, isfinite
 from typing import Any
@@ -28,7 +28,7 @@ from observers.tuning import (
     TUNING_UNITS,
     meanings,
 )
-from symbolic import RIG_RANGES, InvalidInputError
+from symbolic import RIG_RANGES, InvalidInputError, parameter_name
 
 A2L_TYPES = {SINGLE: "FLOAT32_IEEE", DOUBLE: "FLOAT64_IEEE"}
 """Types by their names in ASAM MCD-2 MC."""
@@ -53,30 +53,18 @@ ORDERED = {
 
 @dataclass(frozen=True, kw_only=True)
 class RunTimeParameter:
-    """One number of the block.
+    """One number of the block."""
 
-    Attributes:
-        field: its name in C.
-        unit: its unit.
-        about: what it means, or what it belongs to: the tyre, an effect, the rig.
-        value: that of the observer, which is the default.
-        lower, upper: its range.
-        is_open: the lower end does not belong to the range.
-        is_finite: infinity is not allowed.
-        places: where it stands in the vector of constants.
-        inverse: one over it stands there.
-    """
-
-    field: str
+    field: str  # Its name in C.
     unit: str
-    about: str
-    value: float
-    places: tuple[int, ...]
-    lower: float = -inf
-    upper: float = inf
-    is_open: bool = False
-    is_finite: bool = True
-    inverse: bool = False
+    about: str  # What it means, or what it belongs to: the tyre, an effect, the rig.
+    value: float  # That of the observer, which is the default.
+    places: tuple[int, ...]  # Where it stands in the vector of constants.
+    lower: float = -inf  # Its least value.
+    upper: float = inf  # Its greatest value.
+    is_open: bool = False  # The lower end does not belong to the range.
+    is_finite: bool = True  # Infinity is not allowed.
+    inverse: bool = False  # One over it stands there.
 
     def condition(self, real: Real) -> str:
         """C that is true where the field of `at` is in range, and false for NAN."""
@@ -114,9 +102,9 @@ def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[R
             "parameters at run time are those of an Ekf or an Mhe, got"
             f" {type(observer).__name__}; generate its code without them"
         )
-    tuning = _of_tuning(observer)
+    tuning = tuple(_of_tuning(observer))
     if tunable != "all":
-        return tuple(tuning)
+        return tuning
     found = (*_of_model(observer), *_of_rig(observer), *tuning)
     names = Counter(parameter.field for parameter in found)
     if bad := [name for name, count in names.items() if count > 1 or not name.isascii()]:
@@ -127,57 +115,43 @@ def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[R
     return found
 
 
-def _of_model(observer: ModelObserver) -> list[RunTimeParameter]:
+def _of_model(observer: ModelObserver) -> Iterator[RunTimeParameter]:
     """K and the parameters of effects; mu is that of the tuning."""
-    found = []
     for place, (effect, parameter) in enumerate(observer.model.parameters):
-        if effect is None and parameter.name == "mu":
-            continue
-        name = f"{effect.name}.{parameter.name}" if effect else parameter.name
-        found.append(
-            RunTimeParameter(
+        if (name := parameter_name(effect, parameter)) != "mu":
+            yield RunTimeParameter(
                 field=name.replace(".", "_"), unit=parameter.unit,
                 about=effect.name.replace("_", " ") if effect else "the tyre",
                 value=float(observer.values[name]), places=(place,),
                 lower=parameter.lower, upper=parameter.upper, is_finite=not parameter.inverse,
                 inverse=parameter.inverse,
-            )
-        )  # fmt: skip
-    return found
+            )  # fmt: skip
 
 
-def _of_rig(observer: ModelObserver) -> list[RunTimeParameter]:
+def _of_rig(observer: ModelObserver) -> Iterator[RunTimeParameter]:
     """Those of the rig that it has."""
-    begin, found = len(observer.model.parameters), []
-    for i, (name, unit) in enumerate(zip(RIG, RIG_UNITS, strict=True)):
-        if (value := getattr(observer.rig, name)) is None:
-            continue
-        lower, upper = RIG_RANGES[name]
-        found.append(
-            RunTimeParameter(
-                field=name, unit=unit, about="the rig", value=float(value), places=(begin + i,),
+    begin = len(observer.model.parameters)
+    for place, (name, unit) in enumerate(zip(RIG, RIG_UNITS, strict=True), start=begin):
+        if (value := getattr(observer.rig, name)) is not None:
+            lower, upper = RIG_RANGES[name]
+            yield RunTimeParameter(
+                field=name, unit=unit, about="the rig", value=float(value), places=(place,),
                 lower=lower, upper=upper, is_open=name == "slide_rate",
-            )
-        )  # fmt: skip
-    return found
+            )  # fmt: skip
 
 
-def _of_tuning(observer: ModelObserver) -> list[RunTimeParameter]:
+def _of_tuning(observer: ModelObserver) -> Iterator[RunTimeParameter]:
     """Every field of the tuning."""
-    begin, found = len(observer.model.parameters) + len(RIG), []
     meaning = meanings()
-    for i, name in enumerate(TUNING_FIELDS):
-        places = (0, begin + i) if name == "mu" else (begin + i,)
+    for place, name in enumerate(TUNING_FIELDS, start=len(observer.model.parameters) + len(RIG)):
         positive = name in (*POSITIVE, "mu", "greatest")
-        found.append(
-            RunTimeParameter(
-                field=name, unit=TUNING_UNITS.get(name, "1"), about=meaning.get(name, "the tuning"),
-                value=float(getattr(observer.effective_tuning, name)), places=places,
-                lower=0.0 if positive or name in NON_NEGATIVE_FIELDS else 1.0, is_open=positive,
-                is_finite=name not in LIMIT_FIELDS or name in ("mu", "least", "greatest", "reset_after"),
-            )
+        yield RunTimeParameter(
+            field=name, unit=TUNING_UNITS.get(name, "1"), about=meaning.get(name, "the tuning"),
+            value=float(getattr(observer.effective_tuning, name)),
+            places=(0, place) if name == "mu" else (place,),
+            lower=0.0 if positive or name in NON_NEGATIVE_FIELDS else 1.0, is_open=positive,
+            is_finite=name not in LIMIT_FIELDS or name in ("mu", "least", "greatest", "reset_after"),
         )  # fmt: skip
-    return found
 
 
 def calibration_placeholders(parameters: Sequence[RunTimeParameter], real: Real) -> dict[str, Any]:

@@ -2,11 +2,14 @@
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from math import inf
 from typing import Any
 
 import casadi as ca
 
 from observers.embedded.scalar_type import Real
+from observers.layout import outputs_of
+from symbolic.casadi_functions import named_function
 from symbolic.compilation.c_comments import Comments
 from symbolic.compilation.scalar_c import c_function
 
@@ -80,16 +83,12 @@ def expand_with_constants(
     outputs = function.expand().call([given[n] for n in function.name_in()])
     flat = ca.substitute(outputs, [epsilon], [ca.SX(0)])
     inputs = symbols if last is None else symbols | {"constants": last}
-    return ca.Function(
-        name, list(inputs.values()), [ca.densify(ca.vec(output)) for output in flat], list(inputs),
-        function.name_out(), {"cse": True},
-    )  # fmt: skip
+    columns = [ca.densify(ca.vec(output)) for output in flat]
+    return named_function(name, inputs, dict(zip(function.name_out(), columns, strict=True)), cse=True)
 
 
 def _with_infinity(values: Iterable[Any], epsilon: ca.SX) -> ca.SX:
-    return ca.vertcat(
-        *(1 / epsilon if isinstance(v, float) and v == float("inf") else v for v in values)
-    )
+    return ca.vertcat(*(1 / epsilon if isinstance(v, float) and v == inf else v for v in values))
 
 
 def with_known_exponential(function: ca.Function, exponent: tuple[str, int], known: str) -> ca.Function:
@@ -137,11 +136,8 @@ def inputs_used(function: ca.Function) -> frozenset[str]:
 def without_inputs(function: ca.Function, names: Collection[str]) -> ca.Function:
     """The same Function of scalars without inputs that no output depends on."""
     symbols = {name: ca.SX.sym(name, *function.size_in(name)) for name in function.name_in()}
-    outputs = function.call(list(symbols.values()))
     inputs = {name: symbol for name, symbol in symbols.items() if name not in names}
-    return ca.Function(
-        function.name(), list(inputs.values()), outputs, list(inputs), function.name_out()
-    )
+    return named_function(function.name(), inputs, outputs_of(function, *symbols.values()))
 
 
 def without_outputs(function: ca.Function, names: Collection[str]) -> ca.Function:

@@ -38,21 +38,13 @@ REAL_LITERAL = re.compile(r"(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+"
 
 @dataclass(frozen=True, kw_only=True)
 class Real:
-    """A floating-point type of C.
+    """A floating-point type of C."""
 
-    Attributes:
-        c_type: its name in C.
-        suffix: of its literals, and of the names of its functions in math.h.
-        dtype: the same type in NumPy.
-        digits: significant decimal digits that distinguish any two numbers.
-        greatest: largest finite number.
-    """
-
-    c_type: str
-    suffix: str
-    dtype: type[np.floating]
-    digits: int
-    greatest: float
+    c_type: str  # Its name in C.
+    suffix: str  # Of its literals, and of the names of its functions in math.h.
+    dtype: type[np.floating]  # The same type in NumPy.
+    digits: int  # Significant decimal digits that distinguish any two numbers.
+    greatest: float  # Largest finite number.
 
     def literal(self, value: float) -> str:
         """A number as a literal of C; NAN and INFINITY are those of math.h."""

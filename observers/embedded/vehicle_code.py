@@ -8,6 +8,8 @@ from observers.embedded.generated_files import mark, write_generated
 from observers.embedded.jinja_templates import render
 from observers.embedded.own_names import with_prefix
 from observers.embedded.scalar_type import Real, code_in_type
+from observers.layout import symbols
+from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
 from symbolic.vehicle.steering import mean_angle, rack_force, rack_position
@@ -42,19 +44,14 @@ def vehicle_functions(vehicle: Vehicle) -> list[ca.Function]:
 
     (rack, force, speed, acceleration) -> (psi, M_z), and (handwheel, T_bar, T_motor) -> (rack, force).
     """
-    rack, *moved = (ca.SX.sym(n) for n in ("rack", "force", "speed", "acceleration"))
-    handwheel, bar, motor = (ca.SX.sym(n) for n in ("handwheel", "T_bar", "T_motor"))
+    of_rack = symbols(ca.SX, rack=1, force=1, speed=1, acceleration=1)
+    of_handwheel = symbols(ca.SX, handwheel=1, T_bar=1, T_motor=1)
+    (rack, *moved), (handwheel, bar, motor) = of_rack.values(), of_handwheel.values()
     brakes = vehicle.brakes
     psi = equivalent_contact_angle(vehicle, mean_angle(vehicle, rack), brakes=brakes)
     M_z = aligning_torque_with_friction(vehicle, rack, *moved, brakes=brakes)
-    of_hand = [rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor)]
+    way, force = rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor)
     return [
-        ca.Function(
-            "wheel_of_rack", [rack, *moved], [psi, M_z],
-            ["rack", "force", "speed", "acceleration"], ["psi", "M_z"], {"cse": True},
-        ),
-        ca.Function(
-            "rack_of_handwheel", [handwheel, bar, motor], of_hand,
-            ["handwheel", "T_bar", "T_motor"], ["rack", "force"], {"cse": True},
-        ),
-    ]  # fmt: skip
+        named_function("wheel_of_rack", of_rack, {"psi": psi, "M_z": M_z}, cse=True),
+        named_function("rack_of_handwheel", of_handwheel, {"rack": way, "force": force}, cse=True),
+    ]

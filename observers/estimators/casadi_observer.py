@@ -115,9 +115,8 @@ class CasadiObserver:
         """`step_function` of plausible samples alone, see `observers.quality.sensor_limits`."""
         # Half-length and caster follow the parameters of the model.
         a_at = len(self.model.parameters) if self.is_checked else None
-        return build_screened_step(
-            self.step_function, self.layout, self._limits_at or self.sample_limits, self.channel, a_at
-        )
+        limits = self._limits_at or self.sample_limits
+        return build_screened_step(self.step_function, self.layout, limits, self.channel, a_at)
 
     @property
     def _limits_at(self) -> int | None:
@@ -196,12 +195,8 @@ class CasadiObserver:
                 f" rad, F_N = {first.F_N} N; wait for one that has"
             )
         state = self.initial_function(np.array(first.numbers), self.constants).full().ravel()
-        return ObserverState(
-            np.concatenate(
-                [state, initial_plausibility_state(first.psi), START[: len(START) * self.is_checked]]
-            ),
-            self._parts,
-        )
+        checks = (initial_plausibility_state(first.psi), START[: len(START) * self.is_checked])
+        return ObserverState(np.concatenate([state, *checks]), self._parts)
 
     def step(self, state: ObserverState, sample: Sample) -> ObserverState:
         """The state after one more sample; the state given is not changed.
@@ -275,9 +270,8 @@ class CasadiObserver:
     def _filled(self) -> list[slice]:
         """Slices of the state that must not hold NaN; adjacent ones are merged."""
         filled: list[slice] = []
-        for at in (
-            self._parts.places[n][0] for n in ("memory", "x", "factor") if n in self._parts.places
-        ):
+        places = self._parts.places
+        for at in (places[name][0] for name in ("memory", "x", "factor") if name in places):
             joins = bool(filled) and filled[-1].stop == at.start
             filled.append(slice(filled.pop().start if joins else at.start, at.stop))
         return filled

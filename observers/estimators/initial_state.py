@@ -12,7 +12,7 @@ from observers.patch.effective_friction import output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.patch.update import tyre_states
 from observers.protocol import SAMPLE
-from observers.quality import acquisition_and_tracking
+from observers.quality.acquisition_and_tracking import initial_supervision
 from observers.tuning import TUNING_FIELDS
 from observers.udu import covariance_expression
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
@@ -39,15 +39,14 @@ def build_initial_state(
     slide = full_slide_torque(first["F_N"], numbers["a"])
     tuning["zero_std"] = share_of_full_slide(numbers["zero_std"], slide, tuning["zero_std"])
     prior = measurement_model.prior(tuning, first, slide)
-    mean, variance = (
-        ca.vertcat(*(prior[name][i] for name in measurement_model.states)) for i in range(2)
-    )
+    states = measurement_model.states
+    mean, variance = (ca.vertcat(*(prior[name][i] for name in states)) for i in range(2))
     point = [tuning[POINT[name]] if name in POINT else 1 for name in tyre_states(measurement_model)]
     last, P = _at_rest(CLEAN, first), ca.diag(variance)
     factor = P
-    if OTHER in measurement_model.states:
+    if OTHER in states:
         # The other direction has the friction of this one and a difference: U D U' of both.
-        at, other = (measurement_model.states.index(name) for name in ("log_mu", OTHER))
+        at, other = states.index("log_mu"), states.index(OTHER)
         share = variance[at] / variance[other]
         factor = ca.MX(P)
         factor[at, other], factor[at, at] = share, (1 - share) * variance[at]
@@ -66,9 +65,7 @@ def build_initial_state(
     }
     if "own" in layout.places:
         std = tuning["zero_std"] * slide
-        parts |= acquisition_and_tracking.initial_supervision(
-            measurement_model, first["psi"], first["F_N"], std
-        )
+        parts |= initial_supervision(measurement_model, first["psi"], first["F_N"], std)
     if "samples" in layout.places:
         # The rows of a window's samples continue those of a cleaned sample.
         rows = layout.places["samples"][1][0]

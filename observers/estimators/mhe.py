@@ -165,17 +165,12 @@ def build_mhe_step(
     # A memory that depends on the old friction does not fit samples of the new ground: they stay
     # rejected.
     run = 1 if memory_depends_on_tyre(model, measurement_model) else test["run"]
-    samples = _update_acceptance(
-        samples[:, 1:], ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), sample.change
-    )
-    at = sample.at
-    factor = add_variance(
-        factor, at, arrival_variance_increment(window, test["reset"], run, sample.change)
-    )
-    smoother, given = (
-        build_window_smoother(measurement_model, window),
-        (samples, sample.rig, sample.tuning),
-    )
+    result, at = ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), sample.at
+    samples = _update_acceptance(samples[:, 1:], result, sample.change)
+    increment = arrival_variance_increment(window, test["reset"], run, sample.change)
+    factor = add_variance(factor, at, increment)
+    smoother = build_window_smoother(measurement_model, window)
+    given = (samples, sample.rig, sample.tuning)
     for i in range(iterations):
         M_z, slopes = torques(history, x) if i > 0 else (M_z, slopes)
         previous = x[:, -1]
@@ -199,10 +194,7 @@ def build_mhe_step(
 def _predict(
     sample: StepSample, before: Parts, last: ca.MX, torque: tuple[ca.MX, ca.MX]
 ) -> tuple[ca.MX, ca.MX, ca.MX]:
-    """The newest states before the sample is measured, their P, and the sensitivity's retention.
-
-    torque is M_z and its slopes at the last sample.
-    """
+    """The newest states and their P before the sample is measured, and the sensitivity's retention."""
     x_last, P_last = before["x"][:, -1], before["P_newest"]
     x, P, Q = build_state_prediction(sample.measurement_model)(
         x_last, P_last, *torque, last, sample.now, sample.rig, sample.tuning

@@ -14,8 +14,8 @@ from observers.layout import Layout
 from observers.measurement.directional_friction import OTHER, DirectionalFriction
 from observers.measurement.measurement_model import RIG, AligningTorque, MeasurementModel
 from observers.patch.patch_protocol import EQUIVALENT
-from observers.quality import acquisition_and_tracking
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
+from observers.quality.acquisition_and_tracking import build_supervised_step, supervision_layout
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.quality.tuning_from_tolerances import tuning_with_tolerances
 from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole
@@ -32,19 +32,16 @@ class ModelObserver(CasadiObserver):
     """A model, its fixed parameters, the rig, what is measured, and the tuning.
 
     Attributes:
-        model: the model, with the effects that a diagnosis found if there are any. It is taken on
-            bristles where something stands in series with the patch: the corners of the exact patch then
-            depend on mu, and their derivative by mu is useless after a reversal.
-        values: every parameter of the model but mu, by name (`k`, `effect.parameter`).
-        rig: geometry; J_A and b_t too where the steering torque is measured.
+        model, values, rig: as of `CasadiObserver`. The model is taken on bristles where something stands
+            in series with the patch: the corners of the exact patch then depend on mu, and their
+            derivative by mu is useless after a reversal.
         tuning: prior and noises.
         measurement_model: which torque is measured, and which states there are beside mu.
         acquire: friction is acquired among hypotheses before the estimator tracks it, and inputs are
             checked for other units, signs and scales, see `observers.quality.acquisition_and_tracking`.
-            False is the
-            estimator alone, from its prior: where another part of a system does all that. Friction by
-            direction is not acquired, but its inputs are checked; it takes the place of the ratio of an
-            `asymmetric_friction`.
+            False is the estimator alone, from its prior: where another part of a system does all that.
+            Friction by direction is not acquired, but its inputs are checked; it takes the place of the
+            ratio of an `asymmetric_friction`.
 
     Raises:
         InvalidInputError: a parameter is missing or out of bounds, or the rig lacks one.
@@ -77,13 +74,10 @@ class ModelObserver(CasadiObserver):
 
     def _take_the_place_of_a_ratio(self) -> None:
         """Friction by direction replaces that of the model, and changes where the model's did."""
-        if ASYMMETRY_RATIO not in self.values or not isinstance(
-            self.measurement_model, DirectionalFriction
-        ):
-            return
-        exchanged = replace(self.measurement_model, at_reversal=True)
-        object.__setattr__(self, "measurement_model", exchanged)
-        object.__setattr__(self, "values", {**self.values, ASYMMETRY_RATIO: 1.0})
+        model = self.measurement_model
+        if isinstance(model, DirectionalFriction) and ASYMMETRY_RATIO in self.values:
+            object.__setattr__(self, "measurement_model", replace(model, at_reversal=True))
+            object.__setattr__(self, "values", {**self.values, ASYMMETRY_RATIO: 1.0})
 
     @property
     def _by_direction(self) -> bool:
@@ -110,9 +104,7 @@ class ModelObserver(CasadiObserver):
         parts = self.estimator_layout
         if not self.acquire:
             return parts
-        return Layout(
-            (*parts.fields, *acquisition_and_tracking.supervision_layout(self.measurement_model).fields)
-        )
+        return Layout((*parts.fields, *supervision_layout(self.measurement_model).fields))
 
     @property
     def step_function(self) -> ca.Function:
@@ -121,7 +113,7 @@ class ModelObserver(CasadiObserver):
             return self.estimator_step
         # Its numbers are among the constants: one Function serves all rigs and values.
         patch = replace(self.equivalent_patch, **dict.fromkeys(EQUIVALENT, 1.0))
-        return acquisition_and_tracking.build_supervised_step(
+        return build_supervised_step(
             self.estimator_step, self.model, self.measurement_model, self.estimator_layout, patch
         )
 

@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
+from observers.layout import symbols
 from observers.protocol import Sample
 from observers.tuning import Tuning
 from symbolic import DECLARED, GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, compiled
@@ -87,9 +88,8 @@ class FilterpyEkf(ExtendedKalmanFilter):  # type: ignore[misc]
         if math.isfinite(sample.M_z):
             spread = self.tuning.noise * SHARE * sample.F_N * self._rig.a
             self.R = np.array([[spread**2]])
-            torque, slope = (
-                out.full() for out in self._torque(self._memory, patch_signals, self.x[0, 0])
-            )
+            results = self._torque(self._memory, patch_signals, self.x[0, 0])
+            torque, slope = (result.full() for result in results)
             self.update(np.array([[sample.M_z]]), lambda _: slope, lambda _: torque)
         return self.mu
 
@@ -100,11 +100,8 @@ def _functions(
     """Memory before the first signals, after a sample, and torque with its derivative by ln mu."""
     nominal = model.theta({**values, "mu": DECLARED[0].start})
     geometry = ca.DM([getattr(rig, name) for name in GEOMETRY])
-    memory, patch_signals = (
-        ca.MX.sym("memory", model.memory_size),
-        ca.MX.sym("patch_signals", len(SIGNALS)),
-    )
-    signals, log_mu = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("log_mu")
+    sizes = {"memory": model.memory_size, "patch_signals": len(SIGNALS), "signals": len(SIGNALS)}
+    memory, patch_signals, signals, log_mu = symbols(ca.MX, **sizes, log_mu=1).values()
     theta = ca.vertcat(ca.exp(log_mu), nominal[1:])
     torque = model.torque(memory, patch_signals, theta, geometry)
     slope = ca.densify(ca.jacobian(torque, log_mu))

@@ -35,18 +35,14 @@ def _screen_within(limits: tuple[float, ...]) -> CompiledStep:
 
 @dataclass(frozen=True, slots=True)
 class _LoopState:
-    """State between samples.
+    """State between samples."""
 
-    That of the observer, None before the start; last angle, its age, and rate; that of the check of
-    samples, None before the start; whether a rate was measured beyond its limit.
-    """
-
-    state: Any = None
-    psi: float = nan
-    age: float = 0.0
-    psi_dot: float = 0.0
-    screen: Any = None
-    too_fast: bool = False
+    state: Any = None  # That of the observer, None before the start.
+    psi: float = nan  # The last angle [rad].
+    age: float = 0.0  # Of that angle [s].
+    psi_dot: float = 0.0  # The last rate [rad/s].
+    screen: Any = None  # That of the check of samples, None before the start.
+    too_fast: bool = False  # Whether a rate was measured beyond its limit.
 
 
 class Loop:

@@ -8,13 +8,7 @@ from observers.compiled_step import first_sample
 from observers.estimates import Estimates
 from observers.measurement.angle_derivative import causal_rate
 from observers.measurement.measurement_model import MIN_FIRST_LOAD
-from observers.protocol import (
-    ESTIMATE,
-    BatchObserver,
-    Observer,
-    Sample,
-    Status,
-)
+from observers.protocol import ESTIMATE, BatchObserver, Observer, Sample, Status
 from observers.quality.sensor_limits import beyond_limits, plausible_angles, sample_limits_of
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array

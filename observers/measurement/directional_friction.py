@@ -86,14 +86,12 @@ class DirectionalFriction(AligningTorque):
     def _direction(
         self, psi: Expression, M_z: Expression, before: Expression, side: Expression
     ) -> tuple[Expression, Expression]:
-        """The angle less play, and the direction, from those before.
-
-        A direction takes over where the torque opposes its motion; at once where no torque is known.
-        """
+        """The angle less play, and the direction, from those before."""
         followed = ca.fmax(psi - self.slack, ca.fmin(psi + self.slack, before))
         way, known = ca.sign(followed - before), is_known(M_z)
         takes_over = way != 0
         if not self.at_reversal:
+            # Where the torque opposes its motion; at once where no torque is known.
             opposed = ca.logic_or(ca.logic_not(known), way * ca.if_else(known, M_z, 0) < 0)
             takes_over = ca.logic_and(takes_over, opposed)
         return followed, ca.if_else(takes_over, way, side)

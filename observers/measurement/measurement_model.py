@@ -55,21 +55,14 @@ ground adds to the variance of ln mu before it."""
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """The measurement of one sample.
+    """The measurement of one sample."""
 
-    Attributes:
-        expected: value that the states predict.
-        measured: value of the sensor, NaN where it is missing.
-        precision: inverse variance of the white measurement error; 0 in an empty place of a window.
-        huber_scale: square of the error up to which Huber's loss is quadratic.
-        independent: share of an independent sample that this one is worth [1], less than 1 where the
-            error of the model lasts.
-    """
-
-    expected: Expression
-    measured: Expression
+    expected: Expression  # Value that the states predict.
+    measured: Expression  # Value of the sensor, NaN where it is missing.
+    # Inverse variance of the white measurement error; 0 in an empty place of a window.
     precision: Expression
-    huber_scale: Expression
+    huber_scale: Expression  # Square of the error up to which Huber's loss is quadratic.
+    # Share of an independent sample that it is worth [1], less than 1 where the model's error lasts.
     independent: Expression = 1
 
 

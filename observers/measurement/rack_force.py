@@ -17,12 +17,7 @@ from typing import ClassVar
 import casadi as ca
 
 from observers.layout import Expression, Parts
-from observers.measurement.measurement_model import (
-    AligningTorque,
-    Measurement,
-    Moments,
-    select_states,
-)
+from observers.measurement.measurement_model import AligningTorque, Measurement, Moments, select_states
 from observers.measurement.torque_error import is_known
 from symbolic import full_slide_arm
 from symbolic.vehicle.kingpin import growth_to_full_lock

@@ -38,11 +38,8 @@ class PatchWindow:
     def blocks(self) -> tuple[tuple[str, int, int], ...]:
         """Names, rows and columns of the parts of one sample; `angle_slope` is psi and dM_z/dpsi."""
         angle = [("angle_slope", 2, 1) for name in slope_states(self.measurement_model) if name == "psi"]
-        return (
-            *memory_fields(self.model, self.measurement_model),
-            ("patch_signals", len(SIGNALS), 1),
-            *angle,
-        )
+        memory = memory_fields(self.model, self.measurement_model)
+        return (*memory, ("patch_signals", len(SIGNALS), 1), *angle)
 
     @property
     def fields(self) -> tuple[tuple[str, int, int], ...]:

@@ -68,24 +68,14 @@ def build_linearised_patch_update(model: PatchModel, measurement_model: Measurem
     M_z = model.torque.call([memory_next, patch_signals, at, geometry], True, False)[0]
     seeds = ca.MX.sym("seeds", size, count) if depends else ca.MX(size, count)
     by_tyre = ca.vertcat(seeds, ca.MX(len(SIGNALS), count), ca.MX(ca.DM.eye(count)))
-    by_angle = ca.vertcat(
-        ca.MX(size, 1), ca.DM.eye(len(SIGNALS))[:, SIGNALS.index("psi")], ca.MX(count, 1)
-    )
+    psi = ca.DM.eye(len(SIGNALS))[:, SIGNALS.index("psi")]
+    by_angle = ca.vertcat(ca.MX(size, 1), psi, ca.MX(count, 1))
     angles = [by_angle for name in slope_states(measurement_model) if name == "psi"]
     slopes = ca.jtimes(ca.vertcat(memory_next, M_z), arguments, ca.horzcat(*angles, by_tyre))
     sensitivity = [seeds] if depends else []
-    flat = ca.Function(
-        "flat",
-        [arguments, *sensitivity, theta, geometry],
-        [
-            memory_next,
-            *(slopes[:size, len(angles) :] for _ in sensitivity),
-            patch_signals,
-            M_z,
-            slopes[size, :].T,
-        ],
-        {"cse": True},
-    )
+    by_memory = [slopes[:size, len(angles) :] for _ in sensitivity]
+    results = [memory_next, *by_memory, patch_signals, M_z, slopes[size, :].T]
+    flat = ca.Function("flat", [arguments, *sensitivity, theta, geometry], results, {"cse": True})
     inputs = _symbols(model, measurement_model, signals=len(SIGNALS))
     fields = {name: inputs[name] for name, *_ in memory_fields(model, measurement_model)}
     tyre = inputs["tyre"]

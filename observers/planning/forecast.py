@@ -37,30 +37,23 @@ MU, STD, TORQUE, STATUS = (OUTPUT.index(n) for n in ("mu", "mu_std", "M_z_predic
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForecastCase:
-    """A friction that the ground may have [1], and where wheel and observer begin.
+    """A friction that the ground may have, and where wheel and observer begin."""
 
-    The torque filter predicts the torque at this friction, which is multiplied by `scale`, as the
-    observer divides it by that [1].
-    """
-
-    mu: float
+    mu: float  # That friction [1], at which the torque filter predicts the torque.
     torque_filter_state: Array
     torque_filter_constants: Array
     state: Array
-    scale: float = 1.0
+    scale: float = 1.0  # That torque is multiplied by it, as the observer divides by it [1].
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Forecast:
-    """Estimates of the observer along the samples of a path, at one friction; arrays of shape (n,).
-
-    deviation is the standard deviation over the estimate [1], torque that which is measured [N m].
-    """
+    """Estimates of the observer along the samples of a path, at one friction; arrays of shape (n,)."""
 
     mu: Array
-    deviation: Array
+    deviation: Array  # Standard deviation over the estimate [1].
     usable: NDArray[np.bool_]
-    torque: Array
+    torque: Array  # That which is measured [N m].
     status: NDArray[np.int64]
 
     def upto(self, end: int) -> "Forecast":
@@ -156,17 +149,13 @@ class Forecaster:
         ground, state = case.torque_filter_state, case.state
         for first in range(0, path.psi.size, SAMPLES_PER_CALL):
             given = samples[:, first : first + SAMPLES_PER_CALL]
-            count = given.shape[1]
+            count, end = given.shape[1], first + given.shape[1]
             given = np.pad(given, ((0, 0), (0, SAMPLES_PER_CALL - count)), mode="edge")
             states, expected = self._torque(ground, given, case.torque_filter_constants)
             ground = states[:, -1].copy()
             torque = case.scale * expected[TORQUE]
             if self.observer.channel == "M":
-                torque = (
-                    np.pad(inertia[first : first + SAMPLES_PER_CALL], (0, SAMPLES_PER_CALL - count))
-                    - torque
-                )
-            end = min(first + SAMPLES_PER_CALL, path.psi.size)
+                torque = np.pad(inertia[first:end], (0, SAMPLES_PER_CALL - count)) - torque
             given[SAMPLE.index(self.observer.channel)] = torque
             if noise is not None:
                 given[SAMPLE.index(self.observer.channel), :count] += noise[first:end]
@@ -190,10 +179,8 @@ class Forecaster:
             if at is not None:
                 return at, float(forecast.deviation[at])
             deviation = min(1.0, float(forecast.deviations(most_torque).min()))
-            if (
-                forecast.mu.size > last
-                or np.abs(forecast.torque[-SAMPLES_PER_CALL:]).max() > most_torque
-            ):
+            newest = np.abs(forecast.torque[-SAMPLES_PER_CALL:]).max()
+            if forecast.mu.size > last or newest > most_torque:
                 break
         return None, deviation
 

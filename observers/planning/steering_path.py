@@ -62,25 +62,15 @@ class SteeringLimits:
 
 @dataclass(frozen=True, eq=False)
 class SteeringPath:
-    """A path of the angle.
+    """A path of the angle."""
 
-    Attributes:
-        begin: angle one step before the first sample [rad].
-        dt: between samples [s].
-        psi: angle, shape (n,) [rad].
-        psi_dot: yaw rate, shape (n,) [rad/s].
-        points: turning points after the begin [rad].
-        leg: index of the one that is turned to, shape (n,).
-        rate: greatest yaw rate [rad/s].
-    """
-
-    begin: float
-    dt: float
-    psi: Array
-    psi_dot: Array
-    points: Array
-    leg: NDArray[np.int64]
-    rate: float
+    begin: float  # Angle one step before the first sample [rad].
+    dt: float  # Between samples [s].
+    psi: Array  # Angle, shape (n,) [rad].
+    psi_dot: Array  # Yaw rate, shape (n,) [rad/s].
+    points: Array  # Turning points after the begin [rad].
+    leg: NDArray[np.int64]  # Index of the one that is turned to, shape (n,).
+    rate: float  # Greatest yaw rate [rad/s].
 
     def upto(self, end: int) -> "SteeringPath":
         """Its first samples."""
@@ -161,17 +151,14 @@ KINDS = ("none", "turn back", "shorter", "longer", "narrower", "wider", "slower"
 
 
 class PathPoint(NamedTuple):
-    """Point on a path: angle and remaining turning points [rad], greatest rate and speed [rad/s].
+    """Point on a path."""
 
-    The speed is that toward the first of the points; bounds and middle are of the angle [rad].
-    """
-
-    psi: float
-    remaining_points: tuple[float, ...]
-    rate: float
-    speed: float
-    bounds: tuple[float, float]
-    middle: float
+    psi: float  # Angle [rad].
+    remaining_points: tuple[float, ...]  # Turning points [rad].
+    rate: float  # Greatest one [rad/s].
+    speed: float  # Toward the first of the points [rad/s].
+    bounds: tuple[float, float]  # Of the angle [rad].
+    middle: float  # Of the angle [rad].
 
 
 def changed_path(
@@ -191,9 +178,8 @@ def changed_path(
         factor = SHORTER if kind == "narrower" else LONGER
         rest = [middle + factor * (point - middle) for point in rest]
     elif kind in ("slower", "faster"):
-        rate = float(
-            np.clip(rate * (SHORTER if kind == "slower" else LONGER), limits.slowest, limits.rate)
-        )
+        factor = SHORTER if kind == "slower" else LONGER
+        rate = float(np.clip(factor * rate, limits.slowest, limits.rate))
     points = [float(np.clip(point, low, high)) for point in (first, *rest)]
     points[0] = max(points[0], stop) if heading > 0 else min(points[0], stop)
     if kind == "turn back" and abs(stop - psi) < AT_REST:

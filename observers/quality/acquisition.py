@@ -15,11 +15,7 @@ from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.measurement_model import MeasurementModel, has_gear_friction
 from observers.measurement.torque_error import forgetting_factor, is_known
 from observers.protocol import OUTPUT, Status
-from observers.quality.acquisition_handover import (
-    handover_vector,
-    is_decided,
-    states_handed_over,
-)
+from observers.quality.acquisition_handover import handover_vector, is_decided, states_handed_over
 from observers.quality.hypotheses_verdict import (
     VERDICT,
     build_hypotheses_verdict,
@@ -79,18 +75,13 @@ KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 class EquivalentPatch:
     """The declared patch that a model comes closest to, for acquisition.
 
-    Attributes:
-        stiffness: its k over that of the model's parameters [1].
-        friction: its mu over the model's [1].
-        misfit: least share of the torque by which both differ [1].
-        memoryless_share: share of the full slide beyond which memory keeps nothing of an earlier mu [1].
-
     Functions take stiffness and friction as inputs, so that those of a model serve every rig.
     """
 
-    stiffness: float = 1.0
-    friction: float = 1.0
-    misfit: float = 0.0
+    stiffness: float = 1.0  # Its k over that of the model's parameters [1].
+    friction: float = 1.0  # Its mu over the model's [1].
+    misfit: float = 0.0  # Least share of the torque by which both differ [1].
+    # Share of the full slide beyond which memory keeps nothing of an earlier mu [1].
     memoryless_share: float = 0.0
 
 
@@ -158,10 +149,7 @@ def build_acquisition_handover(
     output), the second in the order of `handover_names`; counted is 1 where a torque was weighed, share
     what it is worth; friction is the patch's; M_z and added are as for `build_search_step`.
     """
-    is_scaled, states = (
-        bool(measurement_model.scaled),
-        states_handed_over(measurement_model.states),
-    )
+    is_scaled, states = bool(measurement_model.scaled), states_handed_over(measurement_model.states)
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
         M_z=1, added=1, tyre=3, limits=len(SETTINGS), friction=1,

@@ -105,10 +105,7 @@ def build_tracking_step(patch: EquivalentPatch, measurement_model: MeasurementMo
 
     The search for s goes on until friction is confirmed or the model is doubted.
     """
-    gear, states = (
-        has_gear_friction(measurement_model),
-        states_handed_over(measurement_model.states),
-    )
+    gear, states = has_gear_friction(measurement_model), states_handed_over(measurement_model.states)
     inputs = supervision_symbols(gear)
     search, verdict, own, output, psi, M_z, dt, added, tyre, limits, friction, *dry = inputs.values()
     parts, numbers = search_layout(gear).split(search), named(OWN, own)
@@ -200,10 +197,8 @@ def build_supervised_step(
 
 def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
     """A sample while friction is acquired or while the estimator tracks, by its first input."""
-    acquire, follow = (
-        build(patch, measurement_model) for build in (build_acquisition_step, build_tracking_step)
-    )
-    return ca.Function.if_else("supervise", acquire, follow)
+    acquire = build_acquisition_step(patch, measurement_model)
+    return ca.Function.if_else("supervise", acquire, build_tracking_step(patch, measurement_model))
 
 
 def _search_of(
@@ -229,20 +224,17 @@ def _known_before(
     own: Parts, verdict: Expression, tracked: Expression, zero: Expression, zero_std: Expression,
     scaled: str,
 ) -> tuple[Expression, ...]:  # fmt: skip
-    """Mean and deviation of s [1] and of the torque's zero [N m] with which a search begins anew.
-
-    zero_std is a share of full slide at mu = 1 times the half-length [m]. Garbage may have moved the
-    zero far: it keeps its range. From the steering torque nothing tells s on ice anew: it stays known.
-    """
+    """Mean and deviation of s [1] and of the torque's zero [N m] with which a search begins anew."""
     found, std = ca.exp(named(VERDICT, verdict)["log_gain"]), zero_std * full_slide_torque(own["F_N"], 1)
+    # zero_std is a share of full slide at mu = 1 times the half-length [m].
     most = MAX_ZERO_DEVIATIONS * std
     lasted = ca.logic_and(own["lost"], own["confirmed"] == PROVED)
     moved = ca.if_else(ca.logic_and(tracked, lasted), MAY_HAVE_MOVED, 1)
-    scale = (
-        ca.if_else(tracked, found, own["scale"]),
-        ca.if_else(tracked, (moved if scaled else 1) * RESTART_STD, VAGUE),
-    )
-    return *scale, ca.fmax(-most, ca.fmin(most, zero)), moved * std
+    scale = ca.if_else(tracked, found, own["scale"])
+    # From the steering torque nothing tells s on ice anew: it stays known. Garbage may have moved the
+    # zero far: it keeps its range.
+    scale_std = ca.if_else(tracked, (moved if scaled else 1) * RESTART_STD, VAGUE)
+    return scale, scale_std, ca.fmax(-most, ca.fmin(most, zero)), moved * std
 
 
 def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:

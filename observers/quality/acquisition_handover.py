@@ -99,20 +99,14 @@ def take_acquired(
 
 
 def _empty_window(window: Parts) -> dict[str, ca.MX]:
-    """A window with nothing but the last step: no measurement, no motion before it.
-
-    window has the newest states.
-    """
+    """A window of the newest states and the last step alone: no measurement, no motion before it."""
     columns = window["x"].shape[1]
     before = window["x"][:, max(columns - 2, 0)]
     samples = ca.MX(window["samples"])
     samples[[ROWS.index("accepted"), ROWS.index("jump")], :] = 0
     samples[ROWS.index("dt"), : columns - 1] = 0
-    return {
-        "x": ca.horzcat(ca.repmat(before, 1, columns - 1), window["x"][:, -1]),
-        "mean": before,
-        "samples": samples,
-    }
+    x = ca.horzcat(ca.repmat(before, 1, columns - 1), window["x"][:, -1])
+    return {"x": x, "mean": before, "samples": samples}
 
 
 def is_decided(

@@ -117,14 +117,9 @@ def build_branch_consistency(patch: EquivalentPatch, measurement_model: Measurem
 
 
 def _confirmed(
-    own: Parts,
-    weight: Expression,
-    doubt: Expression,
-    wrong: Expression,
-    clear: Expression,
-    *,
+    own: Parts, weight: Expression, doubt: Expression, wrong: Expression, clear: Expression, *,
     gear: bool,
-) -> Expression:
+) -> Expression:  # fmt: skip
     """`confirmed` after a sample; behind a gear nothing is proved."""
     confirmed = ca.fmax(own["confirmed"], (weight >= MIN_SAMPLES) * (1 - wrong) * (1 + clear))
     proven = (confirmed == PROVED - 1) * (weight >= SAMPLES_TO_PROVE) * (doubt <= DOUBT_LEFT)

@@ -157,9 +157,8 @@ def build_hypotheses_verdict(gear: bool = False) -> ca.Function:
     rows = (row.T for row in ca.vertsplit(inputs["hypotheses"]))
     parts = {"grid": ca.MX(grid), **dict(zip(names, rows, strict=True))}
     stiffness, log_std = limits["stiffness_std"] ** 2, limits["mu_std"] / limits["mu"]
-    usual = ca.exp(-(((grid - ca.log(limits["mu"])) / log_std) ** 2) / 2) / (
-        log_std * np.sqrt(2 * np.pi)
-    )
+    exponent = -(((grid - ca.log(limits["mu"])) / log_std) ** 2) / 2
+    usual = ca.exp(exponent) / (log_std * np.sqrt(2 * np.pi))
     prior = ca.log((1 - EVEN) * usual + EVEN / (GRID_SPACING * len(RATIOS)))
     misfit = (parts["gain"] - 1) ** 2 / (parts["D_gain"] + stiffness) / 2
     likelihood = parts["log_likelihood"]

@@ -92,21 +92,12 @@ def _turned(was: Parts, psi: Expression, slack: Expression) -> tuple[Parts, Expr
 
 
 def _counted(after: Parts, counts: Expression, least: Expression) -> tuple[Parts, Expression]:
-    """The track with its progress, and the share of an independent sample that it is worth.
-
-    least is the travel at which a branch begins to tell something [rad].
-    """
+    """The track with its progress, and the share of an independent sample; least [rad] as above."""
     travel = ca.fabs(after["extreme"] - after["origin"])
     counted = ca.fmax(after["progress"], ca.fmax(least, MIN_TRAVEL_DIVISOR))
     share = ca.fmin(1, ca.log(ca.fmax(travel / counted, 1)) / FRACTION)
     progress = ca.if_else(counts, travel, after["progress"])
     return {**after, "progress": progress}, ca.fmax(MIN_SAMPLE_WEIGHT, share)
-
-
-def _widest(after: Parts) -> Expression:
-    """The widest turn of a branch, that of a virgin one [rad]."""
-    travel = ca.fabs(after["extreme"] - after["origin"])
-    return ca.fmax(after["widest"], travel / ca.if_else(after["count"] == 1, 1, 2))
 
 
 @cache
@@ -133,15 +124,15 @@ def build_track_update() -> ca.Function:
     slid = ca.vertcat(ca.if_else(rested, was["origin"] - side * SLID, slid[0]), slid[1:])
     returns = ca.logic_or(back, ca.logic_and(rested, starts * after["direction"] * side < 0))
     free, after["count"] = _path(free, was["count"], psi, after["direction"], back, farthest)
-    slid, after["count_slid"] = _path(
-        slid, was["count_slid"], psi, after["direction"], returns, farthest
-    )
+    again = (after["direction"], returns, farthest)
+    slid, after["count_slid"] = _path(slid, was["count_slid"], psi, *again)
     counted, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts, START * slack)
-    after = dict(counted)
-    older = forgetting_factor(share, FORGETTING_SAMPLES)
+    after, older = dict(counted), forgetting_factor(share, FORGETTING_SAMPLES)
+    travel = ca.fabs(after["extreme"] - after["origin"])
     after |= {
         "reach": ca.fmax(ca.if_else(counts, older, 1) * was["reach"], size),
-        "widest": _widest(after),
+        # The widest turn of a branch, that of a virgin one.
+        "widest": ca.fmax(after["widest"], travel / ca.if_else(after["count"] == 1, 1, 2)),
         "explained": ca.if_else(counts, older * was["explained"] + ERRORS * share, was["explained"]),
     }
     outputs = {
@@ -178,12 +169,9 @@ def build_new_ground_branches() -> ca.Function:
     progress = ca.if_else(rises, 0, was["progress"])
     after = was | {"origin": origin, "progress": progress, "count": 1, "count_slid": count}
     after |= {"explained": 0, "widest": 0}
-    outputs = {
-        "track_next": vector_of(TRACK, after),
-        "points_next": ca.horzcat(
-            ca.repmat(origin, POINTS), ca.vertcat(slid, ca.repmat(origin, POINTS - 1))
-        ),
-    }
+    slid = ca.vertcat(slid, ca.repmat(origin, POINTS - 1))
+    points = ca.horzcat(ca.repmat(origin, POINTS), slid)
+    outputs = {"track_next": vector_of(TRACK, after), "points_next": points}
     return named_function("new_ground", inputs, outputs, cse=True)
 
 

@@ -21,14 +21,7 @@ from itertools import combinations_with_replacement
 import casadi as ca
 import numpy as np
 
-from observers.layout import (
-    Expression,
-    Layout,
-    Parts,
-    named,
-    symbols,
-    vector_of,
-)
+from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import SENSOR, forgetting_factor, states_model_error
 from observers.quality.hysteresis_branches import (
     FORGETTING_SAMPLES,

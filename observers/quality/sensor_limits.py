@@ -22,14 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.compiled_step import compiled_stretch, run_stretches
-from observers.layout import (
-    Expression,
-    Layout,
-    Parts,
-    named,
-    symbols,
-    vector_of,
-)
+from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
 from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.input_plausibility import EVIDENCE, build_implausibility_evidence
@@ -53,12 +46,8 @@ def build_input_screen() -> ca.Function:
     now, limit = named(SAMPLE, inputs["sample"]), named(PLAUSIBLE, inputs["limits"])
     after, psi = _screen_angle(named(SCREEN.places, inputs["screen"]), now, limit)
     passed, implausible = {**now, "psi": psi}, after["implausible"]
-    bounds = {
-        "psi_dot": "psi_rate_limit",
-        "F_N": "F_N_limit",
-        "M_z": "torque_limit",
-        "M": "torque_limit",
-    }
+    bounds = {"psi_dot": "psi_rate_limit", "F_N": "F_N_limit"}
+    bounds |= {"M_z": "torque_limit", "M": "torque_limit"}
     for name, bound in bounds.items():
         beyond = ca.logic_and(ca.fabs(now[name]) >= limit[bound], ca.fabs(now[name]) < NO_LIMIT)
         implausible = ca.logic_or(implausible, beyond)
@@ -126,17 +115,15 @@ def build_screened_step(
         ca.MX, state=parts.size + SCREEN.size + checked, sample=len(SAMPLE), constants=step.numel_in(2)
     )
     state, sample, constants = inputs.values()
-    own, screen, evidence = ca.vertsplit(
-        state, [0, parts.size, parts.size + SCREEN.size, state.shape[0]]
-    )
+    places = [0, parts.size, parts.size + SCREEN.size, state.shape[0]]
+    own, screen, evidence = ca.vertsplit(state, places)
     suspect = ca.MX(0)
     if a_at is not None:
         evidence, suspect = build_implausibility_evidence(channel)(evidence, sample, constants[a_at])
-    bounds = (
-        ca.fmin(constants[limits : limits + len(PLAUSIBLE)], NO_LIMIT)
-        if isinstance(limits, int)
-        else ca.MX(ca.DM(limits))
-    )
+    if isinstance(limits, int):
+        bounds = ca.fmin(constants[limits : limits + len(PLAUSIBLE)], NO_LIMIT)
+    else:
+        bounds = ca.MX(ca.DM(limits))
     screen, passed = build_input_screen()(screen, sample, bounds)
     after, output = step(own, passed, constants)
     at = OUTPUT.index("status")

@@ -36,17 +36,11 @@ POINT = ("mu", "turn", "turn_back", "F_N", "k", "a", "e")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ZoneState:
-    """State of the state machine; angles are measured from where the patch stood at rest.
+    """State of the state machine; angles are measured from where the patch stood at rest."""
 
-    Attributes:
-        extreme: farthest angle so far on the present curve of three zones [rad].
-        psi_max: angle of the last reversal, 0 before the first [rad].
-        zones: number of zones, 3 or 5.
-    """
-
-    extreme: float = 0.0
-    psi_max: float = 0.0
-    zones: int = 3
+    extreme: float = 0.0  # Farthest angle so far on the present curve of three zones [rad].
+    psi_max: float = 0.0  # Angle of the last reversal, 0 before the first [rad].
+    zones: int = 3  # Number of zones, 3 or 5.
 
     @property
     def direction(self) -> int:

@@ -123,10 +123,8 @@ def coefficient_functions(model: Model) -> Functions:
 
 
 def _step(model: Model) -> tuple[dict[str, ca.SX], ca.SX, ca.SX, tuple[Expression, ...] | None]:
-    """Inputs, a bristle's stresses after its step, what the search found, and what it searches by.
-
-    What is found is an input: the search is not differentiated.
-    """
+    """Inputs, a bristle's stresses after its step, what the search found, and what it searches by."""
+    # What is found is an input: the search is not differentiated.
     found = ca.SX.sym("found", FOUND)
     calls: list[tuple[Expression, ...]] = []
 

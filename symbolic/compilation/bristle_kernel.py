@@ -31,7 +31,7 @@ from symbolic.errors import BrushgripError
 from symbolic.model import Model
 
 if TYPE_CHECKING:
-    from jinja2 import Template
+    from jinja2 import Environment
 
 
 class CompiledRecordingRun:
@@ -88,42 +88,45 @@ def kernel_source(model: Model) -> str:
     stresses = patch.size // patch.bristles
     by_input = [f"stress_by[{s} * BRISTLES + i]" for s in range(stresses)]
     by_input += ["turn_by", "lever_by", "limit_by", *(f"shared_by[{i}]" for i in range(SHARED))]
-    return _template().render(
-        bristles=patch.bristles,
-        stresses=stresses,
-        stress_at_i=", ".join(f"stress[{s} * BRISTLES + i]" for s in range(stresses)),
-        parameters=len(model.parameters),
-        scalars=sample_scalar_count(model),
-        own=sum(effect.memory for effect in model.effects),
-        memory=model.memory_size,
-        shared=SHARED,
-        search_steps=model.search_steps,
-        creep=patch.traits.creep is not None,
-        compliant=deflection is not None,
-        nodes={n: _numbers(np.array(v)) for n, v in zip("uvw", patch.nodes(), strict=True)},
-        functions="\n".join(texts).replace("static void ", "INLINE void "),
-        place_partials=functions["place_partials"].nnz_out("partials"),
-        step_partials=functions["advance"].nnz_out("partials"),
-        place_sums=_sums(
-            functions["place_partials"].sparsity_out("partials"),
-            "place_by",
-            [f"scalars_by[{i}]" for i in range(sample_scalar_count(model))],
-        ),
-        step_sums=_sums(functions["advance"].sparsity_out("partials"), "step_by", by_input),
+    return (
+        c_templates("symbolic.compilation")
+        .get_template("bristle_kernel.c")
+        .render(
+            bristles=patch.bristles,
+            stresses=stresses,
+            stress_at_i=", ".join(f"stress[{s} * BRISTLES + i]" for s in range(stresses)),
+            parameters=len(model.parameters),
+            scalars=sample_scalar_count(model),
+            own=sum(effect.memory for effect in model.effects),
+            memory=model.memory_size,
+            shared=SHARED,
+            search_steps=model.search_steps,
+            creep=patch.traits.creep is not None,
+            compliant=deflection is not None,
+            nodes={n: _numbers(np.array(v)) for n, v in zip("uvw", patch.nodes(), strict=True)},
+            functions="\n".join(texts).replace("static void ", "INLINE void "),
+            place_partials=functions["place_partials"].nnz_out("partials"),
+            step_partials=functions["advance"].nnz_out("partials"),
+            place_sums=_sums(
+                functions["place_partials"].sparsity_out("partials"),
+                "place_by",
+                [f"scalars_by[{i}]" for i in range(sample_scalar_count(model))],
+            ),
+            step_sums=_sums(functions["advance"].sparsity_out("partials"), "step_by", by_input),
+        )
     )
 
 
 @cache
-def _template() -> "Template":
-    # Where nothing is compiled the template's library is not loaded either.
+def c_templates(package: str) -> "Environment":
+    """A package's templates: `${name}` stands for a value, a line that begins with %% is a statement."""
+    # Where nothing is compiled the templates' library is not loaded either.
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    environment = Environment(
-        loader=PackageLoader("symbolic.compilation"), undefined=StrictUndefined,
-        keep_trailing_newline=True, variable_start_string="${", variable_end_string="}",
-        line_statement_prefix="%%",
+    return Environment(
+        loader=PackageLoader(package), undefined=StrictUndefined, keep_trailing_newline=True,
+        variable_start_string="${", variable_end_string="}", line_statement_prefix="%%",
     )  # fmt: skip
-    return environment.get_template("bristle_kernel.c")
 
 
 def _sums(jacobian: ca.Sparsity, kept: str, by: list[str]) -> list[str]:

@@ -8,16 +8,12 @@ import casadi as ca
 
 @dataclass(frozen=True, kw_only=True)
 class Comments:
-    """Comments beside the statements of a function.
+    """Comments beside the statements of a function."""
 
-    Attributes:
-        sections: for the first of some outputs, what is computed from here on.
-        elements: for an output, what each of its elements is.
-        between: outputs that are no parameters in C: the statement that computes one gets a comment.
-    """
-
+    # For the first of some outputs, what is computed from here on; for an output, what each element is.
     sections: Mapping[str, str] = field(default_factory=dict)
     elements: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    # Outputs that are no parameters in C: the statement that computes one gets a comment.
     between: Collection[str] = ()
 
     def of(self, output: str, element: int) -> str:

@@ -24,25 +24,14 @@ from symbolic.errors import one_line
 _LOG = logging.getLogger(__name__)
 Loaded = TypeVar("Loaded")
 FLAGS = (
-    "-O2",
-    "-ftree-vectorize",
+    *("-O2", "-ftree-vectorize"),
     "-mcpu=native" if platform.machine() in ("arm64", "aarch64") else "-march=native",
-    "-ffp-contract=off",
-    "-fno-math-errno",
-    "-fno-trapping-math",
-    "-fPIC",
-    "-shared",
+    *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-shared"),
 )
 """Nothing is contracted, so that steps one by one and many in one call agree to the last digit."""
 VECTORISED = (
-    "-O1",
-    "-finline-small-functions",
-    "-fexpensive-optimizations",
-    "-std=gnu90",
-    "-fno-semantic-interposition",
-    "-fvect-cost-model=dynamic",
-    "-D__FAST_MATH__",
-    "-lmvec",
+    *("-O1", "-finline-small-functions", "-fexpensive-optimizations", "-std=gnu90"),
+    *("-fno-semantic-interposition", "-fvect-cost-model=dynamic", "-D__FAST_MATH__", "-lmvec"),
 )
 """With these all loops take several numbers at a time, in two thirds of the time for compiling.
 
@@ -103,9 +92,8 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
         return _library(function.name(), generator.dump(), command, flags, load)
     except (OSError, subprocess.SubprocessError, RuntimeError) as error:
         reason = one_line(str(error).partition("\n")[0])
-        _warn_once(
-            command, f"models are not compiled ({reason}), and interpreted instead, which is slow"
-        )
+        line = f"models are not compiled ({reason}), and interpreted instead, which is slow"
+        _warn_once(command, line)
         return function
 
 
@@ -137,9 +125,8 @@ def _build_of(command: str) -> str:
 @cache
 def _processor() -> str:
     """What -march=native stands for here, so that a cache shared by machines stays right."""
-    return (
-        processor_description("flags") or processor_description("Features") or " ".join(platform.uname())
-    )
+    known = processor_description("flags") or processor_description("Features")
+    return known or " ".join(platform.uname())
 
 
 def compiled_source(name: str, source: str) -> ctypes.CDLL | None:
@@ -208,9 +195,9 @@ def _is_sound(library: Path) -> bool:
     """Whether a library of the cache is this user's alone, and what was built for its name."""
     stem, _, digest = library.stem.rpartition("_")
     try:
-        return reason_for_distrust(library) is None and digest == _digest(
-            stem.encode() + library.read_bytes()
-        )
+        if reason_for_distrust(library) is not None:
+            return False
+        return digest == _digest(stem.encode() + library.read_bytes())
     except OSError:
         return False
 

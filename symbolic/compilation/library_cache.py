@@ -47,10 +47,8 @@ def replacement_cache(folder: Path, reason: str) -> Path:
     os.environ["BRUSHGRIP_CACHE"] = str(own)
     _LOG.warning(
         "brushgrip: %s %s; what is compiled now is not kept. Remove that folder, or name one of your own"
-        " in BRUSHGRIP_CACHE",
-        folder,
-        reason,
-    )
+        " in BRUSHGRIP_CACHE", folder, reason,
+    )  # fmt: skip
     return own
 
 

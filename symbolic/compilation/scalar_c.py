@@ -48,16 +48,12 @@ MAX_INLINE_LENGTH = 80
 
 @dataclass(frozen=True)
 class Term:
-    """C of a value.
+    """C of a value."""
 
-    Attributes:
-        text: an expression; an operand of another one as it stands if it is a name, a number or a call.
-        is_condition: a `bool`, no real.
-        value_if: condition and value of a term that is 0 where the condition does not hold.
-    """
-
+    # An expression; an operand of another one as it stands if it is a name, a number or a call.
     text: str
-    is_condition: bool = False
+    is_condition: bool = False  # A `bool`, no real.
+    # Condition and value of a term that is 0 where the condition does not hold.
     value_if: tuple[str, str] | None = None
 
 
@@ -127,9 +123,8 @@ def needs_variable(code: int, term: Term, uses: int) -> bool:
     It does if it is used more than once (negations excepted), or if its text is longer than
     `MAX_INLINE_LENGTH` (choices excepted).
     """
-    return (uses > 1 and code != ca.OP_NOT) or (
-        len(term.text) > MAX_INLINE_LENGTH and code != ca.OP_IF_ELSE_ZERO
-    )
+    is_long = len(term.text) > MAX_INLINE_LENGTH and code != ca.OP_IF_ELSE_ZERO
+    return is_long or (uses > 1 and code != ca.OP_NOT)
 
 
 def c_function(

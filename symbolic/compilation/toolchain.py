@@ -19,13 +19,9 @@ def found_compiler(environment: Mapping[str, str]) -> str | None:
 
 
 def compiler_command(
-    command: str,
-    sources: Sequence[str],
-    library: str,
-    flags: Sequence[str],
-    *,
+    command: str, sources: Sequence[str], library: str, flags: Sequence[str], *,
     windows: bool = IS_WINDOWS,
-) -> list[str]:
+) -> list[str]:  # fmt: skip
     """The command line that makes a library; run it where the sources are.
 
     Flags are as for cc; Microsoft's compilers take usual ones of their own. Libraries of Windows know

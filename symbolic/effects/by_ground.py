@@ -16,13 +16,10 @@ class ByGround(Effect):
     """Parameters that would belong to the tyre have a value for each ground.
 
     It has none of its own, and changes nothing while every ground has the same values.
-
-    Attributes:
-        of: which parameters, see `Parameter.of`.
     """
 
     parameters: tuple[Parameter, ...] = ()
-    of: Literal["friction", "stiffness"]
+    of: Literal["friction", "stiffness"]  # Which parameters, see `Parameter.of`.
 
     def scope_of(self, parameter: Parameter) -> Scope:
         """The ground, for parameters of this kind that belong to the tyre otherwise."""

@@ -33,17 +33,11 @@ class SpeedLaw(Effect):
     flexible = True
     parameters: tuple[Parameter, ...] = tuple(
         Parameter(
-            name=name,
-            unit="1",
-            neutral=0.0,
-            start=0.02,
-            lower=-3.0,
-            upper=3.0,
-            scale=0.05,
+            name=name, unit="1", neutral=0.0, start=0.02, lower=-3.0, upper=3.0, scale=0.05,
             of="friction",
         )
         for name in SLOPES
-    )
+    )  # fmt: skip
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """The limit of each bristle follows the speed at which the wheel drives it."""

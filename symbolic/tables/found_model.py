@@ -44,12 +44,9 @@ class ModelError:
     friction_walk: float | None = None
 
     def __post_init__(self) -> None:
-        """Check both values against their ranges."""
-        if not 0 <= self.spread < math.inf:
-            raise InvalidInputError(f"spread must be a finite number of at least 0, got {self.spread}")
-        for name in ("relative", "friction_walk"):
-            value = getattr(self, name)
-            if value is not None and not 0 <= value < math.inf:
+        """Check every value against its range."""
+        for name in ("spread", "relative", "friction_walk"):
+            if not 0 <= (value := getattr(self, name) or 0.0) < math.inf:
                 raise InvalidInputError(f"{name} must be a finite number of at least 0, got {value}")
         if not 0 < self.correlation_time < math.inf:
             raise InvalidInputError(

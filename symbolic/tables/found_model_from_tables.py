@@ -40,7 +40,10 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
         raise InvalidInputError(
             f"not a model file of version {MODEL_VERSION}, the model.json that diagnose writes"
         )
-    model = Model(effects=_effects_from_tables(document, effects))
+    names = document.get("effects")
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InvalidInputError("'effects' must be a list of effect names")
+    model = Model(effects=effects_named(names, effects))
     parameters = {parameter_name(effect, parameter): parameter for effect, parameter in model.parameters}
     _check_units(document.get("units", {}), units_of(model))
     key = "shared" if "shared" in document and "tyre" not in document else "tyre"
@@ -68,13 +71,6 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
         model=model, tyre=tyre, own=own, grounds=grounds, rig=rig, error=error, basis=basis,
         k_std=std.get("k"),
     )  # fmt: skip
-
-
-def _effects_from_tables(document: Mapping[str, Any], own: Iterable[Effect]) -> tuple[Effect, ...]:
-    names = document.get("effects")
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InvalidInputError("'effects' must be a list of effect names")
-    return effects_named(names, own)
 
 
 def _check_units(table: object, units: Mapping[str, str]) -> None:

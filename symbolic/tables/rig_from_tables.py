@@ -53,9 +53,8 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
                     f"[rig] {name} must have the value {neutral:g}: it has a tolerance alone;"
                     " correct the recordings instead"
                 )
-    values = (
-        _section("rig", rig) | _section("tyre", tyre) | _section("sensor", document.get("sensor", {}))
-    )
+    values = _section("rig", rig) | _section("tyre", tyre)
+    values |= _section("sensor", document.get("sensor", {}))
     return rig_and_tyre(values, tolerances=tolerances)
 
 

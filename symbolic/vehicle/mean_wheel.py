@@ -63,13 +63,8 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     calibrated = vehicle.slide_factor is not None
     arm *= vehicle.slide_factor or 1.0
     a = arm / full_slide_arm(1.0, OFFSET)
-    k = (
-        COMPLIANCE
-        * vehicle.k
-        * stiffness
-        * stiffness_factor(contact)
-        / unit_corner_moment(0.0, a, OFFSET * a)
-    )
+    k = COMPLIANCE * vehicle.k * stiffness * stiffness_factor(contact)
+    k /= unit_corner_moment(0.0, a, OFFSET * a)
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
     by_contact = hypot(*_spreads("stiffness", contact, tolerances).values(), 2 * tolerances.geometry)
     # Under another load than that at which it was measured, k may be as it was, or go with 1/load.
@@ -78,20 +73,15 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     torque = hypot(*friction_uncertainties(vehicle, brakes=held).values())
     half_lever = vehicle.steering_arm / 2
     of_gear = ASYMMETRY * vehicle.gear_friction
-    of_body = (
-        UNEVEN
-        * vehicle.wheel_load
-        * (abs(vehicle.scrub_radius) * vehicle.caster + abs(vehicle.trail) * vehicle.inclination)
-    )
+    arm_of_body = abs(vehicle.scrub_radius) * vehicle.caster + abs(vehicle.trail) * vehicle.inclination
+    of_body = UNEVEN * vehicle.wheel_load * arm_of_body
     rig = Rig(
-        a=a,
-        e=OFFSET * a,
+        a=a, e=OFFSET * a,
         tolerances=Tolerances(
             a=0.0, e=0.0, load=min(torque / EVEN, 0.99), k=STD_PER_TOLERANCE / EVEN * k_share * k,
             zero=hypot(half_lever * hypot(vehicle.force_zero, of_gear), of_body),
         ),
-        noise=half_lever * vehicle.force_noise,
-        dry_friction=0.0,
+        noise=half_lever * vehicle.force_noise, dry_friction=0.0,
     )  # fmt: skip
     return rig, Tyre(k=k)
 
@@ -145,14 +135,11 @@ def _virgin(pressure: Array, arm: Array, turns: Array) -> Array:
 
 
 def _spreads(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> dict[str, float]:
-    """Tolerance of a quantity of the contact as a share of it [1], by what of the contact makes it.
-
-    Half-length and width have shares of their own; the scrub radius is known to the
-    geometry's share of the half-length, the trail to that and to itself, see `symbolic.vehicle.kingpin`.
-    """
+    """Tolerance of a quantity of the contact as a share of it [1], by what of the contact makes it."""
     spans = {
         "a": tolerances.half_length * contact.a,
         "b": tolerances.geometry * contact.b,
+        # Known to a share of the half-length, and to itself, see `symbolic.vehicle.kingpin`.
         "e": hypot(contact.e, tolerances.geometry * contact.a),
         "r_s": tolerances.geometry * contact.a,
     }

@@ -92,10 +92,7 @@ def _begin(patch: PatchCode, constants: Constants, parts: Layout, kept: list[str
 
 
 def _build_step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:
-    """(parts, memory, sample, mu) -> (steps between, parts after, output).
-
-    mu is exp of ln mu before the sample; the steps between are those of `SECTIONS`.
-    """
+    """(parts, memory, sample, exp of ln mu before it) -> (steps between, parts after, output)."""
     model = patch.observer.measurement_model
     step = build_commented_step(patch.torque_model, model)
     before = {name: ca.MX.sym(name, rows * columns) for name, rows, columns in parts.fields}

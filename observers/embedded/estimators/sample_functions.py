@@ -12,7 +12,7 @@ from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import inputs_used
 from observers.estimators.mhe_recursions import build_filter_step
 from observers.estimators.model_observer import ModelObserver
-from observers.layout import named
+from observers.layout import named, outputs_of
 from observers.measurement.linearisation import (
     build_clean,
     build_linearised_motion,
@@ -26,29 +26,21 @@ from observers.protocol import SAMPLE
 from observers.quality.innovation_monitor import log_mu_change_variance
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
+from symbolic.casadi_functions import named_function
 
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatorCode:
-    """An estimator on a patch as C; NAME stands for the name of the code.
+    """An estimator on a patch as C; NAME stands for the name of the code."""
 
-    Attributes:
-        template: defines `begin` and `advance`, which the public functions call.
-        functions: Functions of scalars that it calls, beside those of every estimator.
-        element_names: names of the elements of its vectors.
-        terms: values of its placeholders.
-        types: types of the state, C of the header.
-        private_fields: fields of the state, the patch among them.
-        bytes: of these without the patch.
-    """
-
-    template: str
+    template: str  # Defines `begin` and `advance`, which the public functions call.
+    # Functions of scalars that it calls, beside those of every estimator.
     functions: Sequence[ca.Function]
-    element_names: Mapping[str, Sequence[str]]
-    terms: Mapping[str, Any]
-    types: str = ""
-    private_fields: str
-    bytes: int
+    element_names: Mapping[str, Sequence[str]]  # Names of the elements of its vectors.
+    terms: Mapping[str, Any]  # Values of its placeholders.
+    types: str = ""  # Types of the state, C of the header.
+    private_fields: str  # Fields of the state, the patch among them.
+    bytes: int  # Of these without the patch.
 
 
 TORQUE = {"log_mu": "BY_MU", "stiffness": "BY_STIFFNESS", "psi": "BY_ANGLE"}
@@ -57,10 +49,8 @@ TORQUE = {"log_mu": "BY_MU", "stiffness": "BY_STIFFNESS", "psi": "BY_ANGLE"}
 
 def function_of_symbols(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) -> ca.Function:
     """A Function whose inputs have the names of their symbols."""
-    return ca.Function(
-        name, list(inputs), [ca.densify(ca.vec(ca.MX(o))) for o in outputs.values()],
-        [symbol.name() for symbol in inputs], list(outputs),
-    )  # fmt: skip
+    columns = {name: ca.densify(ca.vec(ca.MX(output))) for name, output in outputs.items()}
+    return named_function(name, {symbol.name(): symbol for symbol in inputs}, columns)
 
 
 def clean_and_patch_signals(observer: ModelObserver) -> list[ca.Function]:
@@ -105,15 +95,9 @@ def effective_friction(patch: PatchCode) -> ca.Function:
     mu, std, F_N = ca.MX.sym("mu"), ca.MX.sym("mu_std"), ca.MX.sym("F_N")
     slide = ca.MX.sym("slide", 2)
     memory = model.layout.join(memory_with(patch, slide))
-    friction = build_effective_friction(model)
-    geometry = ca.DM([rig.a, rig.e])
-    mu_eff, mu_eff_std, M_slide = friction(
-        mu, std, memory, F_N, ca.DM.ones(len(DECLARED)), geometry, 0.0
-    )
-    return function_of_symbols(
-        "effective_friction", [mu, std, F_N, slide], mu_eff=mu_eff, mu_eff_std=mu_eff_std,
-        M_slide=M_slide,
-    ).expand()  # fmt: skip
+    given = (mu, std, memory, F_N, ca.DM.ones(len(DECLARED)), ca.DM([rig.a, rig.e]), 0.0)
+    friction = outputs_of(build_effective_friction(model), *given)
+    return function_of_symbols("effective_friction", [mu, std, F_N, slide], **friction).expand()
 
 
 def stiffness_ratio(model: MeasurementModel, x: str) -> str:

@@ -26,11 +26,7 @@ from observers.quality import (
     hysteresis_branches,
     mu_over_k_hypotheses,
 )
-from observers.quality.acquisition_handover import (
-    covariance_pairs,
-    handover_names,
-    states_handed_over,
-)
+from observers.quality.acquisition_handover import covariance_pairs, handover_names, states_handed_over
 from observers.quality.equivalent_patch import build_added_torque
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
@@ -82,16 +78,11 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
     """
     function = hypotheses_verdict.build_hypotheses_verdict(has_gear_friction(observer.measurement_model))
     begin = len(observer.model.coordinates) + len(RIG)
-    numbers = {
-        mu_over_k_hypotheses.SETTINGS.index(name): float(
-            observer.constants[begin + TUNING_FIELDS.index(name)]
-        )
-        for name in ("mu", "mu_std", "stiffness_std")
-    }
+    tuning = dict(zip(TUNING_FIELDS, observer.constants[begin:].tolist(), strict=False))
+    names, count = ("mu", "mu_std", "stiffness_std"), len(mu_over_k_hypotheses.RATIOS)
+    numbers = {mu_over_k_hypotheses.SETTINGS.index(name): tuning[name] for name in names}
     known = {} if tunable else {"limits": numbers}
-    return function, rolled_c(
-        "verdict_of", function, len(mu_over_k_hypotheses.RATIOS), real.c_type, known
-    )
+    return function, rolled_c("verdict_of", function, count, real.c_type, known)
 
 
 def with_supervision(
@@ -100,11 +91,8 @@ def with_supervision(
     """The code of an estimator with its supervision; as it is where that is switched off."""
     if not observer.acquire:
         return body
-    values = {
-        **terms,
-        **_placeholders(observer, terms),
-        **_handed(observer, is_window=bool(terms["window"])),
-    }
+    values = {**terms, **_placeholders(observer, terms)}
+    values |= _handed(observer, is_window=bool(terms["window"]))
     sizes = {
         "own": len(acquisition.OWN), "verdict": len(hypotheses_verdict.VERDICT),
         "block": len(observer.measurement_model.torque_state),
@@ -147,13 +135,11 @@ def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Functio
     sizes = {"rig": len(RIG), "tuning": len(TUNING_FIELDS)}
     inputs = symbols(ca.SX, block=len(names), sample=len(SAMPLE), again=1, **sizes)
     block, sample, again, rig, tuning = inputs.values()
-    after, *rest = model.observed_torque(named(names, block), named(SAMPLE, sample), rig, tuning)
+    observed = model.observed_torque(named(names, block), named(SAMPLE, sample), rig, tuning)
+    after, psi, M_z, added = observed
     misfit = observer.equivalent_patch.misfit
     limits = mu_over_k_hypotheses.hypothesis_settings(named(TUNING_FIELDS, tuning), misfit, again)
-    outputs = {
-        "block_next": vector_of(names, after),
-        **dict(zip(("psi", "M_z", "added"), rest, strict=True)),
-    }
+    outputs = {"block_next": vector_of(names, after), "psi": psi, "M_z": M_z, "added": added}
     function = named_function("observe_torque", inputs, {**outputs, "limits": limits})
     return constants.fill("observe_torque", function)
 

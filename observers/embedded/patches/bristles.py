@@ -56,12 +56,8 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     table = bristle_constants(effects, terms)
     arrays = (4 if terms["relaxation"] else 2) + terms["compliant"]
     numbers = effects.own + 7 + terms["compliant"] * (2 + terms["relaxation"])
-    kept = [
-        "M_z",
-        "by_mu",
-        "mu",
-        *(("angle", "by_angle") if angle_is_state(observer.measurement_model) else ()),
-    ]
+    kept = ["M_z", "by_mu", "mu"]
+    kept += ["angle", "by_angle"] if angle_is_state(observer.measurement_model) else []
     tried = tried_bristles_code(table, terms["coarse"], real) if terms["coarse"] else ""
     return PatchCode(
         observer=observer,

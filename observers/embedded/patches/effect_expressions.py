@@ -16,11 +16,13 @@ from observers.estimators.model_observer import ModelObserver
 from symbolic import SIGNALS, Model
 from symbolic.bristle_patch import SPAN, BristlePatch
 from symbolic.casadi_functions import named_function
+from symbolic.compilation.bristle_functions import patch_of
 from symbolic.compliance import deflection_of
 from symbolic.effects.base import Signals
 from symbolic.full_slide import build_full_slide
 from symbolic.model import add_torques, sample_at_the_patch
 from symbolic.patch_interface import PatchInputs
+from symbolic.zone_patch import ZonePatch
 
 TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "torque", "torque_by_psi",
          "slide", "beside")  # fmt: skip
@@ -29,13 +31,9 @@ TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "tor
 
 @dataclass(frozen=True, eq=False)
 class EffectExpressions:
-    """The effects of an observer's model on its patch.
+    """The effects of an observer's model on its patch."""
 
-    Attributes:
-        observer: the parameters of its model enter as numbers.
-    """
-
-    observer: ModelObserver
+    observer: ModelObserver  # The parameters of its model enter as numbers.
 
     @property
     def model(self) -> Model:
@@ -50,9 +48,7 @@ class EffectExpressions:
     @cached_property
     def patch(self) -> BristlePatch:
         """The patch with its traits as numbers."""
-        patch = self.model.patch(self.theta)
-        assert isinstance(patch, BristlePatch)
-        return patch
+        return patch_of(self.model, self.theta)
 
     @property
     def own(self) -> int:
@@ -76,7 +72,9 @@ class EffectExpressions:
         torque = add_torques(ca.MX(0), model, at_patch, theta)
         growth, reach, decay, gain = self._of_bristles(at_patch, factor, theta)
         geometry = ca.DM([rig.a, rig.e])
-        sliding, load = build_full_slide(model, _mu_times_factor), signals[SIGNALS.index("F_N")]
+        # A patch that slides as the declared one.
+        sliding = build_full_slide(model, ZonePatch().effective_friction)
+        load = signals[SIGNALS.index("F_N")]
         slides = sliding(after, load, theta, geometry, rig.slide_rate)[0]
         zero_mu = theta * ca.DM([0] + [1] * (theta.numel() - 1))
         beside = sliding(after, load, zero_mu, geometry, rig.slide_rate)[0]
@@ -140,8 +138,3 @@ class EffectExpressions:
         """A Function of symbols by their names, of which theta becomes numbers."""
         function = named_function(name, inputs, outputs)
         return expand_with_constants(name, function, {"theta": np.asarray(self.theta).ravel()})
-
-
-def _mu_times_factor(inputs: PatchInputs) -> Any:
-    """Effective friction of a patch that slides as the declared one."""
-    return inputs.mu * inputs.factor

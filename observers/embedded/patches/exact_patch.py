@@ -14,6 +14,7 @@ from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from observers.measurement.linearisation import angle_is_state
 from symbolic import Model, full_slide_level
+from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
 from symbolic.compliance import deflection_of
 from symbolic.deformation import corner_moment_and_derivative, unit_corner_moment
@@ -39,10 +40,8 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, rig_at_run_time: bo
     by_angle = angle_is_state(observer.measurement_model)
     functions = {"unit_moment": build_corner_moment(observer, rig_at_run_time=rig_at_run_time)}
     if effects:
-        functions |= {
-            "sample_terms": expressions.sample_terms(),
-            "initial_memory": expressions.initial(),
-        }
+        terms, initial = expressions.sample_terms(), expressions.initial()
+        functions |= {"sample_terms": terms, "initial_memory": initial}
     numbers = {
         "a": repr(float(a)), "k": k, "level": repr(float(full_slide_level(1.0, a))),
         "still_moment": repr(float(unit_corner_moment(0.0, a, e))), "geometry": "",
@@ -84,8 +83,6 @@ def build_corner_moment(observer: ModelObserver, *, rig_at_run_time: bool) -> ca
     """
     z = ca.SX.sym("z")
     geometry = ca.SX.sym("geometry", 2) if rig_at_run_time else ca.SX([observer.rig.a, observer.rig.e])
-    outputs = corner_moment_and_derivative(z, *ca.vertsplit(geometry))
+    moment = corner_moment_and_derivative(z, *ca.vertsplit(geometry))
     inputs = {"z": z, "geometry": geometry} if rig_at_run_time else {"z": z}
-    return ca.Function(
-        "corner", list(inputs.values()), [outputs], list(inputs), ["moment"], {"cse": True}
-    )
+    return named_function("corner", inputs, {"moment": moment}, cse=True)

@@ -15,15 +15,10 @@ from symbolic.deformation import full_slide_arm
 
 @dataclass(frozen=True)
 class LinearisedPatch:
-    """A `PatchModel` whose memory, see `layout`, is an input of every step.
+    """A `PatchModel` whose memory, see `layout`, is an input of every step."""
 
-    Attributes:
-        by_stiffness: the torque depends on k, which is a state.
-        slides: the effective friction is in the memory too; otherwise it is that of the declared model.
-    """
-
-    by_stiffness: bool
-    slides: bool
+    by_stiffness: bool  # The torque depends on k, which is a state.
+    slides: bool  # The effective friction is in the memory too; else it is the declared model's.
 
     @property
     def layout(self) -> Layout:
@@ -100,38 +95,22 @@ class PatchCode:
     Its templates define `begin_patch`; `advance_patch` for a filter; for a window `begin_kept`,
     `follow_sample` and `kept_torque`; and, where the memory depends on mu, `forget_sensitivity`. A
     torque is an array in the order of `templates/patches/torque_places.c`.
-
-    Attributes:
-        observer: whose patch it is.
-        real: the type.
-        torque_model: the patch as the Functions of an estimator have it.
-        functions: C of its tables and of the expressions of the effects.
-        templates: what uses these.
-        type_template: template of the type of the patch, `NAME_patch_t`.
-        terms: values of the placeholders of its templates.
-        k: C of the stiffness of the tyre, beside a state.
-        bytes: of the patch in the state.
-        kept, kept_integers: C fields that store patch data for every sample of the window; the integers
-            stand at the end of the state.
-        kept_bytes: of both, a sample.
-        follows_mu: the memory depends on mu: it is moved to first order when mu is corrected.
-        takes_rig: model and rig can be taken at run time.
     """
 
-    observer: ModelObserver
-    real: Real
-    torque_model: LinearisedPatch
-    functions: str
-    templates: tuple[str, ...]
-    type_template: str
-    terms: Mapping[str, Any]
-    k: str
-    bytes: int
-    kept: str
-    kept_integers: str = ""
-    kept_bytes: int
-    follows_mu: bool
-    takes_rig: bool
+    observer: ModelObserver  # Whose patch it is.
+    real: Real  # The type.
+    torque_model: LinearisedPatch  # The patch as the Functions of an estimator have it.
+    functions: str  # C of its tables and of the expressions of the effects.
+    templates: tuple[str, ...]  # What uses these.
+    type_template: str  # Template of the type of the patch, `NAME_patch_t`.
+    terms: Mapping[str, Any]  # Values of the placeholders of its templates.
+    k: str  # C of the stiffness of the tyre, beside a state.
+    bytes: int  # Of the patch in the state.
+    kept: str  # C fields that store patch data for every sample of the window.
+    kept_integers: str = ""  # Those that are integers, at the end of the state.
+    kept_bytes: int  # Of both, a sample.
+    follows_mu: bool  # The memory depends on mu: it is moved to first order when mu is corrected.
+    takes_rig: bool  # Model and rig can be taken at run time.
 
 
 def window_of(observer: ModelObserver) -> int:
