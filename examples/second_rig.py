@@ -45,7 +45,7 @@ from identification import (
 )
 from identification.diagnosis.unrefitted_prediction import simulated_minus_measured, values_from_training
 from symbolic import CANDIDATES, Model, Rig, Tyre, effects_named
-from symbolic.compliance import deflection_of
+from symbolic.elements_in_series import deflection_of
 
 BESIDE = Path("../shared/second_rig")
 RAW_RATE, RADIUS, LOAD, KILO = 1024.0, 0.1, 50.0, 1e3

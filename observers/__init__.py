@@ -11,7 +11,7 @@ from observers.interfaces.run import run
 from observers.interfaces.smoothing import smooth
 from observers.interfaces.tuning_profiles import PROFILES, profile, tuning_for
 from observers.layout import Layout, ObserverState
-from observers.measurement.angle_derivative import causal_rate, next_rate
+from observers.measurement.causal_yaw_rate import causal_rate, next_rate
 from observers.measurement.directional_friction import DirectionalFriction
 from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
@@ -34,8 +34,8 @@ from observers.protocol import (
 )
 from observers.quality.friction_across_recordings import GroundFriction, ground_friction
 from observers.quality.innovations import Innovations, innovations
-from observers.quality.input_plausibility import suspicions_of
 from observers.quality.settling_and_coverage import FrictionQuality, friction_quality, friction_spread
+from observers.quality.wrong_units_or_signs import suspicions_of
 from observers.thesis.root_observer import RootObserver, ZoneRootState
 from observers.thesis.zone_state_machine import ZoneHistory, zone_history
 from observers.tuning import Tuning

@@ -22,7 +22,7 @@ INFORMED = 0.5
 """Share of the prior's relative standard deviation below which an estimate is its own [1]."""
 
 PLAUSIBLE = ("psi_limit", "psi_rate_limit", "F_N_limit", "torque_limit", "rezero_time")
-"""Limits of what a sensor may give, see `observers.quality.sensor_limits`."""
+"""Limits of what a sensor may give, see `observers.quality.sample_screening`."""
 LIMIT_FIELDS = (
     *("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after", "alarm", "explained"),
     *PLAUSIBLE,

@@ -22,7 +22,7 @@ MAX_VARIANCE = 1e12
 """Upper limit of D after a prediction, against overflow where a sensor fails for long."""
 
 
-def covariance_expression(factor: Expression) -> Expression:
+def symbolic_covariance_from_udu(factor: Expression) -> Expression:
     """P of a factor, both casadi and of shape (n, n)."""
     U, D = ca.triu(factor, False) + ca.DM.eye(factor.shape[0]), ca.diag(ca.diag(factor))
     return U @ D @ U.T

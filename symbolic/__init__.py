@@ -9,7 +9,6 @@
 
 from symbolic.bristle_patch import BristleTraits, Relaxation
 from symbolic.compilation.compiled import compiled, compiler
-from symbolic.compliance import SEARCH_STEPS
 from symbolic.deformation import full_slide_arm, full_slide_level, full_slide_torque
 from symbolic.effects.base import (
     Effect,
@@ -24,6 +23,7 @@ from symbolic.effects.base import (
 )
 from symbolic.effects.by_ground import GROUND_SCOPES
 from symbolic.effects.library import CANDIDATES, EFFECTS, effects_in, effects_named
+from symbolic.elements_in_series import SEARCH_STEPS
 from symbolic.errors import BrushgripError, InvalidInputError
 from symbolic.masing import (
     TurningPoints,

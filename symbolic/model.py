@@ -12,8 +12,8 @@ import casadi as ca
 
 from symbolic.bristle_patch import BristlePatch, BristleTraits
 from symbolic.casadi_functions import named_function
-from symbolic.compliance import SEARCH_STEPS, advance_in_series, deflection_of
 from symbolic.effects.base import Effect, Parameter, parameter_name, with_scope
+from symbolic.elements_in_series import SEARCH_STEPS, advance_in_series, deflection_of
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
 from symbolic.parameters import FRICTION, STIFFNESS

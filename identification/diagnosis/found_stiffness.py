@@ -10,7 +10,7 @@ from identification.reading.recordings import Recording
 from identification.reading.vehicle_torques import JACKING
 from symbolic import USUAL, InvalidInputError
 from symbolic.tables.found_model import is_of_other_scale
-from symbolic.vehicle.kingpin import growth_to_full_lock
+from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock
 from symbolic.vehicle.steering import OF_LOCK, inclination_of_return, jacking_torque, lock_angle
 
 OFF_STIFFNESS = "the fitted stiffness k is"

@@ -20,7 +20,7 @@ from identification.reading.recordings import Recording
 from identification.reading.shortened_recordings import recording_at_samples
 from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
-from symbolic.vehicle.kingpin import growth_to_full_lock
+from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of
 from symbolic.vehicle.steering import jacking_torque, lock_angle
 

@@ -23,7 +23,7 @@ from identification.reading.steering_rate import smoothed_rate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
-from symbolic.vehicle.kingpin import Contact
+from symbolic.vehicle.contact_about_kingpin import Contact
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 

@@ -18,7 +18,6 @@ import numpy as np
 
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_codegen import compact_body, compact_patch
-from observers.embedded.constants import Tunable
 from observers.embedded.generated_files import mark, require_usable, version, write_generated
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.own_names import with_prefix
@@ -26,8 +25,9 @@ from observers.embedded.reference_samples import reference_csv
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
 from observers.embedded.scalar_expansion import with_meanings
 from observers.embedded.scalar_type import SINGLE, Real, code_in_type
+from observers.embedded.tunable_constants import Tunable
 from observers.estimators.model_observer import RIG_UNITS
-from observers.measurement.angle_derivative import FILTER_TIME_CONSTANT
+from observers.measurement.causal_yaw_rate import FILTER_TIME_CONSTANT
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import MIN_FIRST_LOAD, RIG
 from observers.measurement.torque_error import SENSIBLE
@@ -40,8 +40,8 @@ from observers.protocol import (
     FunctionObserver,
     Status,
 )
-from observers.quality.input_plausibility import START, build_implausibility_evidence
-from observers.quality.sensor_limits import SLACK
+from observers.quality.sample_screening import SLACK
+from observers.quality.wrong_units_or_signs import START, build_implausibility_evidence
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
 from symbolic.compilation.scalar_c import c_function

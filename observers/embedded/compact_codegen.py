@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from observers.embedded.constants import Constants, Tunable
 from observers.embedded.estimators.filter import compact_filter
 from observers.embedded.estimators.sample_functions import EstimatorCode, clean_and_patch_signals
 from observers.embedded.estimators.supervision import (
@@ -22,6 +21,7 @@ from observers.embedded.patches.exact_patch import exact_patch_code, has_corners
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import estimator_c, with_description
 from observers.embedded.scalar_type import Real
+from observers.embedded.tunable_constants import Constants, Tunable
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.estimators.model_observer import ModelObserver
@@ -30,7 +30,7 @@ from observers.measurement.measurement_model import CLEAN
 from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
-from observers.quality.friction_change_detection import monitor_fields
+from observers.quality.friction_change_detection import change_monitor_fields
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.hysteresis_branches import TRACK
 from observers.quality.innovation_gate import COUNTS
@@ -79,7 +79,7 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> ObserverBody:
     estimator = ESTIMATORS[type(observer)](patch, constants)
     values = {
         **terms, **patch.terms, "clean": len(CLEAN), "counts": len(COUNTS),
-        "monitor": len(monitor_fields(model)), "states": len(model.states),
+        "monitor": len(change_monitor_fields(model)), "states": len(model.states),
         "advances_at_corrected_state": angle_is_state(model),
         "follows_mu": patch.follows_mu,
         "slides": patch.torque_model.slides, **estimator.terms,
@@ -123,7 +123,7 @@ def _names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
     return {
         "sample": SAMPLE, "last": CLEAN, "now": CLEAN, "x": states, "mean": states, "newest": states,
         "slopes": slopes, "counts": COUNTS, "output": OUTPUT, "result": OUTPUT,
-        "monitor": monitor_fields(observer.measurement_model),
+        "monitor": change_monitor_fields(observer.measurement_model),
         "own": OWN, "track": TRACK, "part": hypothesis_fields("gear" in states), "limits": SETTINGS,
         "verdict": VERDICT, "factor": factor, "P": covariance,
     }  # fmt: skip

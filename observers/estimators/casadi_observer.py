@@ -19,13 +19,13 @@ from observers.layout import Expression, Layout, ObserverState, outputs_of
 from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.protocol import ESTIMATE, OUTPUT, UNINFORMED, Estimate, Sample, Status, prior_estimate
-from observers.quality.input_plausibility import EVIDENCE, START
-from observers.quality.sensor_limits import (
+from observers.quality.sample_screening import (
     SCREEN,
     build_screened_step,
-    can_be_first,
     initial_plausibility_state,
+    is_plausible_first_sample,
 )
+from observers.quality.wrong_units_or_signs import EVIDENCE, START
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
 from symbolic.array_alias import Array
@@ -107,12 +107,12 @@ class CasadiObserver:
 
     @property
     def is_checked(self) -> bool:
-        """Whether units and signs of samples are checked, see `observers.quality.input_plausibility`."""
+        """Whether units and signs of samples are checked, see `quality.wrong_units_or_signs`."""
         return True
 
     @cached_property
     def screened_step(self) -> ca.Function:
-        """`step_function` of plausible samples alone, see `observers.quality.sensor_limits`."""
+        """`step_function` of plausible samples alone, see `observers.quality.sample_screening`."""
         # Half-length and caster follow the parameters of the model.
         a_at = len(self.model.parameters) if self.is_checked else None
         limits = self._limits_at or self.sample_limits
@@ -188,7 +188,7 @@ class CasadiObserver:
         Raises:
             InvalidInputError: psi is not finite or F_N is less than 0.001 N.
         """
-        if not can_be_first(self, first.psi, first.F_N):
+        if not is_plausible_first_sample(self, first.psi, first.F_N):
             raise InvalidInputError(
                 f"the first sample must have a finite psi and F_N >= {MIN_FIRST_LOAD:g} N, both within"
                 f" the limits of the tuning, as they say where the patch stands; got psi = {first.psi}"

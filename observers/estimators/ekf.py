@@ -34,9 +34,14 @@ from observers.patch.update import (
     slopes_by_states,
 )
 from observers.protocol import OUTPUT
-from observers.quality.friction_change_detection import monitor_fields
+from observers.quality.friction_change_detection import change_monitor_fields
 from observers.quality.innovation_gate import COUNTS, huber_weight, innovation_variance
-from observers.udu import add_variance, build_udu_prediction, build_udu_update, covariance_expression
+from observers.udu import (
+    add_variance,
+    build_udu_prediction,
+    build_udu_update,
+    symbolic_covariance_from_udu,
+)
 from symbolic.casadi_functions import named_function
 
 
@@ -86,7 +91,7 @@ def ekf_layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout
             ("M_z", 1, 1),
             ("slopes", len(slope_states(measurement_model)), 1),
             ("counts", len(COUNTS), 1),
-            ("monitor", len(monitor_fields(measurement_model)), 1),
+            ("monitor", len(change_monitor_fields(measurement_model)), 1),
             ("output", len(OUTPUT), 1),
         )
     )
@@ -124,7 +129,7 @@ def _step(
     # A measured angle does not depend on the patch at the sample itself; a measured torque does.
     follows_angle = angle_is_state(measurement_model)
     patch = before if follows_angle else _update_patch(sample, memory, predicted)
-    P = covariance_expression(predicted_factor)
+    P = symbolic_covariance_from_udu(predicted_factor)
     test = sample.test(before, predicted, P, patch["M_z"], patch["slopes"])
     correct = _correction(sample, predicted, predicted_factor, test)
     x, factor = correct(test["innovation"], test["H"])
@@ -143,7 +148,7 @@ def _step(
         variance = P[sample.at, sample.at]
         retention = reset_retention(test["reset"], variance, test["reset"] * sample.change)
         patch = {**patch, "memory_sensitivity": retention * patch["memory_sensitivity"]}
-    output = sample.output(x, covariance_expression(factor), patch["memory"], M_z, test)
+    output = sample.output(x, symbolic_covariance_from_udu(factor), patch["memory"], M_z, test)
     state_next = {
         **patch, "x": x, "factor": factor, "last": sample.now, "counts": test["counts_next"],
         "monitor": test["monitor_next"], "output": output,
@@ -164,7 +169,7 @@ def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:
         sample.tuning,
     )  # fmt: skip
     factor = build_udu_prediction(x.numel())(before["factor"], A, Q)
-    P = covariance_expression(before["factor"])
+    P = symbolic_covariance_from_udu(before["factor"])
     retention = sensitivity_retention(measurement_model, P, Q, before["x"], sample.now)
     return x, factor, retained_memory(model, measurement_model, before, retention)
 

@@ -14,7 +14,7 @@ from observers.patch.update import tyre_states
 from observers.protocol import SAMPLE
 from observers.quality.acquisition_and_tracking import initial_supervision
 from observers.tuning import TUNING_FIELDS
-from observers.udu import covariance_expression
+from observers.udu import symbolic_covariance_from_udu
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
 from symbolic.casadi_functions import named_function
 
@@ -50,7 +50,7 @@ def build_initial_state(
         share = variance[at] / variance[other]
         factor = ca.MX(P)
         factor[at, other], factor[at, at] = share, (1 - share) * variance[at]
-        P = covariance_expression(factor)
+        P = symbolic_covariance_from_udu(factor)
     parts = {
         "memory": model.initial(signals, theta, rig[: len(GEOMETRY)]),
         "linearisation_point": ca.vertcat(*point),

@@ -51,7 +51,7 @@ from observers.patch.history import PatchWindow
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
-from observers.quality.friction_change_detection import monitor_fields
+from observers.quality.friction_change_detection import change_monitor_fields
 from observers.quality.innovation_gate import COUNTS
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
@@ -104,7 +104,7 @@ def mhe_layout(model: PatchModel, measurement_model: MeasurementModel, window: i
             ("factor", n, n),
             ("P_newest", n, n),
             ("counts", len(COUNTS), 1),
-            ("monitor", len(monitor_fields(measurement_model)), 1),
+            ("monitor", len(change_monitor_fields(measurement_model)), 1),
             ("output", len(OUTPUT), 1),
         )
     )

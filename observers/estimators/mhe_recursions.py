@@ -30,7 +30,7 @@ from observers.measurement.linearisation import (
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.quality.innovation_gate import huber_weight
 from observers.tuning import TUNING_FIELDS
-from observers.udu import covariance_expression, predict_covariance, update_covariance
+from observers.udu import predict_covariance, symbolic_covariance_from_udu, update_covariance
 from symbolic.casadi_functions import named_function
 
 
@@ -52,7 +52,7 @@ def build_kalman_step(states: int) -> ca.Function:
         "mean_next": A @ x + b,
         "factor_next": predict_covariance(updated, A, Q),
         "x": x,
-        "P": covariance_expression(updated),
+        "P": symbolic_covariance_from_udu(updated),
         "K": K,
         "score": share * innovation,
     }

@@ -15,14 +15,14 @@ from observers.measurement.directional_friction import OTHER, DirectionalFrictio
 from observers.measurement.measurement_model import RIG, AligningTorque, MeasurementModel
 from observers.patch.patch_protocol import EQUIVALENT
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
-from observers.quality.acquisition_and_tracking import build_supervised_step, supervision_layout
+from observers.quality.acquisition_and_tracking import build_step_with_acquisition, supervision_layout
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.quality.tuning_from_tolerances import tuning_with_tolerances
 from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.array_alias import Array
-from symbolic.compliance import deflection_of
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO
+from symbolic.elements_in_series import deflection_of
 
 RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")
 
@@ -113,7 +113,7 @@ class ModelObserver(CasadiObserver):
             return self.estimator_step
         # Its numbers are among the constants: one Function serves all rigs and values.
         patch = replace(self.equivalent_patch, **dict.fromkeys(EQUIVALENT, 1.0))
-        return build_supervised_step(
+        return build_step_with_acquisition(
             self.estimator_step, self.model, self.measurement_model, self.estimator_layout, patch
         )
 

@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 
 from observers.compiled_step import CompiledStep
-from observers.measurement.angle_derivative import next_rate
+from observers.measurement.causal_yaw_rate import next_rate
 from observers.protocol import Estimate, Observer, Sample, Status, prior_estimate
-from observers.quality.input_plausibility import suspicions
-from observers.quality.sensor_limits import (
+from observers.quality.sample_screening import (
     SCREEN,
     beyond_limits,
     build_input_screen,
-    can_be_first,
     initial_plausibility_state,
+    is_plausible_first_sample,
     sample_limits_of,
 )
+from observers.quality.wrong_units_or_signs import suspicions
 from observers.tuning import NO_LIMIT, require_whole
 from symbolic import InvalidInputError
 
@@ -51,7 +51,7 @@ class Loop:
     It starts at the first sample with a sensible psi and F_N >= 0.001 N, which says where the patch
     stands at rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in
     `observers.run`.
-    Implausible values are left out, see `observers.quality.sensor_limits`.
+    Implausible values are left out, see `observers.quality.sample_screening`.
 
     Attributes:
         observer: the observer.
@@ -133,7 +133,7 @@ class Loop:
         """The state after one more sample."""
         psi, rate, age, state = before.psi, before.psi_dot, before.age + sample.dt, before.state
         psi_limit, rate_limit, *_ = self._limits
-        starts = state is None and can_be_first(self.observer, sample.psi, sample.F_N)
+        starts = state is None and is_plausible_first_sample(self.observer, sample.psi, sample.F_N)
         screen = initial_plausibility_state(sample.psi) if starts else before.screen
         passed = sample.psi if abs(sample.psi) < psi_limit else nan
         if screen is not None:

@@ -6,10 +6,10 @@ import numpy as np
 
 from observers.compiled_step import first_sample
 from observers.estimates import Estimates
-from observers.measurement.angle_derivative import causal_rate
+from observers.measurement.causal_yaw_rate import causal_rate
 from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import ESTIMATE, BatchObserver, Observer, Sample, Status
-from observers.quality.sensor_limits import beyond_limits, plausible_angles, sample_limits_of
+from observers.quality.sample_screening import beyond_limits, plausible_angles, sample_limits_of
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 

@@ -20,7 +20,7 @@ from observers.layout import Expression, Parts
 from observers.measurement.measurement_model import AligningTorque, Measurement, Moments, select_states
 from observers.measurement.torque_error import is_known
 from symbolic import full_slide_arm
-from symbolic.vehicle.kingpin import growth_to_full_lock
+from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock
 from symbolic.vehicle.steering import jacking_torque, lock_angle
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle

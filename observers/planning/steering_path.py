@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.measurement.angle_derivative import FILTER_TIME_CONSTANT, causal_rate
+from observers.measurement.causal_yaw_rate import FILTER_TIME_CONSTANT, causal_rate
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 

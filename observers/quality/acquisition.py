@@ -15,14 +15,13 @@ from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.measurement_model import MeasurementModel, has_gear_friction
 from observers.measurement.torque_error import forgetting_factor, is_known
 from observers.protocol import OUTPUT, Status
-from observers.quality.acquisition_handover import handover_vector, is_decided, states_handed_over
+from observers.quality.acquisition_handover import handover_vector, may_hand_over, states_handed_over
 from observers.quality.hypotheses_verdict import (
     VERDICT,
     build_hypotheses_verdict,
     build_mu_std_from_torque_scale,
 )
 from observers.quality.hysteresis_branches import START, TRACK, build_mu_sensitivity, build_track_update
-from observers.quality.input_plausibility import MAX_TYRE_FRICTION
 from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
@@ -32,7 +31,8 @@ from observers.quality.mu_over_k_hypotheses import (
     gear_friction_size,
     search_layout,
 )
-from observers.quality.sensor_limits import has_flag
+from observers.quality.sample_screening import has_flag
+from observers.quality.wrong_units_or_signs import MAX_TYRE_FRICTION
 from symbolic.casadi_functions import named_function, output_if
 
 HANDED = 3.0
@@ -163,7 +163,7 @@ def build_acquisition_handover(
     sample = {"M_z": inputs["M_z"], "added": inputs["added"], "error": error}
     told = (own, verdict, output, limits, sample, verdict["variance"] + by_error)
     zero, gear = is_scaled * verdict["zero"], "gear" in states
-    decided = is_decided(*told, zero, memoryless_share=patch.memoryless_share, gear=gear)
+    decided = may_hand_over(*told, zero, memoryless_share=patch.memoryless_share, gear=gear)
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)

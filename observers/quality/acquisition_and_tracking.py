@@ -1,6 +1,6 @@
 """Supervision of an estimator: acquisition before it tracks, and the scale of the torque while it does.
 
-`build_supervised_step` puts both around the step of any `ModelObserver`, which knows nothing of them.
+`build_step_with_acquisition` puts both around the step of any `ModelObserver`, which does not know it.
 
 - While friction is acquired, `observers.quality.acquisition` rules: its ln mu and M_0 replace those of
   the estimator after every sample, and the status has `Status.ACQUIRING`. A torque that grows with the
@@ -49,12 +49,12 @@ from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
     SETTINGS,
     VAGUE,
+    acquisition_settings,
     build_search_restart,
     build_search_start,
-    hypothesis_settings,
     search_layout,
 )
-from observers.quality.sensor_limits import has_flag
+from observers.quality.sample_screening import has_flag
 from observers.tuning import TUNING_FIELDS
 from symbolic import Model, full_slide_torque
 from symbolic.casadi_functions import named_function, output_if
@@ -137,7 +137,7 @@ def build_tracking_step(patch: EquivalentPatch, measurement_model: MeasurementMo
 
 
 @cache
-def build_supervised_step(
+def build_step_with_acquisition(
     step: ca.Function, model: Model, measurement_model: MeasurementModel, parts: Layout,
     patch: EquivalentPatch,
 ) -> ca.Function:  # fmt: skip
@@ -169,7 +169,7 @@ def build_supervised_step(
     changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
     restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)
     own["again"] = ca.if_else(restarts, _again(own), own["again"])
-    limits = hypothesis_settings(fields, patch.misfit, own["again"] > 0)
+    limits = acquisition_settings(fields, patch.misfit, own["again"] > 0)
     searched = search_layout(gear := has_gear_friction(measurement_model))
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
     ground = (_told(reset, M_z, gear), was["M_slide"], tyre)

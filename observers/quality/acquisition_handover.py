@@ -109,7 +109,7 @@ def _empty_window(window: Parts) -> dict[str, ca.MX]:
     return {"x": x, "mean": before, "samples": samples}
 
 
-def is_decided(
+def may_hand_over(
     own: Parts, verdict: Parts, output: Parts, limits: Parts, sample: Parts, unsure: Expression,
     zero: Expression, *, memoryless_share: float, gear: bool,
 ) -> Expression:  # fmt: skip

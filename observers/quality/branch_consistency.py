@@ -33,9 +33,9 @@ from observers.quality.innovation_attribution import (
     update_streak,
 )
 from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
-from observers.quality.input_plausibility import MAX_TYRE_FRICTION
 from observers.quality.mu_over_k_hypotheses import SETTINGS
-from observers.quality.sensor_limits import has_flag, with_flag
+from observers.quality.sample_screening import has_flag, with_flag
+from observers.quality.wrong_units_or_signs import MAX_TYRE_FRICTION
 from symbolic.casadi_functions import named_function
 
 MIN_WHILE_LASTING = 3.0

@@ -32,7 +32,7 @@ TINY = 1e-12
 """Divisor of the ratio before the first sample that counts."""
 
 
-def monitor_fields(measurement_model: MeasurementModel) -> tuple[str, ...]:
+def change_monitor_fields(measurement_model: MeasurementModel) -> tuple[str, ...]:
     """Names of the numbers that the monitor keeps."""
     return (*MONITOR, *REFERENCE) if OTHER in measurement_model.states else MONITOR
 

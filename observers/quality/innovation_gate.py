@@ -18,8 +18,8 @@ from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.quality.friction_change_detection import (
+    change_monitor_fields,
     has_changed,
-    monitor_fields,
     predicted_reference,
     reset_reference,
     update_reference,
@@ -74,14 +74,14 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     reset: the ground has changed; run, samples in a row beyond the gate, this one included, 1 at an
     alarm of the monitor, which is a reset too; counts_next as `COUNTS`; inconsistent: the model does
     not explain the torque; untested: too few independent samples to say so; monitor_next as
-    `monitor_fields`. What is a question is answered by 0 or 1.
+    `change_monitor_fields`. What is a question is answered by 0 or 1.
     """
     measurement = build_linearised_measurement(measurement_model)
     n = len(measurement_model.states)
     given = symbols_like(measurement)
     x, M_z, slopes, now, rig, tuning = given.values()
     inputs = {"x": x, **symbols(ca.MX, P=(n, n)), "M_z": M_z, "slopes": slopes, "now": now}
-    size = len(monitor_fields(measurement_model))
+    size = len(change_monitor_fields(measurement_model))
     inputs |= symbols(ca.MX, counts=len(COUNTS), monitor=size) | {"rig": rig, "tuning": tuning}
     results = outputs_of(measurement, *given.values())
     innovation, H, weight = (results[name] for name in ("innovation", "H", "weight"))

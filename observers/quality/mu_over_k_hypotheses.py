@@ -103,7 +103,7 @@ def search_layout(gear: bool) -> Layout:
     return Layout((*sizes, ("hypotheses", len(hypothesis_fields(gear)), len(RATIOS))))
 
 
-def hypothesis_settings(tuning: Parts, misfit: float, again: Expression) -> Expression:
+def acquisition_settings(tuning: Parts, misfit: float, again: Expression) -> Expression:
     """Values of the tuning in the order of `SETTINGS`; misfit is the model's least error [1].
 
     again is 1 where the ground has changed: what the patch was before is then known roughly. An error

@@ -1,7 +1,7 @@
 """One bristle, a sample and the elements in series as Functions of scalars, with their derivatives.
 
 The expressions are those of `symbolic.bristle_patch`, `symbolic.slip_at_friction_limit`,
-`symbolic.compliance` and the effects, with one bristle in the place of all.
+`symbolic.elements_in_series` and the effects, with one bristle in the place of all.
 `symbolic.compilation.bristle_kernel` makes a recording of them.
 """
 
@@ -12,7 +12,7 @@ import casadi as ca
 
 from symbolic.bristle_patch import BristlePatch
 from symbolic.casadi_functions import named_function
-from symbolic.compliance import build_series_torque
+from symbolic.elements_in_series import build_series_torque
 from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch
 from symbolic.patch_interface import Expression, Signals, patch_inputs
 from symbolic.slip_at_friction_limit import slip_search

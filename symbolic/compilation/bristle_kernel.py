@@ -3,8 +3,8 @@
 CasADi's C has one loop per operation and stores every intermediate result for all bristles. Here one
 loop goes over the bristles and does all operations of one bristle, derivatives included, in scalars; the
 compiler vectorises it. The expressions are those of `symbolic.compilation.bristle_functions`, the
-balance is that of `symbolic.compliance`. Directions of derivatives are a loop too: one library serves
-any number.
+balance is that of `symbolic.elements_in_series`. Directions of derivatives are a loop too: one library
+serves any number.
 """
 
 import ctypes
@@ -26,7 +26,7 @@ from symbolic.compilation.bristle_functions import (
 )
 from symbolic.compilation.compiled import compiled_source
 from symbolic.compilation.scalar_c import c_function
-from symbolic.compliance import deflection_of
+from symbolic.elements_in_series import deflection_of
 from symbolic.errors import BrushgripError
 from symbolic.model import Model
 

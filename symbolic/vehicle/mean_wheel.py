@@ -8,7 +8,7 @@ scalar stop with the arm
     l = sqrt((x + e)^2 + (y + r_s)^2)      brakes on,
     l = sqrt((x + e)^2 + y^2)              brakes off: the wheel rolls by r_s psi,
 
-and slips at the turn mu p(x, y) / (c l), p the pressure of `symbolic.vehicle.kingpin`, and
+and slips at the turn mu p(x, y) / (c l), p the pressure of `symbolic.vehicle.contact_about_kingpin`, and
 c = k / width. So contact and kingpin matter by the distribution of these turns alone, and the line of
 the declared model has nearly the same one for a half-length, a caster and a stiffness of its own: the
 same torque of full slide, F_N mean(l), and a line whose kingpin stands `OFFSET` half-lengths from its
@@ -26,7 +26,12 @@ from symbolic.array_alias import Array
 from symbolic.deformation import full_slide_arm, unit_corner_moment
 from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
 from symbolic.patch_interface import Expression
-from symbolic.vehicle.kingpin import Contact, growth_to_full_lock, kingpin_axis, pressures_and_arms
+from symbolic.vehicle.contact_about_kingpin import (
+    Contact,
+    growth_to_full_lock,
+    kingpin_axis,
+    pressures_and_arms,
+)
 from symbolic.vehicle.steering import (
     jacking_torque,
     lever,
@@ -139,7 +144,7 @@ def _spreads(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> 
     spans = {
         "a": tolerances.half_length * contact.a,
         "b": tolerances.geometry * contact.b,
-        # Known to a share of the half-length, and to itself, see `symbolic.vehicle.kingpin`.
+        # Known to a share of the half-length, and to itself, see `contact_about_kingpin`.
         "e": hypot(contact.e, tolerances.geometry * contact.a),
         "r_s": tolerances.geometry * contact.a,
     }
@@ -152,7 +157,7 @@ def _spreads(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> 
 
 
 def equivalent_contact_angle(vehicle: Vehicle, psi: Expression, *, brakes: bool) -> Expression:
-    """Angle of the mean wheel's contact straight ahead [rad], see `symbolic.vehicle.kingpin`."""
+    """Angle of the mean wheel's contact straight ahead [rad], see `contact_about_kingpin`."""
     growth = growth_to_full_lock(vehicle, brakes=brakes)
     sine, cosine = sine_and_cosine(psi)
     return psi + (growth.stiffness - growth.torque) * (psi - sine * cosine) / 2

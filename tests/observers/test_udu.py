@@ -9,8 +9,8 @@ from observers.udu import (
     add_variance,
     build_udu_prediction,
     build_udu_update,
-    covariance_expression,
     factor_of,
+    symbolic_covariance_from_udu,
 )
 from symbolic.array_alias import Array
 
@@ -101,7 +101,7 @@ def test_covariance_in_numpy_and_in_casadi(n: int) -> None:
     # What lies below the diagonal belongs to nothing.
     dirty = factor + np.tril(rng.standard_normal((n, n)), -1)
     symbol = ca.MX.sym("factor", n, n)
-    as_casadi = np.asarray(ca.Function("P", [symbol], [covariance_expression(symbol)])(dirty))
+    as_casadi = np.asarray(ca.Function("P", [symbol], [symbolic_covariance_from_udu(symbol)])(dirty))
 
     close(covariance_of(dirty), multiplied(factor))
     close(as_casadi, multiplied(factor))

@@ -6,7 +6,6 @@ scalars, with the parameters as numbers.
 
 import casadi as ca
 
-from observers.embedded.constants import Constants
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     EstimatorCode,
@@ -17,13 +16,14 @@ from observers.embedded.estimators.sample_functions import (
 )
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import inputs_used, with_known_exponential, without_inputs
+from observers.embedded.tunable_constants import Constants
 from observers.estimators.ekf import build_commented_step, ekf_layout
 from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import angle_is_state, slope_states, state_index
 from observers.measurement.measurement_model import CLEAN
-from observers.udu import covariance_expression
+from observers.udu import symbolic_covariance_from_udu
 
 PATCH = ("M_z", "slopes")
 """Parts of the state that the patch of C sets, not the step."""
@@ -44,7 +44,7 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
     if patch.follows_mu:
         factor = ca.MX.sym("factor", *parts.places["factor"][1])
         functions.append(
-            retentions(observer, constants, factor, covariance_expression(factor), predicted=True)
+            retentions(observer, constants, factor, symbolic_covariance_from_udu(factor), predicted=True)
         )
     if angle_is_state(model) and patch.torque_model.slides:
         functions.append(effective_friction(patch))

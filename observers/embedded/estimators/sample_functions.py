@@ -7,9 +7,9 @@ from typing import Any
 
 import casadi as ca
 
-from observers.embedded.constants import Constants
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import inputs_used
+from observers.embedded.tunable_constants import Constants
 from observers.estimators.mhe_recursions import build_filter_step
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, outputs_of

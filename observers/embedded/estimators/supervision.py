@@ -9,11 +9,11 @@ from typing import Any
 
 import casadi as ca
 
-from observers.embedded.constants import Constants, Tunable
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.rolled_c import rolled_c
 from observers.embedded.scalar_expansion import expand_with_constants, without_outputs
 from observers.embedded.scalar_type import Real
+from observers.embedded.tunable_constants import Constants, Tunable
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, symbols, vector_of
 from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG, has_gear_friction
@@ -138,7 +138,7 @@ def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Functio
     observed = model.observed_torque(named(names, block), named(SAMPLE, sample), rig, tuning)
     after, psi, M_z, added = observed
     misfit = observer.equivalent_patch.misfit
-    limits = mu_over_k_hypotheses.hypothesis_settings(named(TUNING_FIELDS, tuning), misfit, again)
+    limits = mu_over_k_hypotheses.acquisition_settings(named(TUNING_FIELDS, tuning), misfit, again)
     outputs = {"block_next": vector_of(names, after), "psi": psi, "M_z": M_z, "added": added}
     function = named_function("observe_torque", inputs, {**outputs, "limits": limits})
     return constants.fill("observe_torque", function)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from observers.embedded.constants import Constants
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     EstimatorCode,
@@ -20,6 +19,7 @@ from observers.embedded.estimators.sample_functions import (
     torque_moves_states,
 )
 from observers.embedded.patches.patch_code import PatchCode, window_of
+from observers.embedded.tunable_constants import Constants
 from observers.estimators.initial_state import build_initial_state
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
@@ -36,7 +36,7 @@ from observers.measurement.linearisation import build_linearised_motion, slope_s
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE
-from observers.quality.friction_change_detection import monitor_fields
+from observers.quality.friction_change_detection import change_monitor_fields
 from observers.quality.innovation_gate import COUNTS, build_innovation_test
 from observers.quality.innovation_monitor import log_mu_change_variance
 from observers.tuning import TUNING_FIELDS
@@ -64,7 +64,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
         P = ca.MX.sym("P", len(model.states), len(model.states))
         functions.append(retentions(observer, constants, P, P, predicted=False))
     row, n, eliminated = stored_rows(model), len(model.states), elimination_parts(model).size
-    numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(monitor_fields(model))
+    numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(change_monitor_fields(model))
     a_sample = (n + len(row) + eliminated) * size + patch.kept_bytes
     states = {name: i for i, name in enumerate(model.states)}
     return EstimatorCode(
@@ -85,7 +85,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
         },
         private_fields=STATE.format(
             real=patch.real.c_type, n=n, window=window, eliminated=eliminated, clean=len(CLEAN),
-            row=len(row), counts=len(COUNTS), monitor=len(monitor_fields(model)), kept=patch.kept,
+            row=len(row), counts=len(COUNTS), monitor=len(change_monitor_fields(model)), kept=patch.kept,
             integers=patch.kept_integers,
         ).rstrip(),
         bytes=numbers * size + 4 + window * a_sample,
@@ -131,7 +131,7 @@ class WindowFunctions:
             "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
             "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUES), 1),
             "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1),
-            "monitor": (len(monitor_fields(self.model)), 1),
+            "monitor": (len(change_monitor_fields(self.model)), 1),
             "eliminated": (elimination_parts(self.model).size, 1), "costate": (n, 1), "newest": (n, 1),
             "test": (len(test_outputs(self.model)), 1), "age": (1, 1), "imputed": (1, 1),
             "slide": (2, 1),

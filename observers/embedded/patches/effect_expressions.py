@@ -17,8 +17,8 @@ from symbolic import SIGNALS, Model
 from symbolic.bristle_patch import SPAN, BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.bristle_functions import patch_of
-from symbolic.compliance import deflection_of
 from symbolic.effects.base import Signals
+from symbolic.elements_in_series import deflection_of
 from symbolic.full_slide import build_full_slide
 from symbolic.model import add_torques, sample_at_the_patch
 from symbolic.patch_interface import PatchInputs

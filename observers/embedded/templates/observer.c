@@ -98,7 +98,7 @@ int32_t ${name}_set_parameters(${name}_state_t *state, const volatile ${name}_pa
 void ${name}_reset(${name}_state_t *state) { ${name}_init(state); }
 %% endif
 
-%% include "sensor_limits.c"
+%% include "sample_screening.c"
 %% if checked
 
 /* Evidence of a wrong unit, sign or sensor after a sample; sets suspect to 1 or 0. */

@@ -2,7 +2,7 @@
 
    Every expression of one bristle, of the elements in series and of a sample's scalars is an inlined function of
    CasADi's; here are the loops over samples, bristles and directions. The search for the torque at which patch and
-   elements balance is not differentiated: one differentiated step of Newton follows, as in symbolic.compliance. */
+   elements balance is not differentiated: one differentiated step of Newton follows, as in symbolic.elements_in_series. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>

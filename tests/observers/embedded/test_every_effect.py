@@ -10,8 +10,8 @@ from observers.embedded import DOUBLE, SINGLE
 from observers.embedded.compact_codegen import compact_patch
 from reference_rig import RigRecording
 from symbolic import Effect, Model, parameter_name
-from symbolic.compliance import deflection_of
 from symbolic.effects.library import GROUND_SCOPES, KNOWN
+from symbolic.elements_in_series import deflection_of
 from tests.observers.conftest import K
 from tests.observers.embedded.generated_code import (
     assert_same,

@@ -13,7 +13,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, ObserverState, Sample, SteeringTorque, run
 from observers.layout import Layout
-from observers.quality.sensor_limits import SCREEN
+from observers.quality.sample_screening import SCREEN
 from reference_rig import RigRecording, SteeringRecording
 from tests.observers.conftest import make
 from tests.observers.factories import LONG, columns_of, kinds, samples_of, states_of

@@ -11,7 +11,7 @@ from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of,
 from symbolic.deformation import full_slide_arm
 from symbolic.masing import virgin_torque
 from symbolic.parameters import EVEN
-from symbolic.vehicle.kingpin import growth_to_full_lock, standing_point
+from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock, standing_point
 from symbolic.vehicle.mean_wheel import (
     aligning_torque_with_friction,
     equivalent_contact_angle,

@@ -67,7 +67,7 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class SineSquareGrowth:
+class ContactGrowthWithAngle:
     """Growth of torque and stiffness with the square of the sine of the angle [1]."""
 
     torque: float
@@ -110,7 +110,7 @@ def standing_point(vehicle: Vehicle, psi: float, side: int) -> tuple[float, floa
     return -float(from_kingpin @ along), float(outwards)
 
 
-def growth_to_full_lock(vehicle: Vehicle, *, brakes: bool) -> SineSquareGrowth:
+def growth_to_full_lock(vehicle: Vehicle, *, brakes: bool) -> ContactGrowthWithAngle:
     """Growth of the contacts' torque and stiffness at full lock, as means of both wheels."""
     straight, lock = Contact.of(vehicle, brakes=brakes), lock_angle(vehicle)
     points = [standing_point(vehicle, lock, side) for side in (1, -1)]
@@ -119,4 +119,4 @@ def growth_to_full_lock(vehicle: Vehicle, *, brakes: bool) -> SineSquareGrowth:
     squared = sin(lock) ** 2
     arm = sum(each.slide_arm for each in both) / 2 / straight.slide_arm
     stiffness = sum(each.stiffness for each in both) / 2 / straight.stiffness
-    return SineSquareGrowth(torque=(arm - 1) / squared, stiffness=(stiffness - 1) / squared)
+    return ContactGrowthWithAngle(torque=(arm - 1) / squared, stiffness=(stiffness - 1) / squared)

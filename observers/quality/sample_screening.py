@@ -25,7 +25,7 @@ from observers.compiled_step import compiled_stretch, run_stretches
 from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
 from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import OUTPUT, SAMPLE, Status
-from observers.quality.input_plausibility import EVIDENCE, build_implausibility_evidence
+from observers.quality.wrong_units_or_signs import EVIDENCE, build_implausibility_evidence
 from observers.tuning import NO_LIMIT, PLAUSIBLE
 from symbolic.array_alias import Array
 from symbolic.casadi_functions import named_function
@@ -171,7 +171,7 @@ def sample_limits_of(observer: object) -> tuple[float, ...]:
     return limits
 
 
-def can_be_first(observer: object, psi: float, F_N: float) -> bool:
+def is_plausible_first_sample(observer: object, psi: float, F_N: float) -> bool:
     """True where angle [rad] and load [N] can be those of a first sample."""
     psi_limit, _, F_N_limit, *_ = sample_limits_of(observer)
     return abs(psi) < psi_limit and MIN_FIRST_LOAD <= F_N < F_N_limit
