@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import islice
-from math import exp, isfinite, log1p, nan
+from math import exp, hypot, isfinite, nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,6 @@ from observers.estimates import BAND_STDS
 from observers.protocol import MAX_SAMPLE_PERIOD
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.tuning import REFERENCE_STEP
-from symbolic import USUAL
 from symbolic.array_alias import Array
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
 
@@ -78,26 +77,28 @@ def suspected_cause(
 
 
 def slope_of_car(factory: ObserverFactory, recording: Recording, at: int) -> str:
-    """That a car's force rises otherwise than declared, up to sample `at`; empty within tolerances."""
+    """That a car's force rises otherwise than declared, up to sample `at`; empty if not clearly so."""
     if (car := recording.standstills) is None:
         return ""
     number = int(car.stretch[at])
     held = with_brakes(recording, car, car.brakes[number])
-    loop, first = Loop(factory(held, None)), int(np.argmax(car.stretch == number))
+    observer, first = factory(held, None), int(np.argmax(car.stretch == number))
+    if not isinstance(observer, Ekf | Mhe):
+        return ""
+    loop = Loop(observer)
     for sample in islice(samples_of(held), max(first, at - MAX_REPLAYED_SAMPLES), at + 1):
         loop(sample)
     verdict = dict(zip(VERDICT, np.ravel(loop.state["verdict"]).tolist(), strict=True))
-    slope, std = exp(verdict["log_gain"]), verdict["var_log_gain"] ** 0.5
-    tolerance = held.rig.tolerances.k
-    known = USUAL["k"] if tolerance is None else tolerance / held.tyre.k
-    if abs(verdict["log_gain"]) < log1p(known) + 2 * std:
+    slope, variance = exp(verdict["log_gain"]), verdict["var_log_gain"]
+    known = observer.effective_tuning.stiffness_std
+    if abs(verdict["log_gain"]) < 2 * hypot(known, variance**0.5):
         return ""
-    high, other = ("high", "the tyres are stiffer"), ("low", "suspension, column or tyres yield")
-    way, yields = high if slope > 1 else other
+    way, causes = "low", "suspension, column or tyres yield, or the contact is shorter"
+    if slope > 1:
+        way, causes = "high", "the tyres are stiffer, or the contact is longer"
     return (
-        f"the force rises {slope:.2f} ± {2 * std * slope:.2f} times as steeply as declared: {yields},"
-        f" which leaves friction as it is, or the force reads too {way} (unit, motor_ratio), and"
-        f" friction is told too {way} by as much"
+        f"the force rises about {slope:.2g} times as steeply as declared: {causes}, or the force reads"
+        f" too {way} (unit, motor_ratio), and friction is told too {way} by up to that factor"
     )
 
 

@@ -32,7 +32,7 @@ LEAST_TOLD = 0.5
 """Percentage of a band from which on a part of it is told."""
 OVER_TIME = "friction over time"
 """Family of effects by which friction changes within a recording."""
-MAX_TOLD, CHANCE = 4, 0.01
+MAX_TOLD, CHANCE = 6, 0.01
 """Recordings of a ground whose loads are told; chance up to which an order is told [1]."""
 
 
@@ -109,7 +109,9 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     ways = {ground: kendall_load_test([own]) for ground, own in known.items()}
     on = listed(
         [
-            f"{ground} ({', '.join(f'{mu:.2f} at {load:.0f} N' for load, mu in _few(known[ground]))})"
+            ground
+            + f" ({', '.join(f'{mu:.2f} at {load:.0f} N' for load, mu in _few(known[ground]))})"
+            * (outcome.load is None)
             for ground, (alone, way) in ways.items()
             if alone < 1 and way == falls
         ]
@@ -118,8 +120,8 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction{told}"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
-        " whether load is the cause is not known: take the value nearest to your load, with the ± of the"
-        " ground."
+        " whether load is the cause is not known: take the value of a recording near your load, with the"
+        " ± of the ground."
     )
 
 

@@ -69,7 +69,10 @@ def lines_to_send(
     if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
     ratio = diagnosis.stiffness_ratio
     scale = f"{max(ratio, 1 / ratio):.2f} times too {'high' if ratio > 1 else 'low'}, as it may"
-    else_friction = [f"but {value} if the torque reads {scale}" for value in if_wrong[:1]]
+    read = "force" if diagnosis.of_car else "torque"
+    # What yields beside a car's tyres is the likelier cause of a stiffness that is too low.
+    told_else = if_wrong[: not (diagnosis.of_car and ratio < 1)]
+    else_friction = [f"but {value} if the {read} reads {scale}" for value in told_else]
     friction = {f"Friction between tyre and ground{provisional}": [_friction(told, *else_friction)]}
     cases = stiffness_cases(diagnosis)
     for at, value in enumerate(if_wrong, 1):

@@ -261,8 +261,8 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
     """The torque error stage by stage in sentences: with nothing adjusted, if that is known, first."""
     kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
     judged = {
-        "validation": f"{count} recording{'s' * (count != 1)} to which no model was fitted, but by"
-        " which the effects were chosen",
+        "validation": f"{count} recording{'s' * (count != 1)} to which no shared value was fitted,"
+        " but by which the effects were chosen",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]

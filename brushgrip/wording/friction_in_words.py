@@ -33,9 +33,8 @@ REASONS = {
     Status.RESET: "the ground has changed",
 }
 """Why a sample is not usable, the gravest first; of others the remedy says it."""
-"""A cause of a band."""
 OF_ZERO = "zero of the torque"
-"""Another."""
+"""A cause of a band."""
 OTHER_STIFFNESS = (
     "measure k otherwise than by this torque (brushgrip identify) and declare it with its tolerance, or"
     " check the torque's scale"

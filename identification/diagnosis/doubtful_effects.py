@@ -70,12 +70,13 @@ def _left_where_it_acts(
     """Mean squared error beyond noise, over range, where the model without an effect differs [1]."""
     residuals, others = (shares_of_torque_range(trial.residuals, recordings) for trial in (whole, rest))
     counted = [influence(whole.fitted.loss, residual) for residual in residuals.values()]
+    # Neighbours with a torque.
+    known = [np.flatnonzero(np.isfinite(one)) for one in counted]
     # Without white noise, which may be of another size where the effect acts.
-    errors = np.concatenate([one[1:] * one[:-1] for one in counted])
+    errors = np.concatenate([one[at][1:] * one[at][:-1] for one, at in zip(counted, known, strict=True)])
     # What a wrong law leaves lies where that law acts, what has nothing to do with it lies anywhere.
-    weights = np.concatenate([(others[name] - one)[1:] for name, one in residuals.items()]) ** 2
-    known = np.isfinite(errors + weights)
-    if not weights[known].any():
+    added = [others[name] - one for name, one in residuals.items()]
+    weights = np.concatenate([one[at][1:] for one, at in zip(added, known, strict=True)]) ** 2
+    if not weights.any():
         return left.structured**2
-    local = np.average(errors[known], weights=weights[known]) - errors[known].mean()
-    return float(left.structured**2 + local)
+    return float(left.structured**2 + np.average(errors, weights=weights) - errors.mean())

@@ -208,7 +208,7 @@ def reading_of(
     if against and not signal.differs_by_recording:
         return f"{_plain(against)} may be too strong there"
     tried = effects_leaving(signal, sign, [e for e in effects if e not in added] if added else ())
-    beside = f" (tried here, without gain: {_plain(tried)})" * bool(tried)
+    beside = f" (tried, not added: {_plain(tried)})" * bool(tried)
     opposite = signal.negative_cause or signal.positive_cause
     return f"usually {signal.positive_cause if sign > 0 else opposite}{beside}"
 

@@ -48,7 +48,7 @@ IN_A_ROW = 10
 WORK_TRAVEL = 2.0
 """Turn in which work is forgotten [rad]."""
 MAX_STRETCH = 0.05
-"""Turn between two torques up to which the work of the second is that of all of it [rad]."""
+"""Turn between two torques, with samples between, up to which the second does its work [rad]."""
 FROZEN = 6
 """Samples in a row with the same torque that may be a frozen one."""
 FROZEN_TRAVEL = 0.015
@@ -98,7 +98,8 @@ def build_implausibility_evidence(channel: str) -> ca.Function:
     turn = ca.if_else(ca.logic_and(known, is_known(was["psi"])), now["psi"] - was["psi"], 0)
     # A torque may come more seldom than the angle.
     since = was["turn"] + turn
-    stretch = ca.if_else(ca.logic_and(measured, ca.fabs(since) < MAX_STRETCH), since, 0)
+    near = ca.logic_or(was["turn"] == 0, ca.fabs(since) < MAX_STRETCH)
+    stretch = ca.if_else(ca.logic_and(measured, near), since, 0)
     work = ca.if_else(measured, torque * stretch, 0)
     older = ca.if_else(ca.fabs(turn) < WORK_TRAVEL, 1 - ca.fabs(turn) / WORK_TRAVEL, 0)
     change = ca.if_else(ca.logic_and(measured, is_known(was["torque"])), torque - was["torque"], 0)

@@ -173,7 +173,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "1.20 ± 0.10" in first
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
-    assert "in 1 recording to which no model was fitted, but by" in first
+    assert "in 1 recording to which no shared value was fitted, but by" in first
     assert (
         "4.30 % with its stiffness k refitted, 3.00 % with (a), 2.37 % by the model found, in" in first
     )

@@ -235,14 +235,20 @@ def test_the_first_effect_is_of_the_family_that_the_search_began_with() -> None:
     assert doubtful_effects._first_effect([], (), {}) is None
 
 
-@pytest.mark.parametrize("noise", [False, True])
+@pytest.mark.parametrize(("noise", "every"), [(False, 1), (True, 1), (False, 2)])
 @pytest.mark.parametrize(("where", "more"), [("there", 8.0), ("elsewhere", -8.0), ("nowhere", 0.0)])
-def test_what_is_left_counts_where_the_effect_acts(where: str, more: float, noise: bool) -> None:
-    """A residual of 4 in one half, 0 in the other; squares of 4 beyond noise. White noise counts not."""
+def test_what_is_left_counts_where_the_effect_acts(
+    where: str, more: float, noise: bool, every: int
+) -> None:
+    """A residual of 4 in one half, 0 in the other; squares of 4 beyond noise. White noise counts not.
+
+    The torque may come with every second sample only.
+    """
     one, other = np.repeat([1.0, 0.0], 500), np.repeat([0.0, 1.0], 500)
     acts = {"there": one, "elsewhere": other, "nowhere": 0 * one}[where]
     ranged = with_torque(recording("a"), np.linspace(0, 1, recording("a").t.size))
     left_over = 4 * one * (np.tile([1, 1, -1, -1], 250) if noise else 1)  # No neighbours' correlation.
+    left_over[np.arange(1000) % every > 0] = np.nan
     whole = SimpleNamespace(residuals={"a": left_over}, fitted=SimpleNamespace(loss=LEAST_SQUARES))
     rest = SimpleNamespace(residuals={"a": left_over + 3 * acts})
     left = SimpleNamespace(structured=2.0)

@@ -259,7 +259,7 @@ def test_a_cause_is_usual_and_what_was_tried_or_overdone_is_named() -> None:
     kingpin = "usually dry friction in the kingpin or the sensor's mount"
     assert reading_of(direction, 0.5, every, ()) == kingpin
     assert reading_of(direction, 0.5, every, creep) == (
-        f"{kingpin} (tried here, without gain: bearing friction and rate friction)"
+        f"{kingpin} (tried, not added: bearing friction and rate friction)"
     )
     only = (EFFECTS["bearing_friction"],)
     assert reading_of(direction, 0.5, (), creep) == kingpin, "what no search tried"

@@ -73,6 +73,17 @@ def test_an_estimator_alone_does_not_check(recording: RigRecording) -> None:
     assert along(samples, acquire=False)[0].suspicions == ()
 
 
+def test_a_quick_turn_from_sample_to_sample_is_evidence_of_a_wrong_sign() -> None:
+    """0.06 rad in each tenth of a second, to and fro; the ground would turn the wheel."""
+    psi = np.abs(np.arange(100) % 10 - 5) * 0.06
+    turns = np.sign(np.gradient(psi))
+    samples = [
+        Sample(psi=p, psi_dot=np.nan, F_N=400.0, dt=0.1, M_z=4.0 * s + 0.01 * i)
+        for i, (p, s) in enumerate(zip(psi, turns, strict=True))
+    ]
+    assert any("other sign" in cause for cause in suspicions_of(samples, RIG, "M_z"))
+
+
 @pytest.mark.parametrize("cause", ["has the other sign", "stays the same"])
 def test_a_torque_that_comes_more_seldom_than_the_angle_is_evidence(
     recording: RigRecording, cause: str
