@@ -96,6 +96,7 @@ class PlanRequest:
         from brushgrip.outputs.plan_texts import plan_csv
         from brushgrip.pictures.plan import draw_plan_and_forecast
         from observers import AligningTorque, plan
+        from observers.planning.noisy_forecast import assumed_noise
         from observers.planning.plan import MUS
 
         limits, target = chosen_limits(self.limit), parse_share(self.target)
@@ -122,9 +123,9 @@ class PlanRequest:
             if stages:
                 write_utf8(stages[0], plan_csv(planned, self.vehicle, F_N))
                 draw_plan_and_forecast(stages[1], planned)
-        self._say(planned, finals, inputs.signals.of("psi"))
+        self._say(planned, finals, inputs.signals.of("psi"), assumed_noise(observer, F_N))
 
-    def _say(self, planned: "Plan", finals: list[Path], angle: "SignalSource") -> None:
+    def _say(self, planned: "Plan", finals: list[Path], angle: "SignalSource", noise: float) -> None:
         """Print what the plan tells on each ground; a target that is missed on one is a fault."""
         from brushgrip.outputs.console import print_table, say, show_json
         from brushgrip.outputs.plan_texts import plan_document, rows_by_ground, turning_instruction
@@ -138,7 +139,8 @@ class PlanRequest:
         print_table(title, headings, rows_by_ground(planned, self.vehicle), right=True)
         say("one path for all grounds: on most its first turns do; stop once friction is as good")
         if not planned.reasons:
-            say(f"this is enough in {ENOUGH} of {RUNS} simulated runs with noise of the torque")
+            of_torque = "" if self.vehicle else f" of {noise:.2g} N m"
+            say(f"this is enough in {ENOUGH} of {RUNS} simulated runs, noise{of_torque} on the torque")
         if self.vehicle is None and self.torque is TorqueChannel.GROUND:
             say("k counts as a state: estimate with --stiffness-state")
         if self.vehicle:

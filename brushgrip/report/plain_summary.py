@@ -65,7 +65,7 @@ def lines_to_send(
     also = [*wide, _weaker(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis)
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
-    provisional = ", provisional" * (known and diagnosis.stiffness_ratio != 1)
+    provisional = ", provisional" if known and diagnosis.stiffness_ratio != 1 else ""
     if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
     ratio = diagnosis.stiffness_ratio
     scale = f"{max(ratio, 1 / ratio):.2f} times too {'high' if ratio > 1 else 'low'}, as it may"

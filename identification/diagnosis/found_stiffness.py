@@ -21,7 +21,7 @@ def stiffness_ratio(k: float, recording: Recording) -> float:
     """A found stiffness [N/m^2] over the declared one [1]; 1 within its tolerance."""
     declared, tolerance = recording.tyre.k, recording.rig.tolerances.k
     within = USUAL["k"] * declared if tolerance is None else tolerance
-    return k / declared if abs(k - declared) > max(within, AT_BOUND * declared) else 1.0
+    return float(k / declared) if abs(k - declared) > max(within, AT_BOUND * declared) else 1.0
 
 
 def farthest_stiffness_ratio(fitted: Fit, recordings: Sequence[Recording]) -> float:

@@ -5,6 +5,7 @@ Without noise a path may end just behind the sample at which no flag stands any 
 
 import numpy as np
 
+from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import ForecastCase, Forecaster
 from observers.planning.steering_path import SteeringPath
 from observers.tuning import REFERENCE_STEP
@@ -15,6 +16,12 @@ RUNS, ENOUGH = 20, 18
 SEED = 1
 MOST_NOISE = 0.01
 """Greatest noise over full slide at mu = 1 that counts where the rig declares none [1]."""
+
+
+def assumed_noise(observer: ModelObserver, F_N: float) -> float:
+    """White noise of the torque that a plan reckons with at a load [N], of a sample in 10 ms [N m]."""
+    rig, slide = observer.rig, float(full_slide_torque(F_N, observer.rig.a))
+    return min(observer.tuning.noise, MOST_NOISE) * slide if rig.noise is None else rig.noise
 
 
 class NoisyForecaster:
@@ -32,10 +39,7 @@ class NoisyForecaster:
         Quiet is one run without noise.
         """
         self.forecaster, self.F_N, self.target, self.most_torque = forecaster, F_N, target, most_torque
-        rig, tuning = forecaster.observer.rig, forecaster.observer.tuning
-        slide = float(full_slide_torque(F_N, rig.a))
-        std = min(tuning.noise, MOST_NOISE) * slide if rig.noise is None else rig.noise
-        std *= max(1.0, REFERENCE_STEP / dt) ** 0.5
+        std = assumed_noise(forecaster.observer, F_N) * max(1.0, REFERENCE_STEP / dt) ** 0.5
         self.enough = ENOUGH
         self.noise = std * np.random.default_rng(SEED).standard_normal((RUNS, samples))
         if quiet:

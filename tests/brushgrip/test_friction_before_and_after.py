@@ -434,7 +434,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
     assert "reads too high, A. If the declared" in mail(diagnosis, alone)
     for ratio in (0.625, 1.6):
-        car = replace(diagnosis, of_car=True, stiffness_ratio=ratio)
+        car = replace(diagnosis, of_car=True, stiffness_ratio=np.float64(ratio))
         told = mail(car, outcome)
         assert "provisional" in told, "a force that reads too low looks like a soft column"
         assert ("if the force reads 1.60 times too high, as it may." in told) == (ratio > 1)
