@@ -78,13 +78,16 @@ def lines_to_send(
     for at, value in enumerate(if_wrong, 1):
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
-    benefit = benefit_for_friction(diagnosis, told)
+    benefit, trend = benefit_for_friction(diagnosis, told), load_trend_in_words(told, diagnosis)
+    if provisional:
+        benefit += " Whether it is right rests on what is to do first." * bool(benefit)
+        trend += " They are provisional too." * bool(trend)
     error, *adjusted = error_to_quote(diagnosis)
     mail = {
         "Note": [warning],
         **(friction if outcome else finding),
         "Provisional because" if provisional else "Stiffness": cases,
-        "How sure": [*_holds(told), load_trend_in_words(told, diagnosis)] if known else reserved[:-1],
+        "How sure": [*_holds(told), trend] if known else reserved[:-1],
         "To do first": [sentence(first)] if first else [],
         **finding,
         "Valid for": [valid],

@@ -33,7 +33,7 @@ MEANING = ", how steeply the torque rises before anything slides, is"
 """What the stiffness k is, behind its name."""
 LEFT_OUT = "What the assumed model of tyre and rig leaves out"
 """Label of `missing_effects`."""
-CERTAIN = "that it helps is not luck; that it is the cause is likely, not proven"
+CERTAIN = "that the model gains by it is not luck; that it is the cause is likely, not proven"
 """Of a gain that is as good as certainly no chance."""
 OVER_SPEED = "friction over speed"
 MECHANISMS = {
@@ -231,8 +231,8 @@ def benefit_for_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     if diagnosis.of_car or not diagnosis.effects or not declared or not found:
         return ""
     return (
-        f"Friction can be told in {_known(found)} by the model found; in {_known(declared)} by the"
-        " assumed model."
+        f"A value of friction comes out in {_known(found)} by the model found; in {_known(declared)} by"
+        " the assumed model."
     )
 
 

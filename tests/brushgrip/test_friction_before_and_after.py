@@ -253,8 +253,9 @@ def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
     assert benefit_for_friction(make_diagnosis(), outcome) == (
-        "Friction can be told in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the model"
-        " found; in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the assumed model."
+        "A value of friction comes out in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by"
+        " the model found; in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the assumed"
+        " model."
     )
     never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
@@ -326,7 +327,8 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
 
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(found,))) == [
-        f"(a) F{told[1:]} (that it helps is not luck; that it is the cause is likely, not proven).",
+        f"(a) F{told[1:]} (that the model gains by it is not luck; that it is the cause is likely, not"
+        " proven).",
         "(b) An error beyond noise remains that no effect explains.",
     ]
     # What may be another effect of the model is not clear.

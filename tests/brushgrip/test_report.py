@@ -139,9 +139,10 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
     assert page.headings == [
         "What the assumed model of tyre and rig leaves out: (a) The tyre's body yields, or its pressure"
-        " is spread otherwise (that it helps is not luck; that it is the cause is likely, not proven)."
-        " (b) The torque channel has a zero error (that it helps is not luck; that it is the cause is"
-        " likely, not proven). (c) An error beyond noise remains that no effect explains.",
+        " is spread otherwise (that the model gains by it is not luck; that it is the cause is likely,"
+        " not proven). (b) The torque channel has a zero error (that the model gains by it is not luck;"
+        " that it is the cause is likely, not proven). (c) An error beyond noise remains that no effect"
+        " explains.",
         "Before you act on it",
         "Contents",
         "What was found",
