@@ -164,6 +164,7 @@ def test_what_acts_in_the_first_slide_alone_is_identified() -> None:
     assert effect.grade == "strong"
 
 
+@pytest.mark.long
 def test_the_fit_to_a_single_recording_identifies_nothing() -> None:
     recordings = read_campaign("stribeck", 0, duration=6.0)[1]
     graded = {}
@@ -244,7 +245,8 @@ def test_a_length_that_another_wheel_pushes_to_the_end_of_its_tolerance_is_named
     assert f"{other.name}: a is at the end of its tolerance, 0.0397 m" in notes
 
 
-@pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_return_torque_beside_a_constant_load_is_ambiguous(sign: float) -> None:
     _, recordings = read_campaign(None, 3, duration=8.0)
     turned = [replace(r, M_z=r.M_z - sign * 4.0 * r.psi) for r in recordings]

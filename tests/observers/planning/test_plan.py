@@ -123,6 +123,7 @@ def test_a_wider_limit_never_makes_the_plan_worse(acquiring: Ekf, seed: int) -> 
     assert costs[1] <= costs[0]
 
 
+@pytest.mark.long
 def test_time_and_angle_may_be_least(acquiring: Ekf) -> None:
     given = {"mus": (0.8,), "coarse": True}
     quick = plan(acquiring, 0.05, LIMITS, LOAD, objective="time", **given)

@@ -234,6 +234,7 @@ def test_a_torque_scale_that_passes_for_k_is_in_the_band(factor: float, mu: floa
     assert np.mean(wrong_and_usable(estimates, mu)) < 0.01
 
 
+@LONG
 def test_a_torque_scale_beside_a_model_that_was_found_is_in_the_band() -> None:
     """The declared patch that stands for the model hides half of what the scale is off by."""
     tyre = RigTyre(a=RIG.a, e=RIG.e, k=K, mu=0.3)
