@@ -47,7 +47,10 @@ class PlanRequest:
     model: ModelFile = None
     effects: EffectModules = None
     target: Annotated[
-        str, option("--target", "SHARE", "Standard deviation over mu; 5% if left out.")
+        str,
+        option(
+            "--target", "SHARE", "Standard deviation over mu, half of the 95 % band; 5% if left out."
+        ),
     ] = "5%"
     limit: Annotated[
         list[str] | None,

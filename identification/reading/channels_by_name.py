@@ -84,6 +84,11 @@ def resolve_columns(
             full[column] = name
         elif mapped or (asked and column != "t"):
             absent.append(column)
+    if absent == ["t"] and file.own_clocks:
+        raise InvalidInputError(
+            f"{path}: no channel {excerpt(signals.of('t').channel)} for t; the others have clocks of"
+            " their own: map no t"
+        )
     if absent:
         absent += ["t"] if not file.own_clocks and "t" not in (*full, *absent) else []
         raise missing_channels(path, absent, file.names, signals, file.read)

@@ -106,6 +106,14 @@ def test_a_missing_channel_lists_those_there_and_proposes_a_map(format_: str, tm
     assert re.search(r"missing.*Angle.*--map .*psi=.*Angle", refusal(path))
 
 
+def test_a_time_that_channels_with_clocks_of_their_own_do_not_have_is_left_out(tmp_path: Path) -> None:
+    path, _ = written("blf", tmp_path)
+
+    assert refusal(path, f"{OWN_CLOCK},t=time").endswith(
+        "no channel 'time' for t; the others have clocks of their own: map no t"
+    )
+
+
 def test_texts_that_unpack_to_far_more_are_refused(tmp_path: Path) -> None:
     pyarrow = pytest.importorskip("pyarrow", reason="needs brushgrip[parquet]")
     parquet = pytest.importorskip("pyarrow.parquet", reason="needs brushgrip[parquet]")
