@@ -70,9 +70,7 @@ def suspected_cause(
     flagged = np.flatnonzero(estimates.status[:MAX_REPLAYED_SAMPLES] & Status.SUSPECT)
     if flagged.size <= MIN_REPORTED_SHARE * estimates.t.size:
         return ""
-    loop = Loop(single_friction(factory(recording, found)))
-    for sample in islice(samples_of(recording), int(flagged[-1]) + 1):
-        loop(sample)
+    loop = _replayed(single_friction(factory(recording, found)), recording, 0, int(flagged[-1]))
     return causes_with_map(recording, loop.suspicions, torque_channel(recording))
 
 
@@ -85,9 +83,7 @@ def slope_of_car(factory: ObserverFactory, recording: Recording, at: int) -> str
     observer, first = factory(held, None), int(np.argmax(car.stretch == number))
     if not isinstance(observer, Ekf | Mhe):
         return ""
-    loop = Loop(observer)
-    for sample in islice(samples_of(held), max(first, at - MAX_REPLAYED_SAMPLES), at + 1):
-        loop(sample)
+    loop = _replayed(observer, held, max(first, at - MAX_REPLAYED_SAMPLES), at)
     verdict = dict(zip(VERDICT, np.ravel(loop.state["verdict"]).tolist(), strict=True))
     slope, variance = exp(verdict["log_gain"]), verdict["var_log_gain"]
     known = observer.effective_tuning.stiffness_std
@@ -100,6 +96,14 @@ def slope_of_car(factory: ObserverFactory, recording: Recording, at: int) -> str
         f"the force rises about {slope:.2g} times as steeply as declared: {causes}, or the force reads"
         f" too {way} (unit, motor_ratio), and friction is told too {way} by up to that factor"
     )
+
+
+def _replayed(observer: Observer, recording: Recording, first: int, last: int) -> Loop:
+    """The loop of an observer after these samples of a recording."""
+    loop = Loop(observer)
+    for sample in islice(samples_of(recording), first, last + 1):
+        loop(sample)
+    return loop
 
 
 def hardly_turned(recording: Recording) -> str:

@@ -127,8 +127,9 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
 
 def _few(values: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     """At most `MAX_TOLD` of these pairs, in order, the ends among them."""
-    at = np.linspace(0, len(values) - 1, min(len(values), MAX_TOLD)).round().astype(int)
-    return [sorted(values)[i] for i in at]
+    ordered = sorted(values)
+    at = np.linspace(0, len(ordered) - 1, min(len(ordered), MAX_TOLD)).round().astype(int)
+    return [ordered[i] for i in at]
 
 
 def at_common_load(outcome: FrictionOutcome) -> str:
