@@ -16,6 +16,7 @@ from identification.fits.parameter_values import Values
 from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
 from identification.selection.trial import (
+    FINE,
     Precision,
     Trial,
     TrialTask,
@@ -63,9 +64,11 @@ class TrialRunner:
         """The held-out ones."""
         return [thin_for_ranking(recording) for recording in self.holdout]
 
-    def run_fine(self, effects: Effects, start: Values | None = None) -> Trial:
+    def run_fine(
+        self, effects: Effects, start: Values | None = None, precision: Precision = FINE
+    ) -> Trial:
         """A trial on the whole recordings."""
-        return self._run(TrialTask(effects, self.training, self.holdout, start, loss=self.loss))
+        return self._run(TrialTask(effects, self.training, self.holdout, start, precision, self.loss))
 
     def run_coarse(self, effects: Effects, start: Values | None, precision: Precision) -> Trial:
         """A trial on the thinned recordings, to be compared with candidates."""

@@ -11,7 +11,7 @@ from identification.fits.parameter_values import Values
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.search_step import SearchStep, rank_for_confirmation
 from identification.selection.stepwise_search import Effects, Search, silent, without_each
-from identification.selection.trial import RANKING, ROUGH, Precision, Trial
+from identification.selection.trial import FINE, RANKING, ROUGH, Precision, Trial
 from identification.selection.trial_runner import TrialRunner
 from tests.identification.selection.compared import (
     SECONDS,
@@ -29,6 +29,7 @@ class Scripted:
     Attributes:
         asked: sets of effects that were ranked, call by call.
         fitted: sets of effects that were fitted to the whole recordings.
+        discretised: whether the last of these had bristles whatever its effects are.
         precisions: of the coarse trials.
         white: sets of effects whose trials leave white noise; others leave a correlated residual.
     """
@@ -57,8 +58,11 @@ class Scripted:
         made = with_effects(replace(trial, fitted=fitted), names)
         return replace(made, judgement=judgement(np.full(SECONDS, error)))
 
-    def run_fine(self, effects: Effects, start: Values | None = None) -> Trial:
+    def run_fine(
+        self, effects: Effects, start: Values | None = None, precision: Precision = FINE
+    ) -> Trial:
         self.fitted.append(letters(effects))
+        self.discretised = precision.discretised
         unknown = [name for name in start.tyre if name[0] not in self.fitted[-1]] if start else []
         assert not unknown, "a fit refuses values of effects that its model does not have"
         return self.trial(self.fitted[-1], self.fine(self.fitted[-1]))
@@ -175,6 +179,7 @@ def test_each_effect_is_taken_out_of_the_model_found(pair: Pair) -> None:
         "b": "ac", "a": "bc", "c": "ba",
     }  # fmt: skip
     assert runner.fitted[fitted:] == ["ac", "bc"]
+    assert runner.discretised is not steps[-1].before.fitted.model.exact
 
 
 def test_a_flexible_law_takes_the_place_of_its_family(pair: Pair) -> None:
