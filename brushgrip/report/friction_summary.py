@@ -120,8 +120,7 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction{told}"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
-        " whether load is the cause is not known: take the value of a recording near your load, with the"
-        " ± of the ground."
+        " whether load is the cause is not known; the ± of the ground covers these loads, no others."
     )
 
 

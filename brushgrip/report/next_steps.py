@@ -28,10 +28,10 @@ CHECKS = {
     " rig: check the torque (its zero with nothing on it, then a known weight on a lever), the angle (a"
     " known turn), the gear ratios and the half-length of the contact (an ink print at each load). If a"
     " factor or a length was wrong and is known now, correct it in the rig file and run this program"
-    " again; if something had to be repaired, record again: every figure here may change. If the rig is"
-    " right and the declared stiffness is of another tyre or guessed, declare the one found (k under"
-    " [tyre] in the rig file), and friction is no longer provisional; if the declared stiffness is"
-    " right too, friction stays provisional; further recordings may tell why",
+    " again; if something had to be repaired, record again: every figure here may change. Only if"
+    " all of that is right, and the declared stiffness was guessed or another tyre's, is friction no"
+    " longer provisional: declare the stiffness found (k under [tyre] in the rig file). If that is right"
+    " too, friction remains provisional; further recordings may tell why",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -111,7 +111,7 @@ def _for_the_model(diagnosis: Diagnosis) -> list[str]:
         return [
             f"{still if stiffness_cases(diagnosis) else 'as something unknown remains'}, record at"
             " other speeds, angles and loads to find it, which may move friction"
-            + f". First{unchecked} record what {proposed}"
+            + f". Begin{unchecked} with what {proposed}"
             * bool(apart)
         ]
     if unrefitted is not None:

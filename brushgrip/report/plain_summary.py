@@ -72,31 +72,39 @@ def lines_to_send(
     read = "force" if diagnosis.of_car else "torque"
     # What yields beside a car's tyres is the likelier cause of a stiffness that is too low.
     told_else = if_wrong[: not (diagnosis.of_car and ratio < 1)]
-    else_friction = [f"but {value} if the {read} reads {scale}" for value in told_else]
+    else_friction = [
+        f"but {value} if the {read} reads {scale}: until the rig is checked, count on"
+        f" {_possible(told, ratio)}"
+        for value in told_else
+    ]
     friction = {f"Friction between tyre and ground{provisional}": [_friction(told, *else_friction)]}
     cases = stiffness_cases(diagnosis)
     for at, value in enumerate(if_wrong, 1):
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
     benefit, trend = benefit_for_friction(diagnosis, told), load_trend_in_words(told, diagnosis)
+    sure, *more = [*_holds(told), trend] if known else reserved[:-1] or [""]
     if provisional:
+        times = max(ratio, 1 / ratio)
+        sure = (
+            f"Not sure before the rig is checked: the tyre comes out {times:.2f} times as"
+            f" {'stiff' if ratio > 1 else 'soft'} as declared, and no recording tells why. {sure}"
+        )
         benefit += " Whether it is right rests on what is to do first." * bool(benefit)
-        trend += " They are provisional too." * bool(trend)
-    error, *adjusted = error_to_quote(diagnosis)
     mail = {
         "Note": [warning],
         **(friction if outcome else finding),
-        "Provisional because" if provisional else "Stiffness": cases,
-        "How sure": [*_holds(told), trend] if known else reserved[:-1],
+        "How sure": [sure],
         "To do first": [sentence(first)] if first else [],
         **finding,
+        "Error": [error_to_quote(diagnosis)],
         "Valid for": [valid],
-        "Gain" if benefit else "Error": [benefit, error],
     }
     details = {
-        "More on how sure": also if known else [],
+        "Provisional because" if provisional else "Stiffness": cases,
+        "More on how sure": [*more, *also] if known else more,
         "To do then": [f"After (1), {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
-        "Error with each recording adjusted": adjusted,
+        "Gain": [benefit],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
@@ -132,11 +140,21 @@ def _if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> li
     single = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) == 1
     if not bands or not single:
         return []
-    bound = "at least" if ratio > 1 else "at most"
+    bound = f"not {'less' if ratio > 1 else 'more'} than"
     return [
         f"{about} {listed([f'{one.mu_eff / factor:.2f} on {ground}' for ground, one in bands.items()])}"
         for factor, about in ((ratio, "about"), (ratio ** (1 / 3), bound))
     ]
+
+
+def _possible(outcome: FrictionOutcome, ratio: float) -> str:
+    """Friction of each ground from end to end of its ±, and of the same over a ratio."""
+    told = []
+    for ground, one in outcome.further().items():
+        ends = [one.mu_eff + side * (one.further or 0.0) for side in (-1, 1)]
+        all_ends = [max(0.0, end / factor) for end in ends for factor in (1.0, ratio)]
+        told.append(f"{min(all_ends):.2f} to {max(all_ends):.2f} on {ground}")
+    return listed(told)
 
 
 def _holds(outcome: FrictionOutcome) -> list[str]:
@@ -144,7 +162,8 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
     further = outcome.further()
     bands = [one.further is not None for one in further.values()]
     lines = [
-        "The ± of a ground is where one more recording like these would come out, in 95 of 100 cases."
+        "The ± of a ground is where one more recording like these would come out, in 95 of 100 cases;"
+        " it is no bound of the true friction, which was not measured in another way."
     ]
     lines *= any(bands)
     if len(further) < len(outcome.grounds) or not all(bands):
@@ -152,10 +171,9 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
             f"{'Where a recording is named, t' if any(bands) else 'T'}he truth lies within ± in 95 of"
             " 100 cases, if model and tolerances are right."
         )
-    bound = "It is no bound of the true friction, which was not measured in another way: a" * any(bands)
     lines.append(
-        f"{bound or 'A'} torque that reads wrong, or a load beyond its tolerance, makes friction wrong"
-        " by the same factor, which the ± counts in part at most."
+        "A torque that reads wrong, or a load beyond its tolerance, makes friction wrong by the same"
+        " factor; the ± need not cover that."
     )
     return lines
 

@@ -33,7 +33,7 @@ MEANING = ", how steeply the torque rises before anything slides, is"
 """What the stiffness k is, behind its name."""
 LEFT_OUT = "What the assumed model of tyre and rig leaves out"
 """Label of `missing_effects`."""
-CERTAIN = "that the model gains by it is not luck; that it is the cause is likely, not proven"
+CERTAIN = "likely, not proven"
 """Of a gain that is as good as certainly no chance."""
 OVER_SPEED = "friction over speed"
 MECHANISMS = {
@@ -109,11 +109,7 @@ def band_caveats(diagnosis: Diagnosis) -> list[str]:
     """What the bands of friction rest on that no recording tells, in sentences."""
     doubtful = [n for n in diagnosis.notes if n.startswith((SUSPECTED, MAY_END, BEYOND_RANGE))]
     assumed = [sentence(note) for note in diagnosis.notes if note.startswith(ASSUMED)]
-    counted = (
-        "The ± counts the tolerances, and allows for what the model leaves out. A value that is off by"
-        " more than its tolerance shifts friction too."
-    )
-    return [*map(sentence, doubtful), " ".join([*assumed, counted])]
+    return [*map(sentence, doubtful), " ".join([*assumed, "The ± counts the tolerances."])]
 
 
 def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
@@ -137,13 +133,18 @@ def missing_effects(diagnosis: Diagnosis) -> list[str]:
             told.append(f"{cause} ({_sureness(clearest, cause)})")
         else:
             names = [effect_words(effect.name) for effect in effects]
-            stand = f"{listed(names)} stand{'s' * (len(names) == 1)} in"
             told.append(
-                f"something unknown, for which {stand} (unproven, but part of the friction above)"
+                f"something more that is not identified: {listed(names)} stand{'s' * (len(names) == 1)}"
+                " in for it, a guess that the friction above contains"
             )
     if diagnosis.unexplained.present:
         unknown = "an error beyond noise remains that no effect explains"
-        told.insert(0 if unexplained_is_larger(diagnosis) else len(told), unknown)
+        if unexplained_is_larger(diagnosis):
+            told.insert(0, unknown)
+        elif diagnosis.effects[-1].grade == "stands_in":
+            told[-1] += f"; {unknown}"
+        else:
+            told.append(unknown)
     return [
         f"({i}) " * (len(told) > 1) + sentence(one)
         for i, one in zip(ascii_lowercase, told, strict=False)
@@ -257,8 +258,8 @@ def adjusted_values(diagnosis: Diagnosis) -> str:
     )
 
 
-def error_to_quote(diagnosis: Diagnosis) -> list[str]:
-    """The torque error stage by stage in sentences: with nothing adjusted, if that is known, first."""
+def error_to_quote(diagnosis: Diagnosis) -> str:
+    """The torque error stage by stage in a sentence: with nothing adjusted, if that is known."""
     kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
     judged = {
         "validation": f"{count} recording{'s' * (count != 1)} to which no shared value was fitted,"
@@ -266,22 +267,13 @@ def error_to_quote(diagnosis: Diagnosis) -> list[str]:
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
-    stages = {
-        "by the assumed model": diagnosis.declared,
-        "with its stiffness k refitted": diagnosis.before,
-    } | ({"by the model found": diagnosis.after} if diagnosis.effects else {})
-
-    def chain(figure: str) -> list[str]:
-        return [f"{percent(errors.summary()[figure])} {by}" for by, errors in stages.items()]
-
-    adjusted = chain(judged_error_name(diagnosis)[1])
-    if kind != "left-out" and missing_effects(diagnosis):  # What each left out shows is not known.
-        letters = ascii_lowercase[unexplained_is_larger(diagnosis) :]
-        steps = zip(letters, _by_cause(diagnosis)[:-1], strict=False)
-        adjusted[2:2] = [f"{percent(own[-1].holdout_nrmse_after)} with ({i})" for i, (_, own) in steps]
-    fitted, where = f"with {adjusted_values(diagnosis)}, fitted to each", f", in {judged}"
-    told = "The calculated torque differs from the recorded one, as a share of its range, by"
-    if not diagnosis.after.unrefitted:
-        return [f"{told} {', '.join(adjusted)}{where}, {fitted}."]
-    bare = ", ".join(chain("holdout_torque_nrmse_unrefitted"))
-    return [f"{told} {bare}{where}.", sentence(f"{fitted}: {', '.join(adjusted)}")]
+    bare = diagnosis.after.unrefitted
+    figure = "holdout_torque_nrmse_unrefitted" if bare else judged_error_name(diagnosis)[1]
+    stages = [diagnosis.declared, diagnosis.before, *[diagnosis.after] * bool(diagnosis.effects)]
+    assumed, refitted, *found = [percent(errors.summary()[figure]) for errors in stages]
+    told = (
+        f"The calculated torque is off by {assumed} of its range by the assumed model ({refitted} with"
+    )
+    told += f" its stiffness k refitted){''.join(f', by {one} by the model found' for one in found)}"
+    fitted = "" if bare else f", with {adjusted_values(diagnosis)}, fitted to each"
+    return f"{told}, in {judged}{fitted}."

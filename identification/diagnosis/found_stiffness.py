@@ -54,8 +54,8 @@ def stiffness_note(k: float, recording: Recording) -> str:
         f" declared {declared / 1e6:.3g}·10⁶: if the {torque} reads too {high} ({where}),"
         f" friction is told too {high} by as much, a factor of about {factor:.2f} if nothing else is"
         f" wrong; if the declared half-length of the contact is too {long}, by a factor of"
-        f" {factor ** (1 / 3):.2f} at most; if {like} really so {soft}, friction stays; if the angle"
-        f" reads too {low}, friction is that of {fast} turning"
+        f" {factor ** (1 / 3):.2f} at most; if {like} really so {soft}, friction is as told; if the"
+        f" angle reads too {low}, friction is that of {fast} turning"
     )
     refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
     return f"{note} (estimate refuses this model)" if refused else note

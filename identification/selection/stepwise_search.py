@@ -31,15 +31,7 @@ from identification.selection.search_step import (
     with_effect,
     without_effect,
 )
-from identification.selection.trial import (
-    FINE,
-    RANKING,
-    ROUGH,
-    Precision,
-    Trial,
-    model_of,
-    with_prior_weight,
-)
+from identification.selection.trial import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
 from identification.selection.trial_runner import Effects, TrialRunner, job_count, values_for, workers
 from symbolic import CANDIDATES, Effect, effects_named
 
@@ -255,8 +247,8 @@ def without_each(steps: Sequence[SearchStep], runner: TrialRunner) -> dict[Effec
     """The final model without each of its effects, fitted to the whole recordings."""
     final, known = steps[-1].before, {frozenset(s.before.effects): s.before for s in steps}
     rests = {effect: without_effect(final.effects, effect) for effect in final.effects}
-    # Bristles as in the final model: they are quicker, and their error does not count as an effect's.
-    precision = replace(FINE, discretised=not final.fitted.model.exact)
+    # Bristles as in the final model: quicker, and their error does not count as an effect's.
+    precision = Precision(discretised=not final.fitted.model.exact)
     return {
         effect: known.get(frozenset(rest)) or runner.run_fine(rest, values_for(final, rest), precision)
         for effect, rest in rests.items()

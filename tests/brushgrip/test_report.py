@@ -139,10 +139,8 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
     assert page.headings == [
         "What the assumed model of tyre and rig leaves out: (a) The tyre's body yields, or its pressure"
-        " is spread otherwise (that the model gains by it is not luck; that it is the cause is likely,"
-        " not proven). (b) The torque channel has a zero error (that the model gains by it is not luck;"
-        " that it is the cause is likely, not proven). (c) An error beyond noise remains that no effect"
-        " explains.",
+        " is spread otherwise (likely, not proven). (b) The torque channel has a zero error (likely, not"
+        " proven). (c) An error beyond noise remains that no effect explains.",
         "Before you act on it",
         "Contents",
         "What was found",
@@ -175,9 +173,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
     assert "in 1 recording to which no shared value was fitted, but by" in first
-    assert (
-        "4.30 % with its stiffness k refitted, 3.00 % with (a), 2.37 % by the model found, in" in first
-    )
+    assert "(4.30 % with its stiffness k refitted), by 2.37 % by the model found, in" in first
     assert (
         "friction and torque offset, and lengths and load within their tolerances, fitted to each"
         in first
