@@ -157,8 +157,8 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     assert (
         "\nMore on how sure: Where a recording is named, the truth lies within ± in 95 of 100 cases, if"
         " model and tolerances are right. A torque that reads wrong, or a load beyond its tolerance,"
-        " makes friction wrong by the same factor; the ± need not cover that. The ± on ice is wide because"
-        " 3 recordings differ, from 1.10 to 1.30" in text
+        " makes friction wrong by the same factor; the ± need not cover that. The ± on ice is wide"
+        " because 3 recordings differ, from 1.10 to 1.30" in text
     )
     # Six of the same scatter: t of five degrees of freedom is 2.5706.
     wider = np.hypot(2.5706 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
