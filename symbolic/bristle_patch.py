@@ -17,7 +17,7 @@ from symbolic.array_alias import Array
 from symbolic.deformation import full_slide_arm, unit_gauss_legendre
 from symbolic.errors import InvalidInputError
 from symbolic.patch_interface import Expression, PatchInputs
-from symbolic.slip_at_friction_limit import SlipSearch, clipped, log_creep_factor, slip
+from symbolic.slip_at_friction_limit import BristleSlipSolver, clipped, log_creep_factor, slip
 
 SPAN = 1.25
 """Half-lengths over which a patch that grows has bristles; growth is clamped to it [1]."""
@@ -71,13 +71,13 @@ class BristlePatch:
 
     `columns` stand over the length, half as many where `rows` over the half-width smooth the sum. The
     memory holds q/a of every bristle and, with relaxation, the stress of its Maxwell branch in the same
-    unit. `search` takes the place of `symbolic.slip_at_friction_limit.slip_search`.
+    unit. `search` takes the place of `symbolic.slip_at_friction_limit.bristle_slip_solver`.
     """
 
     traits: BristleTraits
     columns: int = 80
     rows: int = 6
-    search: SlipSearch | None = None
+    search: BristleSlipSolver | None = None
     smooth: ClassVar[bool] = True
     """A bristle's deformation is piecewise linear in the turn, or smoother."""
 

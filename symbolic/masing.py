@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symbolic.array_alias import Array
-from symbolic.deformation import boundary_edge_distance, full_slide_level, unit_corner_moment
+from symbolic.deformation import edge_to_zone_boundary, full_slide_level, unit_corner_moment
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import Rig, Tyre
 from symbolic.patch_interface import Expression
@@ -134,8 +134,8 @@ def zone_boundaries(psi: float, memory: TurningPoints, F_N: float, rig: Rig, tyr
     turns = np.abs(np.diff([*memory.psi, psi]))
     scales = np.where(np.arange(len(turns)) == 0, 1.0, 2.0)
     z = scales[turns > 0] * slope / turns[turns > 0]
-    front = [rig.a - float(boundary_edge_distance(each, rig.a, rig.a - rig.e)) for each in z]
-    rear = [-rig.a + float(boundary_edge_distance(each, rig.a, rig.a + rig.e)) for each in z]
+    front = [rig.a - float(edge_to_zone_boundary(each, rig.a, rig.a - rig.e)) for each in z]
+    rear = [-rig.a + float(edge_to_zone_boundary(each, rig.a, rig.a + rig.e)) for each in z]
     return np.array(sorted([*rear, *front]))
 
 

@@ -29,8 +29,8 @@ _STEPS = 3
 """Halley's steps: with the one of Newton that is differentiated, the slip is right to rounding."""
 _TINY = 1e-30
 """Keeps a bound finite where friction does not depend on speed [1]."""
-SlipSearch = Callable[..., Sequence[Expression]]
-"""(size, limit, branch_gain, reach, c) -> (slip, level, moving, yielding), as `slip_search` gives it."""
+BristleSlipSolver = Callable[..., Sequence[Expression]]
+"""(size, limit, branch_gain, reach, c) -> (slip, level, moving, yielding), as `bristle_slip_solver` gives it."""
 
 
 def slip(
@@ -39,19 +39,19 @@ def slip(
     branch_gain: Expression,
     reach: Expression,
     c: Expression | None,
-    search: SlipSearch | None = None,
+    search: BristleSlipSolver | None = None,
 ) -> Expression:
     """Slip that brings every bristle back to the friction limit, in the unit of stress and limit, (n,).
 
     The limit is that at the reference speed where it grows by c >= 0 [1] with the log of the sliding
     speed; c None is the plain stop. branch_gain is the stiffness of the Maxwell branch in shares of the
-    spring's, reach the slip of one sample at 1 m/s. `search` takes the place of `slip_search`. With c,
+    spring's, reach the slip of one sample at 1 m/s. `search` takes the place of `bristle_slip_solver`. With c,
     first derivatives are exact and second derivatives are wrong.
     """
     if c is None:
         return (stress - clipped(stress, limit)) / (1 + branch_gain)
     size = ca.fabs(stress)
-    found = (search or slip_search(int(stress.numel())))(size, limit, branch_gain, reach, c)
+    found = (search or bristle_slip_solver(int(stress.numel())))(size, limit, branch_gain, reach, c)
     slipped, level, moving, yielding = found
     # The search is not differentiated. `beyond` is zero there; its derivative is the correction of the
     # implicit function theorem.
@@ -71,7 +71,7 @@ def clipped(value: Expression, limit: Expression) -> Expression:
 
 
 @cache
-def slip_search(bristles: int) -> ca.Function:
+def bristle_slip_solver(bristles: int) -> ca.Function:
     """The search for the slip of so many bristles, with named inputs and outputs.
 
     level is ln(slip) where a bristle is moving (1) and ln v_0 where it is not (0); yielding is the
@@ -101,4 +101,4 @@ def slip_search(bristles: int) -> ca.Function:
         ),
     }
     inputs = {"size": size, "limit": limit, "branch_gain": branch_gain, "reach": reach, "c": c}
-    return named_function("slip_search", inputs, outputs, is_diff_out=[False] * len(outputs))
+    return named_function("bristle_slip_solver", inputs, outputs, is_diff_out=[False] * len(outputs))

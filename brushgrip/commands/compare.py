@@ -55,7 +55,7 @@ class CompareRequest(RecordingRequest):
         from brushgrip.outputs.atomic import check_png_name, is_same_file, staged_files, write_utf8
         from brushgrip.outputs.console import progress, say, show_json, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment
-        from brushgrip.pictures.box_plots import draw_boxes
+        from brushgrip.pictures.box_plots import draw_method_comparison
         from brushgrip.wording.formatting import json_text
         from symbolic import InvalidInputError
 
@@ -90,7 +90,7 @@ class CompareRequest(RecordingRequest):
                     staged[self.table], markdown_text(results, summaries) + markdown_comment(made)
                 )
             if self.picture is not None:
-                draw_boxes(staged[self.picture], results, [row.method for row in summaries])
+                draw_method_comparison(staged[self.picture], results, [row.method for row in summaries])
         print_comparison(results, summaries)
         show_json(document)
         if finals:

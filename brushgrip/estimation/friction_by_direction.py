@@ -62,7 +62,7 @@ def friction_of_directions(
 
 def hidden_by_zero(observer: Observer, estimates: Estimates) -> str:
     """That a zero of the torque, not declared, hides friction by direction; empty if it does not."""
-    if single_friction(observer) is observer or not isinstance(observer, Ekf | Mhe):
+    if without_directional_friction(observer) is observer or not isinstance(observer, Ekf | Mhe):
         return ""
     zero, limit = observer.tuning.zero_std, observer.tuning.zero_std / observer.informed_below
     low = estimates.wide & (estimates.mu_eff < limit)
@@ -75,7 +75,7 @@ def hidden_by_zero(observer: Observer, estimates: Estimates) -> str:
     )
 
 
-def single_friction(observer: Observer) -> Observer:
+def without_directional_friction(observer: Observer) -> Observer:
     """The observer with one friction for both directions, acquired; itself where it has one."""
     if isinstance(observer, Ekf | Mhe) and isinstance(observer.measurement_model, DirectionalFriction):
         return replace(observer, measurement_model=AligningTorque(), acquire=True)

@@ -7,7 +7,7 @@ from math import exp, hypot, isfinite, nan
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.friction_by_direction import single_friction
+from brushgrip.estimation.friction_by_direction import without_directional_friction
 from brushgrip.estimation.observe_recording import (
     ObserverFactory,
     angle_without_imputed,
@@ -70,7 +70,7 @@ def suspected_cause(
     flagged = np.flatnonzero(estimates.status[:MAX_REPLAYED_SAMPLES] & Status.SUSPECT)
     if flagged.size <= MIN_REPORTED_SHARE * estimates.t.size:
         return ""
-    loop = _replayed(single_friction(factory(recording, found)), recording, 0, int(flagged[-1]))
+    loop = _replayed(without_directional_friction(factory(recording, found)), recording, 0, int(flagged[-1]))
     return causes_with_map(recording, loop.suspicions, torque_channel(recording))
 
 
@@ -143,7 +143,7 @@ def inconsistency_remedy(
     residual = np.where(estimates.status & inconsistent, innovation, np.nan)
     known = np.isfinite(residual)
     if known.any() and np.median(np.abs(residual[known])) / 0.6745 > BEYOND * white_noise(residual) > 0:
-        if of_found and single_friction(observer) is not observer:
+        if of_found and without_directional_friction(observer) is not observer:
             return f"leave --by-direction out, or {lacking}; more noise would not explain it"
         return f"{lacking}; more noise would not explain it"
     known = np.isfinite(recording.M_z)

@@ -12,7 +12,7 @@ import numpy as np
 
 from brushgrip.inputs.recording_files import (
     grounds_by_name,
-    locate_recordings,
+    locate_recording,
     refuse_overwriting,
     shares_samples,
     unique_labels,
@@ -171,7 +171,7 @@ def gather_inputs(
         )
     warn_of_another_rig(rig, model)
     own = user_effects(effects)
-    located = [locate_recordings(name, of_car=vehicle is not None) for name in recordings]
+    located = [locate_recording(name, of_car=vehicle is not None) for name in recordings]
     if twice := next((two for two in combinations(located, 2) if two[0].samefile(two[1])), None):
         raise _twice(*twice)
     signals = SignalMap() if (described := rig or vehicle) is None else read_signals(described)

@@ -47,7 +47,7 @@ def download_folder() -> Path:
     return Path(base) / "brushgrip"
 
 
-def locate_recordings(name: str, *, of_car: bool = False) -> Path:
+def locate_recording(name: str, *, of_car: bool = False) -> Path:
     """The file of a recording: as given, with .mat or .csv, and for a bare name where data is kept."""
     try:
         given = Path(name).expanduser()

@@ -9,7 +9,7 @@ import numpy as np
 from brushgrip.estimation.observe_recording import ObserverFactory
 from brushgrip.estimation.suspicious_recordings import weaker_direction
 from brushgrip.inputs.command_inputs import Inputs
-from brushgrip.inputs.recording_files import locate_recordings
+from brushgrip.inputs.recording_files import locate_recording
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import MappedColumns
@@ -40,7 +40,7 @@ def source_and_estimator(
     columns = MappedColumns(where, inputs.signals, car=inputs.vehicle is not None)
     if spec != "-" and not spec.startswith(("udp:", "can:")):
         needed = ("t",) if inputs.vehicle else required_columns(torque_required=False)
-        located = locate_recordings(where, of_car=inputs.vehicle is not None)
+        located = locate_recording(where, of_car=inputs.vehicle is not None)
         table = read_table(located, needed, READERS, inputs.signals)
     open_source = source_opener(spec, columns, inputs.signals.dbc, table, speed)
     found = inputs.found()

@@ -18,7 +18,7 @@ _BOXES_WIDTH = 0.8
 """Share of a recording's width that its boxes take [1]."""
 
 
-def draw_boxes(path: Path, compared: Sequence[CaseScores], methods: Sequence[str]) -> None:
+def draw_method_comparison(path: Path, compared: Sequence[CaseScores], methods: Sequence[str]) -> None:
     """Draw distribution, error and calculation time of each method, as in [Györök 2022], figure 5.10."""
     own = cycle(_COLOURS)
     colours = {name: QUIET if name == AUTHOR else next(own) for name in methods}

@@ -15,7 +15,7 @@ from brushgrip.outputs.console import progress, say, show_json
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, remove_earlier
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
 from brushgrip.report.printed_results import print_diagnosis
-from brushgrip.report.validity_and_missing_effects import simulated_warning
+from brushgrip.report.validity_and_missing_effects import demo_recordings_warning
 from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
 from identification.selection.trial import RANKING_STEP, thin_for_ranking
@@ -89,6 +89,6 @@ def clean_up_and_print(
     written = content[KEY]["files"]
     remove_earlier(out, earlier, written)
     remove_stale_pictures(out, written)
-    print_diagnosis(diagnosis, outcome, simulated_warning(content[KEY]))
+    print_diagnosis(diagnosis, outcome, demo_recordings_warning(content[KEY]))
     show_json(content)
     say(f"report: {out / PAGE}")

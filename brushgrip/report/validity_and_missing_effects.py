@@ -49,7 +49,7 @@ STRAIGHT = 0.15
 """Distance of a curve from a line over its change, up to which it is told by its slope [1]."""
 
 
-def simulated_warning(provenance: Mapping[str, Any] | None) -> str:
+def demo_recordings_warning(provenance: Mapping[str, Any] | None) -> str:
     """That recordings are the demo's, by their digests, in one sentence; empty where none is."""
     # Sources of own effects are inputs too.
     files = provenance["inputs"] if provenance else []

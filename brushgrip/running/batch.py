@@ -50,7 +50,7 @@ from brushgrip.wording.friction_in_words import (
     band_parts,
     estimates_summary,
     last_usable,
-    slippery_ground_note,
+    undeclared_sensor_note,
     unusable_samples_and_remedy,
 )
 from brushgrip.wording.recording_remarks import BETWEEN, recording_remark, with_early_ends
@@ -208,7 +208,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
-        note = slippery_ground_note(float(estimates.mu_eff[at]), recording.rig)
+        note = undeclared_sensor_note(float(estimates.mu_eff[at]), recording.rig)
         told.append(note)
     else:
         note = "" if car.speed_recorded else STANDS

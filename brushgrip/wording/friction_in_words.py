@@ -138,7 +138,7 @@ def band_parts(budget: Mapping[str, float]) -> str:
     )
 
 
-def slippery_ground_note(mu: float, rig: Rig) -> str:
+def undeclared_sensor_note(mu: float, rig: Rig) -> str:
     """What an estimate on slippery ground rests on, in one line; empty on other ground."""
     lacking = {
         name: text for name, text in OF_SENSOR.items() if mu < SLIPPERY and getattr(rig, name) is None

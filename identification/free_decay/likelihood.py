@@ -29,7 +29,7 @@ from scipy.special import expit
 from identification.free_decay.vibration_detection import FreeVibration
 from identification.free_decay.vibration_model import (
     UNKNOWNS,
-    VibrationResponse,
+    VibrationTrajectory,
     rotational_stiffness,
     simulate_vibration,
 )
@@ -58,7 +58,7 @@ class LikelihoodEvaluation:
     cost: float
     gradient: Array
     hessian: Array
-    responses: tuple[VibrationResponse, ...]  # By the scaled unknowns in the order of `columns`.
+    responses: tuple[VibrationTrajectory, ...]  # By the scaled unknowns in the order of `columns`.
 
 
 class Likelihood:
@@ -111,7 +111,7 @@ class Likelihood:
             cost=cost, gradient=gradient, hessian=hessian, responses=tuple(responses)
         )
 
-    def likeliest_noise(self, responses: Sequence[VibrationResponse]) -> float:
+    def likeliest_noise(self, responses: Sequence[VibrationTrajectory]) -> float:
         """The most likely scale of the noise [rad]."""
 
         def cost(log_scale: float) -> float:
@@ -125,7 +125,7 @@ class Likelihood:
         most = np.log(max(abs(r.deflection) for r in self.vibrations))
         return float(np.exp(minimize_scalar(cost, bounds=(least, most), method="bounded").x))
 
-    def _response(self, recording: int, x: Array) -> VibrationResponse:
+    def _response(self, recording: int, x: Array) -> VibrationTrajectory:
         """Angles at the samples and their derivatives by x."""
         at = self.columns(recording)
         # Without a slip among the unknowns it is 0: the patch sticks.
@@ -134,7 +134,7 @@ class Likelihood:
         unknowns[places] = self.scales[at] * x[at]
         times, samples = self._grids[recording]
         fine = simulate_vibration(times, unknowns, self._geometries[recording])
-        return VibrationResponse(
+        return VibrationTrajectory(
             fine.psi[samples], fine.sensitivities[np.ix_(samples, places)] * self.scales[at]
         )
 

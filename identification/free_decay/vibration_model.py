@@ -41,7 +41,7 @@ _SAMPLES_PER_CALL = 100
 """Samples in one call."""
 
 
-class VibrationResponse(NamedTuple):
+class VibrationTrajectory(NamedTuple):
     """Angles, shape (n,) [rad], and their derivatives by `UNKNOWNS`, shape (n, 6)."""
 
     psi: Array
@@ -62,7 +62,7 @@ def sliding_torque_deficit(
     return k * turn * ca.fabs(turn) * per_turn * unit_corner_moment(1 / reach, a, e) / reach
 
 
-def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> VibrationResponse:
+def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> VibrationTrajectory:
     """The vibration at increasing times [s], the first one close to the first turning point.
 
     NaN where the wheel would not vibrate, 4 K J_A <= b_t^2. Unknowns and geometry are in the order of
@@ -87,7 +87,7 @@ def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> VibrationR
         buffered.call()
         psi[at : at + count], sensitivities[at : at + count] = states[:count, 0], along[:count, :, 0]
         buffered.inputs[0][:], buffered.inputs[1][:] = states[-1], along[-1].ravel()
-    return VibrationResponse(psi, sensitivities)
+    return VibrationTrajectory(psi, sensitivities)
 
 
 def _parts(vector: Expression) -> list[Expression]:

@@ -9,7 +9,7 @@ from identification.reading.signal_map import (
     DBC,
     SignalMap,
     SignalSource,
-    alternatives,
+    join_alternative_maps,
     parse_signals,
     toml_entry,
     toml_text,
@@ -116,7 +116,7 @@ def read_signals(path: str | Path) -> SignalMap:
         with prefix_errors(f"[{SIGNALS}]"):
             sections = given if isinstance(given, list) and given else [given]
             maps = [_section(section, path.parent) for section in sections]
-            return alternatives([one.signals for one in maps], [one.dbc for one in maps])
+            return join_alternative_maps([one.signals for one in maps], [one.dbc for one in maps])
 
 
 def _section(section: object, folder: Path) -> SignalMap:

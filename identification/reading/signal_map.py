@@ -204,10 +204,10 @@ def parse_maps(texts: Iterable[str]) -> SignalMap:
         if maps[-1].keys() & one.signals.keys():
             maps.append({})
         maps[-1] |= one.signals
-    return alternatives(maps, [one.dbc for one in given])
+    return join_alternative_maps(maps, [one.dbc for one in given])
 
 
-def alternatives(
+def join_alternative_maps(
     maps: Sequence[Mapping[str, SignalSource]], databases: Sequence[Path | None]
 ) -> SignalMap:
     """Maps for recordings with other channels each, and the one database of a bus for all."""

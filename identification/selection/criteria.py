@@ -119,14 +119,14 @@ def exceeds_law_mismatch(
     if present.effects and not richer.nrmse < (1 - criteria.further_gain) * present.nrmse:
         return False
     structured = present.nrmse > MAX_NOISE_RATIO * richer.nrmse
-    if structured and leaves_noise(richer.fitted, training):
+    if structured and residuals_are_white(richer.fitted, training):
         return True
     share = criteria.second_law if family_already_present((*present.effects, added)) else criteria.law
     explained = max(declared.nrmse**2 - present.nrmse**2, 0.0)
     return present.nrmse**2 - richer.nrmse**2 > share**2 * explained
 
 
-def leaves_noise(fitted: Fit, recordings: Sequence[Recording]) -> bool:
+def residuals_are_white(fitted: Fit, recordings: Sequence[Recording]) -> bool:
     """Whether the residual of every recording is white: what a wrong law leaves is correlated."""
     shares = shares_of_torque_range(fitted.residuals, recordings).values()
     return all(autocorrelation_time(influence(fitted.loss, share)) < WHITE for share in shares)

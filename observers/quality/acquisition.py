@@ -89,7 +89,7 @@ DECLARED_PATCH = EquivalentPatch()
 
 
 @cache
-def build_search_step(gear: bool = False) -> ca.Function:
+def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
     """One torque while friction is acquired; with a gear, dry is a further input.
 
     (search, verdict, phase, beside, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share,
@@ -147,7 +147,7 @@ def build_acquisition_handover(
 
     (own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction) -> (own, handover,
     output), the second in the order of `handover_names`; counted is 1 where a torque was weighed, share
-    what it is worth; friction is the patch's; M_z and added are as for `build_search_step`.
+    what it is worth; friction is the patch's; M_z and added are as for `build_hypothesis_search_step`.
     """
     is_scaled, states = bool(measurement_model.scaled), states_handed_over(measurement_model.states)
     inputs = symbols(
@@ -267,7 +267,7 @@ def build_acquisition_step(patch: EquivalentPatch, measurement_model: Measuremen
     inputs = supervision_symbols(gear)
     search, verdict, own, output, psi, M_z, _, added, tyre, limits, friction, *dry = inputs.values()
     numbers = named(OWN, own)
-    search, verdict, share, counted = build_search_step(gear)(
+    search, verdict, share, counted = build_hypothesis_search_step(gear)(
         search, verdict, numbers["phase"], len(RATIOS), psi, numbers["F_N"], M_z, added, tyre, limits,
         *dry,
     )  # fmt: skip

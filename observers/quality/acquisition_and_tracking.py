@@ -31,7 +31,7 @@ from observers.quality.acquisition import (
     PROVED,
     EquivalentPatch,
     build_acquisition_step,
-    build_search_step,
+    build_hypothesis_search_step,
     supervision_symbols,
 )
 from observers.quality.acquisition_handover import (
@@ -50,8 +50,8 @@ from observers.quality.mu_over_k_hypotheses import (
     SETTINGS,
     VAGUE,
     acquisition_settings,
-    build_search_restart,
-    build_search_start,
+    build_hypothesis_search_restart,
+    build_hypothesis_search_start,
     search_layout,
 )
 from observers.quality.sample_screening import has_flag
@@ -87,7 +87,7 @@ def initial_supervision(
 ) -> dict[str, Expression]:
     """The parts of the state at the first sample; zero_std is that of the torque's zero [N m]."""
     gear = has_gear_friction(measurement_model)
-    start = build_search_start(gear)(psi, 1, VAGUE, 0, zero_std, *_spread(measurement_model))
+    start = build_hypothesis_search_start(gear)(psi, 1, VAGUE, 0, zero_std, *_spread(measurement_model))
     search = search_layout(gear).split(ca.MX(start))
     # The first verdict, before any torque counts, is the prior.
     own: dict[str, Expression] = dict.fromkeys(OWN, 0)
@@ -120,7 +120,7 @@ def build_tracking_step(patch: EquivalentPatch, measurement_model: MeasurementMo
     torque = (psi, numbers["F_N"], M_z, added, tyre, limits, *dry)
     idle = (search_layout(gear).join({**parts, "track": track}), verdict, 0, 0)
     search, verdict, _, counted = output_if(
-        numbers["phase"] < OVER, build_search_step(gear),
+        numbers["phase"] < OVER, build_hypothesis_search_step(gear),
         (search, verdict, numbers["phase"], BESIDE, *torque), *idle,
     )  # fmt: skip
     # While the search goes on, a branch tells something only where its torque was weighed.
@@ -207,7 +207,7 @@ def _search_of(
 ) -> Any:  # fmt: skip
     """The search; where it begins anew, on this ground, with these moments of s and of the zero."""
     known = (search, *begun, *_spread(measurement_model))
-    return output_if(anew, build_search_restart(has_gear_friction(measurement_model)), known, search)
+    return output_if(anew, build_hypothesis_search_restart(has_gear_friction(measurement_model)), known, search)
 
 
 def _again(own: Parts) -> Expression:

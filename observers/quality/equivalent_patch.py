@@ -15,10 +15,10 @@ import numpy as np
 from observers.layout import Expression, Layout
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.update import signals_with_states
-from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search_step
+from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_hypothesis_search_step
 from observers.quality.acquisition_handover import newest_of_sample, newest_state
 from observers.quality.hypotheses_verdict import VERDICT
-from observers.quality.mu_over_k_hypotheses import RATIOS, SETTINGS, VAGUE, build_search_start
+from observers.quality.mu_over_k_hypotheses import RATIOS, SETTINGS, VAGUE, build_hypothesis_search_start
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
 from symbolic.casadi_functions import named_function
@@ -91,8 +91,8 @@ def _equivalent(
     if (added := build_added_torque(model)) is not None:
         M_z = M_z - np.asarray(added(signals, theta)).ravel()
     tuning = Tuning(mu_std=1.0, error=MISFIT, psi_noise=1e-5, stiffness_std=1.0)
-    start = build_search_start()(psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a))
-    search = build_search_step().mapaccum("searches", count, 2, {})
+    start = build_hypothesis_search_start()(psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a))
+    search = build_hypothesis_search_step().mapaccum("searches", count, 2, {})
     constant = (np.array([[k], [a], [e]]), np.array([[getattr(tuning, name)] for name in SETTINGS]))
     phases = np.arange(count).reshape(1, -1) % 2
     _, verdicts, _, _ = search(

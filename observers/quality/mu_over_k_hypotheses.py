@@ -116,7 +116,7 @@ def acquisition_settings(tuning: Parts, misfit: float, again: Expression) -> Exp
 
 
 @cache
-def build_search_start(gear: bool = False) -> ca.Function:
+def build_hypothesis_search_start(gear: bool = False) -> ca.Function:
     """The search at a place of rest: (psi, gain, gain_std, zero, zero_std) -> search.
 
     psi [rad]; mean and standard deviation of s [1] and of M_0 [N m]; standard deviation of the gear's
@@ -144,7 +144,7 @@ def _spread(gear: bool) -> dict[str, int]:
 
 
 @cache
-def build_search_restart(gear: bool = False) -> ca.Function:
+def build_hypothesis_search_restart(gear: bool = False) -> ca.Function:
     """The search anew: (search, M_z, slide, tyre, gain, gain_std, zero, zero_std) -> search.
 
     M_z, slide and tyre are as for `build_new_ground_branches`. The hypotheses begin anew about s and the
@@ -157,7 +157,7 @@ def build_search_restart(gear: bool = False) -> ca.Function:
     )  # fmt: skip
     search, M_z, slide, tyre, gain, *known = inputs.values()
     track, points = build_new_ground_branches()(layout.split(search)["track"], M_z, slide, tyre)
-    fresh = layout.split(build_search_start(gear)(0, gain, *known))
+    fresh = layout.split(build_hypothesis_search_start(gear)(0, gain, *known))
     hypotheses = ca.MX(fresh["hypotheses"])
     hypotheses[hypothesis_fields(gear).index("twist"), :] = gain / 2
     parts = {"track": track, "points": points, "hypotheses": hypotheses}

@@ -15,7 +15,7 @@ from symbolic.casadi_functions import named_function
 from symbolic.elements_in_series import build_series_torque
 from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch
 from symbolic.patch_interface import Expression, Signals, patch_inputs
-from symbolic.slip_at_friction_limit import slip_search
+from symbolic.slip_at_friction_limit import bristle_slip_solver
 
 Functions = dict[str, ca.Function]
 SCALARS = (*SIGNALS, "factor")
@@ -25,7 +25,7 @@ PLACES = ("lever", "limit", "moment")
 SHARED = 4
 """How many follow there that all bristles share."""
 FOUND = 4
-"""Results of `symbolic.slip_at_friction_limit.slip_search`."""
+"""Results of `symbolic.slip_at_friction_limit.bristle_slip_solver`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +151,7 @@ def step_functions(model: Model) -> Functions:
     functions, given = {}, inputs
     if searched is not None:
         given = {**inputs, "found": found}
-        results = ca.vertcat(*slip_search(1).expand()(*searched))
+        results = ca.vertcat(*bristle_slip_solver(1).expand()(*searched))
         functions["find"] = _function("find", inputs, {"found": results})
     outputs: dict[str, Any] = {"after": after, "follow": follow}
     return functions | {

@@ -28,7 +28,7 @@ from brushgrip.wording.friction_in_words import (
     band_parts,
     estimates_summary,
     last_usable,
-    slippery_ground_note,
+    undeclared_sensor_note,
     unusable_samples_and_remedy,
     with_95_band,
 )
@@ -307,14 +307,14 @@ def test_a_new_ground_that_a_misfit_may_have_feigned() -> None:
 
 def test_ice_asks_for_dry_friction_and_noise_of_the_sensor() -> None:
     rig = Rig(a=0.045, e=0.009)
-    both = slippery_ground_note(0.1, rig)
+    both = undeclared_sensor_note(0.1, rig)
     assert both.startswith("below 0.15, dry friction and noise of the sensor not declared: ")
     assert both.endswith("[sensor] dry_friction = ... and noise = ... N m")
-    noise = slippery_ground_note(0.1, replace(rig, dry_friction=0.0))
+    noise = undeclared_sensor_note(0.1, replace(rig, dry_friction=0.0))
     assert noise.startswith("below 0.15, noise of the sensor not declared: the noise assumed may hide ")
     assert "dry_friction" not in noise
     known = replace(rig, dry_friction=0.0, noise=0.1)
-    assert slippery_ground_note(0.1, known) == slippery_ground_note(0.3, rig) == ""
+    assert undeclared_sensor_note(0.1, known) == undeclared_sensor_note(0.3, rig) == ""
 
 
 def test_when_an_input_looked_wrong_is_told_beside_the_value() -> None:

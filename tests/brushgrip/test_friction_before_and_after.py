@@ -37,7 +37,7 @@ from brushgrip.report.validity_and_missing_effects import (
     friction_over_speed,
     missing_effects,
     notes_beside,
-    simulated_warning,
+    demo_recordings_warning,
     summary_of,
 )
 from brushgrip.wording.formatting import percent
@@ -372,12 +372,12 @@ def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_fro
     copied.write_bytes(source.read_bytes())
     own.write_bytes(source.read_bytes() + b"\n")
 
-    assert simulated_warning(provenance_of([copied])).startswith("Simulated, not measured: all rec")
+    assert demo_recordings_warning(provenance_of([copied])).startswith("Simulated, not measured: all rec")
     (module := Path("own.py")).write_text("")
-    assert "all recordings come" in simulated_warning(provenance_of([copied, module]))
-    assert "1 of 2 recordings come" in simulated_warning(provenance_of([copied, own]))
-    assert simulated_warning(provenance_of([own])) == simulated_warning(None) == ""
-    text = mail(make_diagnosis(), make_outcome("c"), simulated_warning(provenance_of([copied])))
+    assert "all recordings come" in demo_recordings_warning(provenance_of([copied, module]))
+    assert "1 of 2 recordings come" in demo_recordings_warning(provenance_of([copied, own]))
+    assert demo_recordings_warning(provenance_of([own])) == demo_recordings_warning(None) == ""
+    text = mail(make_diagnosis(), make_outcome("c"), demo_recordings_warning(provenance_of([copied])))
     assert text.startswith("Note: Simulated, not measured")
 
 

@@ -9,7 +9,7 @@ import pytest
 from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.inputs.recording_files import (
     download_folder,
-    locate_recordings,
+    locate_recording,
     refuse_overwriting,
     unique_labels,
 )
@@ -36,7 +36,7 @@ class TestLocate:
         for file in there:
             (tmp_path / file).touch()
 
-        assert locate_recordings(str(tmp_path / name)) == tmp_path / found
+        assert locate_recording(str(tmp_path / name)) == tmp_path / found
 
     def test_order_of_places(self, monkeypatch: pytest.MonkeyPatch) -> None:
         folders = [Path("here").resolve(), Path("data").resolve(), download_folder()]
@@ -48,8 +48,8 @@ class TestLocate:
 
         found = []
         for folder in folders:
-            found.append(locate_recordings("fem1").resolve())
-            assert locate_recordings("fem1.mat").resolve() == found[-1]
+            found.append(locate_recording("fem1").resolve())
+            assert locate_recording("fem1.mat").resolve() == found[-1]
             (folder / "fem1.mat").unlink()
 
         assert found == [folder / "fem1.mat" for folder in folders]
@@ -57,17 +57,17 @@ class TestLocate:
     def test_a_folder_of_the_same_name_is_passed_over(self) -> None:
         Path("fem1").mkdir()
         with pytest.raises(InvalidInputError, match="fem1: is a folder"):
-            locate_recordings("fem1")
+            locate_recording("fem1")
         Path("fem1.csv").touch()
 
-        assert locate_recordings("fem1") == Path("fem1.csv")
+        assert locate_recording("fem1") == Path("fem1.csv")
 
     def test_says_where_it_looked(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         monkeypatch.setenv("BRUSHGRIP_DATA", "data")
-        message = refused(locate_recordings, "fem9")
+        message = refused(locate_recording, "fem9")
         for place in ("here", " data", str(download_folder()), "brushgrip fetch"):
             assert place in message
-        assert refused(locate_recordings, str(tmp_path / "fem9")).endswith(
+        assert refused(locate_recording, str(tmp_path / "fem9")).endswith(
             f"looked for fem9, fem9.mat, fem9.csv and fem9.txt in {tmp_path}"
         )
 

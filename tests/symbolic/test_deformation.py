@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from symbolic import full_slide_level
-from symbolic.deformation import boundary_edge_distance, unit_corner_moment
+from symbolic.deformation import edge_to_zone_boundary, unit_corner_moment
 from tests.symbolic.oracles import Tyre, virgin_torque
 
 getcontext().prec = 60
@@ -20,7 +20,7 @@ ANY_CASTER = st.floats(-0.9998, 0.9998).map(lambda share: share * HALF_LENGTH)
 ANY_LEVEL = st.floats(-6.0, 5.0).map(lambda power: 10.0**power)
 
 
-def exact_boundary_edge_distance(z: float, a: float, arm: float) -> float:
+def exact_edge_to_zone_boundary(z: float, a: float, arm: float) -> float:
     """Root w of z w (2 a - w) = arm - w in the textbook form, with 60 digits."""
     if z == 0:
         return arm
@@ -35,7 +35,7 @@ def integrate(integrand: Callable[[float, float], float], z: float, a: float, e:
     """
     total = 0.0
     for arm in (a - e, a + e):
-        width = exact_boundary_edge_distance(z, a, arm)
+        width = exact_edge_to_zone_boundary(z, a, arm)
         total += quad(lambda w, arm=arm: integrand(arm - w, w * (2 * a - w)), 0, width, epsrel=1e-12)[0]
     return total
 
@@ -54,12 +54,12 @@ def test_unit_moment_is_its_integral(z: float, e: float) -> None:
 @example(z=1e-9, arm_share=2 - 1e-6)
 @example(z=1e12, arm_share=1e-6)
 @example(z=40.0, arm_share=1.0)
-def test_boundary_edge_distance_solves_its_quadratic(z: float, arm_share: float) -> None:
+def test_edge_to_zone_boundary_solves_its_quadratic(z: float, arm_share: float) -> None:
     a, arm = HALF_LENGTH, HALF_LENGTH * arm_share
-    root = exact_boundary_edge_distance(z, a, arm)
+    root = exact_edge_to_zone_boundary(z, a, arm)
 
-    assert float(boundary_edge_distance(z, a, arm)) == pytest.approx(root, rel=2e-15)
-    assert float(boundary_edge_distance(0, a, arm)) == pytest.approx(arm, rel=1e-15)
+    assert float(edge_to_zone_boundary(z, a, arm)) == pytest.approx(root, rel=2e-15)
+    assert float(edge_to_zone_boundary(0, a, arm)) == pytest.approx(arm, rel=1e-15)
 
 
 @pytest.mark.parametrize("e", CASTERS)

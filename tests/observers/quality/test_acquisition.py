@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from benchmarks import ice
 from benchmarks.faulty_inputs import relaxed
 from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, covariance_of, run
-from observers.quality.acquisition import build_search_step
+from observers.quality.acquisition import build_hypothesis_search_step
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.hysteresis_branches import (
     PATHS,
@@ -24,7 +24,7 @@ from observers.quality.hysteresis_branches import (
 from observers.quality.mu_over_k_hypotheses import (
     SETTINGS,
     build_one_hypothesis_update,
-    build_search_start,
+    build_hypothesis_search_start,
     factor_name,
     hypothesis_fields,
     hypothesis_states,
@@ -268,10 +268,10 @@ def test_no_torque_is_weighed_while_a_turn_back_may_be_noise() -> None:
     """On ice a turn of the angle's noise is part of the stick phase, of either branch."""
     tuning = Tuning(psi_noise=2e-4)
     limits: Any = [getattr(tuning, name) for name in SETTINGS]
-    search, verdict = build_search_start()(0.0, 1, 10.0, 0, 0.2), np.zeros(len(VERDICT))
+    search, verdict = build_hypothesis_search_start()(0.0, 1, 10.0, 0, 0.2), np.zeros(len(VERDICT))
     counted = []
     for psi in (0.0, 0.005, 0.01, 0.0099, 0.0101, 0.00995, 0.0095, 0.009):
-        search, verdict, _, weighed = build_search_step()(
+        search, verdict, _, weighed = build_hypothesis_search_step()(
             search, verdict, 0, 14, psi, 400.0, -0.3, 0.0, [K, 0.045, 0.009], limits
         )
         counted.append(bool(weighed))

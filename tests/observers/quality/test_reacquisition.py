@@ -26,8 +26,8 @@ from observers.quality.innovation_attribution import IN_A_ROW, smoothed_innovati
 from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
     SETTINGS,
-    build_search_restart,
-    build_search_start,
+    build_hypothesis_search_restart,
+    build_hypothesis_search_start,
     hypothesis_fields,
     search_layout,
 )
@@ -52,11 +52,11 @@ def own_states(psi: Any, F_N: Any, M_z: Any) -> dict[str, Any]:
 def test_a_later_acquisition_leaves_open_what_the_patch_was(direction: float) -> None:
     """At the last turn back it was free of torque, slid to the other side, or between the two."""
     layout = search_layout(False)
-    search = np.asarray(build_search_start()(0.2, 1, 10.0, 0, 0.2)).ravel()
+    search = np.asarray(build_hypothesis_search_start()(0.2, 1, 10.0, 0, 0.2)).ravel()
     at = layout.places["track"][0].start
     search[at + TRACK.index("direction")] = direction
     tyre = [K, RIG.a, RIG.e]
-    after = layout.split(ca.MX(ca.DM(build_search_restart()(search, 0, 5, tyre, 1.1, 0.1, 0.3, 0.2))))
+    after = layout.split(ca.MX(ca.DM(build_hypothesis_search_restart()(search, 0, 5, tyre, 1.1, 0.1, 0.3, 0.2))))
     track, points, hypotheses = (
         np.asarray(ca.evalf(after[name])) for name in ("track", "points", "hypotheses")
     )
