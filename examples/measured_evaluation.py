@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.patches import Patch
 
-from brushgrip.comparison.cases import Case, make_case
+from brushgrip.comparison.recordings_with_reference_friction import Case, make_case
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from identification import (
     Channel,

@@ -41,7 +41,7 @@ from identification.reading.steering_rate import smoothed_rate
 from identification.reading.table import Table
 from identification.residuals.partial_correlations import SignalCorrelation, Signatures, signatures
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS
-from identification.residuals.residual_tests import Unexplained
+from identification.residuals.unexplained_residual import Unexplained
 from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search

@@ -30,7 +30,7 @@ _STEPS = 3
 _TINY = 1e-30
 """Keeps a bound finite where friction does not depend on speed [1]."""
 BristleSlipSolver = Callable[..., Sequence[Expression]]
-"""(size, limit, branch_gain, reach, c) -> (slip, level, moving, yielding), as `bristle_slip_solver` gives it."""
+"""(size, limit, branch_gain, reach, c) -> results of `bristle_slip_solver`."""
 
 
 def slip(
@@ -45,8 +45,8 @@ def slip(
 
     The limit is that at the reference speed where it grows by c >= 0 [1] with the log of the sliding
     speed; c None is the plain stop. branch_gain is the stiffness of the Maxwell branch in shares of the
-    spring's, reach the slip of one sample at 1 m/s. `search` takes the place of `bristle_slip_solver`. With c,
-    first derivatives are exact and second derivatives are wrong.
+    spring's, reach the slip of one sample at 1 m/s. `search` takes the place of `bristle_slip_solver`.
+    With c, first derivatives are exact and second derivatives are wrong.
     """
     if c is None:
         return (stress - clipped(stress, limit)) / (1 + branch_gain)

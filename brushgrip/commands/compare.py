@@ -47,9 +47,13 @@ class CompareRequest(RecordingRequest):
 
     def run(self) -> None:
         """Write the comparison of methods, and say what it says."""
-        from brushgrip.comparison.cases import author_files, check_references, make_cases
         from brushgrip.comparison.error_and_calculation_time import compare_methods, summarise
         from brushgrip.comparison.methods import default_methods, trained_methods
+        from brushgrip.comparison.recordings_with_reference_friction import (
+            author_files,
+            check_references,
+            make_cases,
+        )
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
         from brushgrip.estimation.suspicious_recordings import implausibility_lines
         from brushgrip.outputs.atomic import check_png_name, is_same_file, staged_files, write_utf8

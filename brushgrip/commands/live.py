@@ -107,7 +107,7 @@ class LiveRequest:
     def _run(self, session: "Session") -> None:
         import time
 
-        from brushgrip.live.session_state import state_line
+        from brushgrip.live.session_state_in_words import state_line
         from brushgrip.outputs.console import say, show_json
 
         try:

@@ -6,8 +6,8 @@ from time import process_time
 
 import numpy as np
 
-from brushgrip.comparison.cases import Case
 from brushgrip.comparison.methods import Method
+from brushgrip.comparison.recordings_with_reference_friction import Case
 from brushgrip.outputs.console import Progress
 from identification import Recording
 from symbolic.array_alias import Array

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from brushgrip.comparison.cases import Case
+from brushgrip.comparison.recordings_with_reference_friction import Case
 from brushgrip.estimation.observe_recording import (
     ObserverFactory,
     model_observer,

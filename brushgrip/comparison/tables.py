@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.comparison.cases import SETTLED
 from brushgrip.comparison.error_and_calculation_time import PUBLISHED, CaseScores, MethodSummary
+from brushgrip.comparison.recordings_with_reference_friction import SETTLED
 from brushgrip.outputs.console import print_table, print_text
 from symbolic.compilation.operating_system import processor_description
 

@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.friction_by_direction import gated_by_single_friction, without_directional_friction
+from brushgrip.estimation.friction_by_direction import (
+    gated_by_single_friction,
+    without_directional_friction,
+)
 from brushgrip.estimation.signal_map_correction import in_channels
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.option_values import ChosenTuning
@@ -180,7 +183,10 @@ def observe(
     except InvalidInputError as error:
         raise InvalidInputError(f"{recording.name}: {in_channels(recording, str(error))}") from None
     if not smoothed:
-        estimates, single = run(observer, **run_arguments(recording)), without_directional_friction(observer)
+        estimates, single = (
+            run(observer, **run_arguments(recording)),
+            without_directional_friction(observer),
+        )
         # Of a model that was found the diagnosis has seen the scale; one friction may not fit it.
         if found or single is observer:
             return estimates

@@ -26,7 +26,7 @@ from identification.reading.declared_sensor_range import (
     within_declared_range,
 )
 from identification.reading.sensor_saturation import sensor_saturation
-from identification.residuals.residual_tests import white_noise
+from identification.residuals.unexplained_residual import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.estimates import BAND_STDS
 from observers.protocol import MAX_SAMPLE_PERIOD
@@ -70,7 +70,9 @@ def suspected_cause(
     flagged = np.flatnonzero(estimates.status[:MAX_REPLAYED_SAMPLES] & Status.SUSPECT)
     if flagged.size <= MIN_REPORTED_SHARE * estimates.t.size:
         return ""
-    loop = _replayed(without_directional_friction(factory(recording, found)), recording, 0, int(flagged[-1]))
+    loop = _replayed(
+        without_directional_friction(factory(recording, found)), recording, 0, int(flagged[-1])
+    )
     return causes_with_map(recording, loop.suspicions, torque_channel(recording))
 
 

@@ -40,13 +40,13 @@ from identification import (
     read_signals,
     read_vehicle,
 )
-from identification.reading.bytes_and_text import read_bytes
-from identification.reading.map_by_file_channels import with_steering_ratio
+from identification.reading.checked_file_reading import read_bytes
+from identification.reading.map_for_recording import with_steering_ratio
 from identification.reading.readers import files_beside
 from identification.reading.shortened_recordings import trimmed
 from identification.reading.signal_map import parse_maps
 from symbolic import Effect, InvalidInputError
-from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
+from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, toml_of
 from symbolic.tables.vehicle_from_tables import VEHICLE
 
 Content = TypeVar("Content")

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from math import inf
 
 from identification.reading.channels_by_name import map_hint, match_channel
-from identification.reading.map_by_file_channels import map_by_file_channels, unit_by_name
+from identification.reading.map_for_recording import map_by_file_channels, unit_by_name
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_VALUES, possible_columns
 from identification.reading.units import unit_of_name

@@ -14,7 +14,7 @@ import numpy as np
 
 from brushgrip.live.estimate_ring import RingPoints
 from brushgrip.live.session import Session
-from brushgrip.live.session_state import State, friction_of, usability_of
+from brushgrip.live.session_state_in_words import State, friction_of, usability_of
 from brushgrip.wording.friction_in_words import with_95_band
 from observers.estimates import BAND_STDS
 from symbolic import InvalidInputError

@@ -9,7 +9,7 @@ from contextlib import suppress
 from importlib import import_module
 from math import ceil, isfinite
 
-from brushgrip.live.session_state import State, address_of, friction_of
+from brushgrip.live.session_state_in_words import State, address_of, friction_of
 from symbolic import InvalidInputError
 
 INTERVAL = 0.01

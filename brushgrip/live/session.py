@@ -17,9 +17,9 @@ from brushgrip.live.estimate_ring import EstimateRing, RingPoints
 from brushgrip.live.mapped_columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.row_estimation import Point, RowEstimator
-from brushgrip.live.session_state import LastUsable, State
+from brushgrip.live.session_state_in_words import LastUsable, State
 from brushgrip.live.sources import WAIT, Source
-from brushgrip.live.timestamps import TimestampFilter, arrival_time
+from brushgrip.live.timestamp_filter import TimestampFilter, arrival_time
 from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
 

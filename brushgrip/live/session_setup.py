@@ -14,7 +14,7 @@ from brushgrip.live.adviser import Adviser
 from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import MappedColumns
 from brushgrip.live.row_estimation import CarStandstillEstimator, RowEstimator, WheelRowEstimator
-from brushgrip.live.session_state import address_of
+from brushgrip.live.session_state_in_words import address_of
 from brushgrip.live.sources import FileSource, LineSource, Source, UdpSource
 from brushgrip.outputs.console import say
 from identification import READERS, Recording, Standstills, read_rig, read_vehicle

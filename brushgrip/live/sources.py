@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from brushgrip.live.mapped_columns import MappedColumns, Row
-from brushgrip.live.timestamps import arrival_time
+from brushgrip.live.timestamp_filter import arrival_time
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of
 from identification.reading.table import Table
 from identification.reading.units import UNITS, is_unit, unit_of_name

@@ -13,11 +13,11 @@ from typing import Any
 
 from brushgrip.outputs.console import warn
 from brushgrip.outputs.verbosity import COMMAND_LINE
-from identification.reading.bytes_and_text import require_readable
+from identification.reading.checked_file_reading import require_readable
 from identification.reading.rigfile import read_rig
 from symbolic import InvalidInputError, rig_from_tables
 from symbolic.errors import printable
-from symbolic.tables.parsing import toml_of
+from symbolic.tables.toml_and_json_parsing import toml_of
 
 KEY = "provenance"
 """Where provenance stands in a JSON document."""

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
-from identification.reading.bytes_and_text import read_bytes
+from identification.reading.checked_file_reading import read_bytes
 from identification.reading.rigfile import rig_text, signals_section
 from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.gear_friction_on_plates import PlatesResult
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.parameters import EVEN
-from symbolic.tables.parsing import MAX_TABLES_SIZE, toml_of
+from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, toml_of
 from symbolic.tables.vehicle_from_tables import VEHICLE
 from symbolic.vehicle.steering import inclination_of_return
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import identification
-from brushgrip.estimation import friction_before_and_after
-from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.estimation import assumed_and_found_friction
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.outputs.atomic import write_utf8
 from brushgrip.outputs.console import progress, say, show_json
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, remove_earlier
@@ -64,7 +64,7 @@ def diagnose_and_write(
     with progress() as report:
         result = identification.diagnose(*searched, executor=executor, progress=report, **options)
         report("estimating friction", 0, 1)
-        outcome = friction_before_and_after.friction_by_both_models(*estimated, result, submit)
+        outcome = assumed_and_found_friction.friction_by_both_models(*estimated, result, submit)
     result = replace(result, notes=(*notes, *result.notes))
     model = json.loads(model_text(result)) | {KEY: dict(provenance)}
     write_utf8(folder / MODEL, json_text(model))

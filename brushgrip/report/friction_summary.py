@@ -5,7 +5,7 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from brushgrip.estimation.friction_before_and_after import FrictionOutcome, mean_figures
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, mean_figures
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.wording.formatting import listed
 from brushgrip.wording.friction_in_words import status_in_words, with_95_band

@@ -3,7 +3,7 @@
 from math import sqrt
 from statistics import fmean
 
-from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import SUSPECTED
 from brushgrip.report.friction_summary import band_shares
 from brushgrip.report.validity_and_missing_effects import stiffness_cases
@@ -15,7 +15,7 @@ from brushgrip.wording.diagnosis_in_words import (
 from brushgrip.wording.formatting import band_decimals, effect_words, listed, percent, unrefitted_error
 from brushgrip.wording.friction_in_words import how_to_narrow
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import ASSUMED, UNRECORDED_LOAD
+from identification.diagnosis.graded_effects import ASSUMED, UNRECORDED_LOAD
 from observers.quality.settling_and_coverage import BAND_95
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 
@@ -28,10 +28,10 @@ CHECKS = {
     " rig: check the torque (its zero with nothing on it, then a known weight on a lever), the angle (a"
     " known turn), the gear ratios and the half-length of the contact (an ink print at each load). If a"
     " factor or a length was wrong and is known now, correct it in the rig file and run this program"
-    " again; if something had to be repaired, record again: every figure here may change. Only if"
-    " all of that is right, and the declared stiffness was guessed or another tyre's, is friction no"
-    " longer provisional: declare the stiffness found (k under [tyre] in the rig file). If that is right"
-    " too, friction remains provisional; further recordings may tell why",
+    " again; if something had to be repaired, record again: every figure here may change. If"
+    " the rig proves right and the declared stiffness was guessed or is another tyre's, declare the one"
+    " found (k under [tyre] in the rig file), and friction is no longer provisional. If rig and declared"
+    " stiffness both prove right, friction remains provisional; further recordings may tell why",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -188,4 +188,4 @@ def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
             digits, where = band_decimals(one.further), f" on {ground}" * bool(ground)
             old, new = f"± {one.further:.{digits}f}", f"± {best:.{digits}f}"
             changes += [f"{old} to {new}{where}"] * (best < TOLD * one.further and old != new)
-    return f", which brings {listed(changes)} at best" * bool(changes)
+    return f", which lowers {listed(changes)} at best" * bool(changes)

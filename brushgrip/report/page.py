@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.pictures.diagnosis import (
     MAX_RECORDINGS,

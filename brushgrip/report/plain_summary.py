@@ -1,6 +1,6 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
-from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
 from brushgrip.estimation.suspicious_recordings import weaker_direction
 from brushgrip.report.friction_summary import (
     at_common_load,
@@ -69,12 +69,12 @@ def lines_to_send(
     if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
     ratio = diagnosis.stiffness_ratio
     scale = f"{max(ratio, 1 / ratio):.2f} times too {'high' if ratio > 1 else 'low'}, as it may"
-    read = "force" if diagnosis.of_car else "torque"
+    read, whole = ("force", "car") if diagnosis.of_car else ("torque", "rig")
     # What yields beside a car's tyres is the likelier cause of a stiffness that is too low.
     told_else = if_wrong[: not (diagnosis.of_car and ratio < 1)]
     else_friction = [
-        f"but {value} if the {read} reads {scale}: until the rig is checked, count on"
-        f" {_possible(told, ratio)}"
+        f"but {value} if the {read} reads {scale}: specify nothing before the {whole} is checked (± and"
+        f" {read} together leave {_possible(told, ratio)})"
         for value in told_else
     ]
     friction = {f"Friction between tyre and ground{provisional}": [_friction(told, *else_friction)]}
@@ -87,8 +87,9 @@ def lines_to_send(
     if provisional:
         times = max(ratio, 1 / ratio)
         sure = (
-            f"Not sure before the rig is checked: the tyre comes out {times:.2f} times as"
-            f" {'stiff' if ratio > 1 else 'soft'} as declared, and no recording tells why. {sure}"
+            f"Not sure before the {whole} is checked: the tyre comes out {times:.2f} times as"
+            f" {'stiff' if ratio > 1 else 'soft'} as declared, and these recordings do not tell why."
+            f" {sure}"
         )
         benefit += " Whether it is right rests on what is to do first." * bool(benefit)
     mail = {
@@ -151,7 +152,8 @@ def _possible(outcome: FrictionOutcome, ratio: float) -> str:
     """Friction of each ground from end to end of its ±, and of the same over a ratio."""
     told = []
     for ground, one in outcome.further().items():
-        ends = [one.mu_eff + side * (one.further or 0.0) for side in (-1, 1)]
+        # The figures as they are told, so that whoever does the sum finds the same.
+        ends = [round(one.mu_eff, 2) + side * round(one.further or 0.0, 2) for side in (-1, 1)]
         all_ends = [max(0.0, end / factor) for end in ends for factor in (1.0, ratio)]
         told.append(f"{min(all_ends):.2f} to {max(all_ends):.2f} on {ground}")
     return listed(told)

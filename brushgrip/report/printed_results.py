@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from brushgrip.estimation.friction_before_and_after import FrictionOutcome, found_model
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
 from brushgrip.report.friction_summary import (
     note_on_changing_friction,

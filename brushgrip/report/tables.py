@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from brushgrip.estimation.friction_before_and_after import FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
     at_common_load,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.friction_before_and_after import EKF_DECLARED, EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED, EKF_FOUND, FrictionOutcome
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
@@ -23,9 +23,9 @@ from brushgrip.wording.formatting import (
     sentence,
 )
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_effects import ASSUMED
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
+from identification.diagnosis.graded_effects import ASSUMED
 from symbolic import EFFECTS, InvalidInputError
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
 
@@ -102,7 +102,7 @@ def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
     if len(notes) != 1:
         return [sentence(note) for note in notes]
     head, _, cases = notes[0].replace(" is", MEANING, 1).partition(": ")
-    return [sentence(one) for one in (f"{head}; no recording tells why", *cases.split("; "))]
+    return [sentence(one) for one in (f"{head}; these recordings do not tell why", *cases.split("; "))]
 
 
 def band_caveats(diagnosis: Diagnosis) -> list[str]:
@@ -262,8 +262,8 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
     """The torque error stage by stage in a sentence: with nothing adjusted, if that is known."""
     kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
     judged = {
-        "validation": f"{count} recording{'s' * (count != 1)} to which no shared value was fitted,"
-        " but by which the effects were chosen",
+        "validation": f"{count} recording{'s' * (count != 1)} to which no shared value was fitted, but"
+        " by which the effects were chosen (no independent test)",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]

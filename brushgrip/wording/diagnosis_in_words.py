@@ -16,7 +16,7 @@ from brushgrip.wording.formatting import (
     with_degrees,
 )
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
-from identification.diagnosis.found_effects import CLEAR_BIC, CLEAR_ERRORS, UNRECORDED_LOAD
+from identification.diagnosis.graded_effects import CLEAR_BIC, CLEAR_ERRORS, UNRECORDED_LOAD
 from identification.experiments.proposed_experiment import Proposal
 
 GRADES: Mapping[str, str] = {

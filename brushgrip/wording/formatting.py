@@ -11,7 +11,7 @@ from typing import Any, TypeGuard
 from numpy.typing import NDArray
 
 from identification import Candidate, Diagnosis, FreeDecay, ParameterEstimate, TorqueErrors
-from identification.diagnosis.found_effects import UNRECORDED_LOAD
+from identification.diagnosis.graded_effects import UNRECORDED_LOAD
 from identification.residuals.partial_correlations import MIN_STRUCTURE_SHARE
 from identification.thesis import DecrementFit
 from symbolic import EFFECTS

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from identification.diagnosis.error_stages import declared_errors, left_out_residuals
-from identification.diagnosis.found_effects import assumed_tolerances
 from identification.diagnosis.from_search import build_diagnosis, friction_beyond_range
+from identification.diagnosis.graded_effects import assumed_tolerances
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposed_experiment import Proposal

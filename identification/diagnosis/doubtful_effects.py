@@ -8,7 +8,7 @@ from identification.fits.fitting import effects_at_bounds
 from identification.fits.least_squares_problem import shares_of_torque_range
 from identification.fits.loss import influence
 from identification.reading.recordings import Recording
-from identification.residuals.residual_tests import Unexplained
+from identification.residuals.unexplained_residual import Unexplained
 from identification.selection.search_step import SearchStep
 from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from identification.diagnosis.effect_family_curves import found_families
 from identification.diagnosis.error_stages import errors_of
-from identification.diagnosis.family_curves import found_families
-from identification.diagnosis.found_effects import found_effects, notes_on
 from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
+from identification.diagnosis.graded_effects import found_effects, notes_on
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, Series, TorqueErrors
 from identification.experiments.proposed_experiment import Proposal
@@ -17,7 +17,7 @@ from identification.fits.parameter_values import ParameterEstimate, Values, repl
 from identification.reading.declared_sensor_range import greatest_friction, samples_beyond_range
 from identification.reading.recordings import Recording
 from identification.residuals.partial_correlations import Signatures
-from identification.residuals.residual_tests import unexplained
+from identification.residuals.unexplained_residual import unexplained
 from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.search_step import SearchStep
 from identification.selection.trial import Trial

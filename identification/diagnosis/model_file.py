@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from identification.diagnosis.result import Diagnosis
-from identification.reading.bytes_and_text import read_bytes
+from identification.reading.checked_file_reading import read_bytes
 from symbolic import Effect, FoundModel, model_from_tables, units_of
 from symbolic.tables.found_model_from_tables import MODEL_VERSION
-from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, prefix_errors
+from symbolic.tables.toml_and_json_parsing import MAX_MODEL_SIZE, json_of, prefix_errors
 
 
 def model_text(diagnosis: Diagnosis) -> str:

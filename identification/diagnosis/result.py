@@ -16,7 +16,7 @@ from identification.diagnosis.result_parts import (
 from identification.fits.parameter_values import ParameterEstimate, Values
 from identification.loop_plot import matplotlib_text
 from identification.residuals.partial_correlations import Signatures
-from identification.residuals.residual_tests import Unexplained
+from identification.residuals.unexplained_residual import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import Model, ModelBasis, ModelError
 from symbolic.tables.notebook_html import html_table

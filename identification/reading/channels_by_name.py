@@ -20,7 +20,7 @@ from identification.reading.units import factor_of, is_unit, name_without_unit, 
 from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
-from symbolic.tables.parsing import excerpt
+from symbolic.tables.toml_and_json_parsing import excerpt
 
 COLUMNS = (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)
 IN_PYTHON = " (in Python by signals=, or with the rig file itself as rig)"

@@ -13,13 +13,13 @@ from identification.reading.channels_by_name import (
     missing_channels,
     resolve_columns,
 )
-from identification.reading.map_by_file_channels import map_by_file_channels, unit_by_name
+from identification.reading.map_for_recording import map_by_file_channels, unit_by_name
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import is_unit, name_without_unit, unit_of_name
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
-from symbolic.tables.parsing import prefix_errors
+from symbolic.tables.toml_and_json_parsing import prefix_errors
 
 _FASTER = 1.5
 """Ratio of samples from which the angle is sampled faster than the torque."""

@@ -19,7 +19,7 @@ from identification.reading.recordings import Recording
 from identification.reading.steering_rate import smoothed_rate
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.array_alias import Array
-from symbolic.tables.parsing import prefix_errors
+from symbolic.tables.toml_and_json_parsing import prefix_errors
 
 CHANNELS = ("psi", "M_z", "F_N")
 """Quantities that a recording needs: yaw angle [rad], aligning torque [N m], vertical load [N]."""

@@ -9,12 +9,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol
 
-from identification.reading.bytes_and_text import require_readable
+from identification.reading.checked_file_reading import require_readable
 from identification.reading.common_clock_and_units import apply_map
 from identification.reading.formats.can import open_can
 from identification.reading.formats.csvfile import read_csv
 from identification.reading.formats.hdf5 import open_hdf5
-from identification.reading.formats.matfile import is_hdf5, read_mat
+from identification.reading.formats.matlab_5_file import is_hdf5, read_mat
 from identification.reading.formats.mdf import open_mdf
 from identification.reading.formats.optional_libraries import read_format
 from identification.reading.formats.parquet import open_parquet

@@ -4,7 +4,7 @@ import re
 from math import inf
 from pathlib import Path
 
-from identification.reading.bytes_and_text import read_bytes
+from identification.reading.checked_file_reading import read_bytes
 from identification.reading.signal_map import (
     DBC,
     SignalMap,
@@ -16,7 +16,8 @@ from identification.reading.signal_map import (
 )
 from identification.reading.table import Table
 from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
-from symbolic.tables.parsing import (
+from symbolic.tables.rig_from_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, SIGNALS, rig_and_tyre
+from symbolic.tables.toml_and_json_parsing import (
     MAX_TABLES_SIZE,
     excerpt,
     floats,
@@ -24,7 +25,6 @@ from symbolic.tables.parsing import (
     quoted_value,
     toml_of,
 )
-from symbolic.tables.rig_from_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, SIGNALS, rig_and_tyre
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 """Parameters that a recording may give for itself."""

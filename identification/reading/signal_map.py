@@ -11,8 +11,8 @@ from pathlib import Path
 
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
-from symbolic.tables.parsing import excerpt, prefix_errors, quoted_value
 from symbolic.tables.rig_from_tables import SIGNALS
+from symbolic.tables.toml_and_json_parsing import excerpt, prefix_errors, quoted_value
 
 USUAL_RATIO = 15
 """Stands for the steering ratio in a map that is proposed [1]."""

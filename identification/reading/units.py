@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symbolic import InvalidInputError
-from symbolic.tables.parsing import excerpt
+from symbolic.tables.toml_and_json_parsing import excerpt
 
 _TORQUE = {
     "N m": 1.0,

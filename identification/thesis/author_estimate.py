@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.bytes_and_text import read_text
+from identification.reading.checked_file_reading import read_text
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 

@@ -20,7 +20,7 @@ from symbolic import (
     rig_from_tables,
     vehicle_from_tables,
 )
-from symbolic.tables.parsing import MAX_MODEL_SIZE, json_of, prefix_errors, toml_of
+from symbolic.tables.toml_and_json_parsing import MAX_MODEL_SIZE, json_of, prefix_errors, toml_of
 
 MODEL_FILE = "model.json"
 """Name of the model file in the folder of a diagnosis."""

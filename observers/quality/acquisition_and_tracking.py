@@ -10,7 +10,7 @@
   results are multiplied by it: the torque of the patch is homogeneous in (mu, k).
 - What s is off by is k's error or the torque's, which nothing tells apart: it widens the band. The
   search goes on, to know s better, until friction is confirmed or the model is doubted.
-- The consistency of the innovations is judged by `observers.quality.branch_consistency`.
+- The consistency of the innovations is judged by `observers.quality.tracking_consistency`.
 """
 
 from functools import cache
@@ -41,7 +41,6 @@ from observers.quality.acquisition_handover import (
     states_handed_over,
     take_acquired,
 )
-from observers.quality.branch_consistency import build_branch_consistency
 from observers.quality.equivalent_patch import added_torques
 from observers.quality.hypotheses_verdict import VERDICT, build_mu_std_from_torque_scale
 from observers.quality.hysteresis_branches import TRACK, build_turning_point_update, sliding_onset_turn
@@ -55,6 +54,7 @@ from observers.quality.mu_over_k_hypotheses import (
     search_layout,
 )
 from observers.quality.sample_screening import has_flag
+from observers.quality.tracking_consistency import build_branch_consistency
 from observers.tuning import TUNING_FIELDS
 from symbolic import Model, full_slide_torque
 from symbolic.casadi_functions import named_function, output_if
@@ -207,7 +207,9 @@ def _search_of(
 ) -> Any:  # fmt: skip
     """The search; where it begins anew, on this ground, with these moments of s and of the zero."""
     known = (search, *begun, *_spread(measurement_model))
-    return output_if(anew, build_hypothesis_search_restart(has_gear_friction(measurement_model)), known, search)
+    return output_if(
+        anew, build_hypothesis_search_restart(has_gear_friction(measurement_model)), known, search
+    )
 
 
 def _again(own: Parts) -> Expression:

@@ -91,7 +91,9 @@ def _equivalent(
     if (added := build_added_torque(model)) is not None:
         M_z = M_z - np.asarray(added(signals, theta)).ravel()
     tuning = Tuning(mu_std=1.0, error=MISFIT, psi_noise=1e-5, stiffness_std=1.0)
-    start = build_hypothesis_search_start()(psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a))
+    start = build_hypothesis_search_start()(
+        psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a)
+    )
     search = build_hypothesis_search_step().mapaccum("searches", count, 2, {})
     constant = (np.array([[k], [a], [e]]), np.array([[getattr(tuning, name)] for name in SETTINGS]))
     phases = np.arange(count).reshape(1, -1) % 2

@@ -1,7 +1,7 @@
 """A model that was found, from tables; SI units throughout.
 
 A table is a mapping as the parser of JSON returns it. A message says what is wrong with the table; the
-reader of the file puts its name before, see `symbolic.tables.parsing.prefix_errors`.
+reader of the file puts its name before, see `symbolic.tables.toml_and_json_parsing.prefix_errors`.
 """
 
 from collections.abc import Iterable, Mapping
@@ -13,7 +13,7 @@ from symbolic.errors import InvalidInputError
 from symbolic.model import Model
 from symbolic.parameters import TOLERATED
 from symbolic.tables.found_model import FoundModel, ModelBasis, ModelError, units_of
-from symbolic.tables.parsing import excerpt, floats, prefix_errors, quoted_value
+from symbolic.tables.toml_and_json_parsing import excerpt, floats, prefix_errors, quoted_value
 
 MODEL_VERSION = 1
 """Version of the model files that are read and written."""

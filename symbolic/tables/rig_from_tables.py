@@ -1,7 +1,7 @@
 """Rig and tyre from tables; SI units throughout.
 
 A table is a mapping as the parser of TOML returns it. A message says what is wrong with the table; the
-reader of the file puts its name before, see `symbolic.tables.parsing.prefix_errors`.
+reader of the file puts its name before, see `symbolic.tables.toml_and_json_parsing.prefix_errors`.
 """
 
 import math
@@ -11,7 +11,7 @@ from typing import Any
 
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import TOLERATED, Rig, Tolerances, Tyre
-from symbolic.tables.parsing import absolute_tolerance, excerpt, floats, require_number
+from symbolic.tables.toml_and_json_parsing import absolute_tolerance, excerpt, floats, require_number
 
 RIG_KEYS = {
     "rig": {"a": "half-length", "e": "caster", "J_A": "inertia", "b_t": "damping", "slide_rate": ""},

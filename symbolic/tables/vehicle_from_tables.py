@@ -6,8 +6,13 @@ from dataclasses import fields
 from typing import Any
 
 from symbolic.errors import InvalidInputError
-from symbolic.tables.parsing import absolute_tolerance, excerpt, quoted_value, require_number
 from symbolic.tables.rig_from_tables import SIGNALS, require_sections
+from symbolic.tables.toml_and_json_parsing import (
+    absolute_tolerance,
+    excerpt,
+    quoted_value,
+    require_number,
+)
 from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
 
 VEHICLE = "vehicle"

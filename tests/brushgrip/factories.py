@@ -5,7 +5,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from brushgrip.estimation.friction_before_and_after import EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import EKF_FOUND, FrictionOutcome
 from brushgrip.estimation.observe_recording import FrictionTrack
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
@@ -21,7 +21,7 @@ from identification.experiments.sampled_manoeuvre import SampledManoeuvre
 from identification.fits.parameter_values import ParameterEstimate, Values
 from identification.residuals.partial_correlations import Autocorrelation, SignalCorrelation, Signatures
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS, effects_leaving
-from identification.residuals.residual_tests import Unexplained
+from identification.residuals.unexplained_residual import Unexplained
 from observers import Estimates, FrictionQuality, Status
 from symbolic import EFFECTS, Model, effects_named
 

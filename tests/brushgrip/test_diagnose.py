@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import identification
-from brushgrip.estimation import friction_before_and_after
+from brushgrip.estimation import assumed_and_found_friction
 from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.pictures.style import picture
 from brushgrip.published import bundled_files
@@ -58,7 +58,7 @@ def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
     def blank(folder: Path, *_: object) -> None:
         (folder / "report.html").touch()
 
-    monkeypatch.setattr(friction_before_and_after, "friction_by_both_models", lambda *_: None)
+    monkeypatch.setattr(assumed_and_found_friction, "friction_by_both_models", lambda *_: None)
     monkeypatch.setattr("brushgrip.report.diagnosis_folder.write_report", blank)
 
 
@@ -155,7 +155,7 @@ def test_friction_takes_the_samples_that_the_search_takes(
     )
     monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning_note", lambda _: "")
     search(lambda training, *_, **__: searched.extend(r.name for r in training))
-    monkeypatch.setattr(friction_before_and_after, "friction_by_both_models", stop)
+    monkeypatch.setattr(assumed_and_found_friction, "friction_by_both_models", stop)
     diagnose()
 
     assert (searched, estimated) == (["a", "b", "c", "d"], thinned)
@@ -170,7 +170,7 @@ def diagnose_torque(
 ) -> DiagnoseTorque:
     """Diagnoses what a sensor with a limit makes of a torque; gives the outcome and its first note."""
     friction = make_outcome()
-    monkeypatch.setattr(friction_before_and_after, "friction_by_both_models", lambda *_: friction)
+    monkeypatch.setattr(assumed_and_found_friction, "friction_by_both_models", lambda *_: friction)
     columns = table_of(repository_root / "examples" / "recordings" / "train_a.csv")
     M_z = columns["M_z"]
 
@@ -323,7 +323,7 @@ class TestDemo:
     @pytest.mark.usefixtures("interpreted")
     def test_friction_by_both_models_and_every_observer(self, write_csv: Write, rig: Path) -> None:
         recordings = gather_inputs([str(write_csv("held.csv"))], rig=rig).recordings()
-        outcome = friction_before_and_after.friction_by_both_models(
+        outcome = assumed_and_found_friction.friction_by_both_models(
             [], recordings, make_diagnosis(("a",), ("held",))
         )
         assert outcome is not None
@@ -337,7 +337,7 @@ class TestDemo:
 
         with workers(2) as submit:
             found = make_diagnosis(("a",), ("held",))
-            again = friction_before_and_after.friction_by_both_models([], recordings, found, submit)
+            again = assumed_and_found_friction.friction_by_both_models([], recordings, found, submit)
         assert again is not None
         assert again.to_dict() == outcome.to_dict()
         for track, other in zip(tracks, again.tracks, strict=True):

@@ -9,8 +9,8 @@ import pytest
 
 from brushgrip.wording.diagnosis_in_words import explained_grade, headline, split_parameter_label
 from identification import Diagnosis, ParameterEstimate
-from identification.diagnosis import doubtful_effects, found_effects
-from identification.diagnosis.found_effects import distance_from_neutral, grade_of
+from identification.diagnosis import doubtful_effects, graded_effects
+from identification.diagnosis.graded_effects import distance_from_neutral, grade_of
 from identification.diagnosis.result_parts import Grade
 from identification.fits.loss import LEAST_SQUARES
 from symbolic import EFFECTS
@@ -163,7 +163,7 @@ def test_an_effect_of_no_family_goes_by_its_name() -> None:
 def test_an_effect_of_the_model_is_no_rival_of_another_one() -> None:
     own, spring, shape = (SimpleNamespace(name=name) for name in ("own", "steering_return", "shape"))
     step = SimpleNamespace(indistinguishable=(spring, shape))
-    rivals = found_effects._rivals_outside(step, (own, spring))  # type: ignore[arg-type]
+    rivals = graded_effects._rivals_outside(step, (own, spring))  # type: ignore[arg-type]
     assert rivals == ("shape",)
 
     diagnosis = graded(make_diagnosis(unexplained=False), "ambiguous", "strong")
@@ -263,6 +263,6 @@ def test_a_law_that_came_back_is_named_once() -> None:
     steps = [SimpleNamespace(before=before, after=after) for before, after in pairwise(trials)]
     steps.append(SimpleNamespace(before=trials[-1], after=None))
 
-    added = found_effects._additions(steps, ("offset", "stribeck"))  # type: ignore[arg-type]
+    added = graded_effects._additions(steps, ("offset", "stribeck"))  # type: ignore[arg-type]
 
     assert added == [steps[1], steps[3]]

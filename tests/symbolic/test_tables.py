@@ -16,7 +16,7 @@ from symbolic import (
     units_of,
 )
 from symbolic.tables.found_model_from_tables import MODEL_VERSION
-from symbolic.tables.parsing import excerpt, json_of, prefix_errors, text_of, toml_of
+from symbolic.tables.toml_and_json_parsing import excerpt, json_of, prefix_errors, text_of, toml_of
 from tests.refusal import refused
 
 

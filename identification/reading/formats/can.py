@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.bytes_and_text import MAX_FILE_SIZE, read_text, require_readable
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples, match_channel
+from identification.reading.checked_file_reading import MAX_FILE_SIZE, read_text, require_readable
 from identification.reading.formats.optional_libraries import import_library, require_size
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.units import is_unit

@@ -4,9 +4,9 @@ import codecs
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from identification.reading.bytes_and_text import read_bytes
+from identification.reading.checked_file_reading import read_bytes
 from identification.reading.units import is_unit
-from symbolic.tables.parsing import prefix_errors, text_of
+from symbolic.tables.toml_and_json_parsing import prefix_errors, text_of
 
 DELIMITERS = ("\t", ";", ",")
 """Of two that separate equally many fields the first is taken."""

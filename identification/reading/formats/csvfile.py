@@ -23,15 +23,15 @@ from identification.reading.channels_by_name import (
 )
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_csv_text, units_in
-from identification.reading.map_by_file_channels import map_by_file_channels
+from identification.reading.map_for_recording import map_by_file_channels
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Table, TableFault, possible_columns
 from identification.reading.units import unit_of_name
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
-from symbolic.tables.parsing import excerpt
 from symbolic.tables.rig_from_tables import NEUTRAL
+from symbolic.tables.toml_and_json_parsing import excerpt
 
 GROUND = "ground"
 """Key of the ground in a first line."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
-from identification.reading.formats.matfile import VARIABLES
+from identification.reading.formats.matlab_5_file import VARIABLES
 from identification.reading.formats.optional_libraries import import_library, require_size
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import SignalMap

@@ -7,14 +7,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from identification.reading.bytes_and_text import require_readable
 from identification.reading.channels_by_name import Opener
+from identification.reading.checked_file_reading import require_readable
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_SAMPLES, Table
 from symbolic import InvalidInputError
 from symbolic.compilation.operating_system import MemoryLimit
-from symbolic.tables.parsing import excerpt
+from symbolic.tables.toml_and_json_parsing import excerpt
 
 MOST_MEMORY = 4_000_000_000
 """That a library may take for a file, beyond what the process has, on Linux alone [bytes]."""

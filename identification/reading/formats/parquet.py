@@ -10,7 +10,7 @@ from identification.reading.formats.optional_libraries import import_library, re
 from identification.reading.signal_map import SignalMap
 from identification.reading.units import stated_unit
 from symbolic import InvalidInputError
-from symbolic.tables.parsing import excerpt
+from symbolic.tables.toml_and_json_parsing import excerpt
 
 _KINDS = ("bool", "int", "uint", "half", "float", "double", "decimal", "date", "time", "duration")
 """Begin the names of types of a fixed size; texts and lists may unpack to any."""

@@ -21,10 +21,10 @@ from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import (
     acquisition,
     acquisition_and_tracking,
-    branch_consistency,
     hypotheses_verdict,
     hysteresis_branches,
     mu_over_k_hypotheses,
+    tracking_consistency,
 )
 from observers.quality.acquisition_handover import covariance_pairs, handover_names, states_handed_over
 from observers.quality.equivalent_patch import build_added_torque
@@ -40,7 +40,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         return []
     patch, model = observer.equivalent_patch, observer.measurement_model
     known = {"friction": [patch.friction]}
-    follow = branch_consistency.build_branch_consistency(patch, model)
+    follow = tracking_consistency.build_branch_consistency(patch, model)
     conclude = acquisition.build_acquisition_handover(patch, model)
     functions = [
         without_outputs(hysteresis_branches.build_track_update(), {"turns"}).expand(

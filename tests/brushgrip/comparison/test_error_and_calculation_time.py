@@ -6,9 +6,9 @@ from time import process_time
 import numpy as np
 import pytest
 
-from brushgrip.comparison.cases import SETTLED, Case, make_case
 from brushgrip.comparison.error_and_calculation_time import PUBLISHED, compare_methods, summarise
 from brushgrip.comparison.methods import ObserverMethod
+from brushgrip.comparison.recordings_with_reference_friction import SETTLED, Case, make_case
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
 from reference_rig import Array

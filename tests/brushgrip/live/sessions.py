@@ -12,7 +12,7 @@ from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.live.mapped_columns import Row
 from brushgrip.live.session import Session
 from brushgrip.live.session_setup import source_and_estimator
-from brushgrip.live.session_state import State
+from brushgrip.live.session_state_in_words import State
 from observers import ESTIMATE, Estimate, Estimates
 from tests.processes import wait_for
 

@@ -13,8 +13,8 @@ from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
-from brushgrip.live.session_state import LastUsable, state_line, usability_of
-from brushgrip.live.timestamps import TimestampFilter, arrival_time
+from brushgrip.live.session_state_in_words import LastUsable, state_line, usability_of
+from brushgrip.live.timestamp_filter import TimestampFilter, arrival_time
 from observers import Ekf, Status, SteeringLimits
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Model, Rig

@@ -13,7 +13,7 @@ import pytest
 from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import MappedColumns
 from brushgrip.live.sources import MAX_LINE_LENGTH, LineParser, LineSource, Source, UdpSource
-from brushgrip.live.timestamps import arrival_time
+from brushgrip.live.timestamp_filter import arrival_time
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
 from tests.processes import wait_for

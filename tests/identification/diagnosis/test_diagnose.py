@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identification import Diagnosis, Recording, diagnose, model_text, read_model, smoothed_rate
-from identification.diagnosis.found_effects import CLEAR_ERRORS, UNRECORDED_LOAD
+from identification.diagnosis.graded_effects import CLEAR_ERRORS, UNRECORDED_LOAD
 from reference_rig import Campaign
 from symbolic import CANDIDATES, EFFECTS, Rig, Tolerances, Tyre
 from tests.identification.factories import read_campaign, with_torque

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from identification import Recording, Standstills
-from identification.diagnosis.found_effects import notes_on
 from identification.diagnosis.found_stiffness import stiffness_note, stiffness_ratio
+from identification.diagnosis.graded_effects import notes_on
 from identification.diagnosis.result_parts import TorqueErrors
 from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.parameter_values import Values

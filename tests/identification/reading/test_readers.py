@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identification import READERS, Table, read_decay, read_recording, read_rig
-from identification.reading.bytes_and_text import MAX_FILE_SIZE, read_bytes
+from identification.reading.checked_file_reading import MAX_FILE_SIZE, read_bytes
 from identification.reading.formats import csvfile
 from identification.reading.formats.csvfile import read_csv
 from observers import Ekf, from_files

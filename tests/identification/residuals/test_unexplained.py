@@ -9,7 +9,7 @@ from identification import Recording
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import Huber
 from identification.residuals.partial_correlations import signatures
-from identification.residuals.residual_tests import Unexplained, unexplained, white_noise
+from identification.residuals.unexplained_residual import Unexplained, unexplained, white_noise
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 from tests.identification.factories import with_torque

@@ -23,8 +23,8 @@ from observers.quality.hysteresis_branches import (
 )
 from observers.quality.mu_over_k_hypotheses import (
     SETTINGS,
-    build_one_hypothesis_update,
     build_hypothesis_search_start,
+    build_one_hypothesis_update,
     factor_name,
     hypothesis_fields,
     hypothesis_states,

@@ -19,7 +19,6 @@ from observers.quality.acquisition import (
     build_acquisition_handover,
 )
 from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _known_before
-from observers.quality.branch_consistency import NEW_GROUND, build_branch_consistency
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.hysteresis_branches import TRACK, build_new_ground_branches
 from observers.quality.innovation_attribution import IN_A_ROW, smoothed_innovation
@@ -31,6 +30,7 @@ from observers.quality.mu_over_k_hypotheses import (
     hypothesis_fields,
     search_layout,
 )
+from observers.quality.tracking_consistency import NEW_GROUND, build_branch_consistency
 from observers.tuning import Tuning
 from reference_rig import RigTyre, friction_step, make_ground_recording, make_recording
 from symbolic import SIGNALS, Model, simulate
@@ -56,7 +56,9 @@ def test_a_later_acquisition_leaves_open_what_the_patch_was(direction: float) ->
     at = layout.places["track"][0].start
     search[at + TRACK.index("direction")] = direction
     tyre = [K, RIG.a, RIG.e]
-    after = layout.split(ca.MX(ca.DM(build_hypothesis_search_restart()(search, 0, 5, tyre, 1.1, 0.1, 0.3, 0.2))))
+    after = layout.split(
+        ca.MX(ca.DM(build_hypothesis_search_restart()(search, 0, 5, tyre, 1.1, 0.1, 0.3, 0.2)))
+    )
     track, points, hypotheses = (
         np.asarray(ca.evalf(after[name])) for name in ("track", "points", "hypotheses")
     )

@@ -10,7 +10,7 @@ import pytest
 from scipy.io import loadmat, savemat
 
 from identification import read_recording
-from identification.reading.formats.matfile import DamagedFileError, read_arrays
+from identification.reading.formats.matlab_5_file import DamagedFileError, read_arrays
 from symbolic import InvalidInputError
 from tests.refusal import refused
 

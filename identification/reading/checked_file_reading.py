@@ -6,7 +6,7 @@ from pathlib import Path
 from stat import S_ISREG
 
 from symbolic import InvalidInputError
-from symbolic.tables.parsing import prefix_errors, text_of
+from symbolic.tables.toml_and_json_parsing import prefix_errors, text_of
 
 MAX_FILE_SIZE = 500_000_000
 """Largest file that is read [bytes]."""

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.friction_before_and_after import (
+from brushgrip.estimation.assumed_and_found_friction import (
     EKF_DECLARED,
     FrictionOutcome,
     offline_friction,
@@ -33,17 +33,17 @@ from brushgrip.report.tables import friction_by_recording, settling_and_coverage
 from brushgrip.report.validity_and_missing_effects import (
     band_caveats,
     benefit_for_friction,
+    demo_recordings_warning,
     error_to_quote,
     friction_over_speed,
     missing_effects,
     notes_beside,
-    demo_recordings_warning,
     summary_of,
 )
 from brushgrip.wording.formatting import percent
 from identification import Curve, Diagnosis, FoundFamily, FoundModel
-from identification.diagnosis.found_effects import ASSUMED, assumed_tolerances
 from identification.diagnosis.from_search import BEYOND_RANGE
+from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
@@ -345,7 +345,7 @@ def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
 
     less = np.hypot(between, np.sqrt(0.36) * own)
     text = f"± {np.hypot(between, own):.2f} to ± {less:.2f} on ice at best"
-    assert f"which brings {text}" in next_steps(nothing, outcome)[0]
+    assert f"which lowers {text}" in next_steps(nothing, outcome)[0]
     assert "The ± of a ground also covers how its recordings differ." in widest_causes(outcome)
     two = replace(outcome, grounds={"ice": ("a", "b", "c"), "snow": ()})
     assert next_steps(nothing, two)[0].startswith(next_steps(nothing, outcome)[0].partition(";")[0])
@@ -372,7 +372,9 @@ def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_fro
     copied.write_bytes(source.read_bytes())
     own.write_bytes(source.read_bytes() + b"\n")
 
-    assert demo_recordings_warning(provenance_of([copied])).startswith("Simulated, not measured: all rec")
+    assert demo_recordings_warning(provenance_of([copied])).startswith(
+        "Simulated, not measured: all rec"
+    )
     (module := Path("own.py")).write_text("")
     assert "all recordings come" in demo_recordings_warning(provenance_of([copied, module]))
     assert "1 of 2 recordings come" in demo_recordings_warning(provenance_of([copied, own]))
@@ -414,16 +416,16 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         ((label, (told,)), (how, (sure,)), *_), ((why, cases), *_) = lines_to_send(diagnosis, outcome)
         assert label == "Friction between tyre and ground, provisional"
         high = "1.60 times too high" if ratio > 1 else "2.00 times too low"
-        assert f", but {ways[0]} if the torque reads {high}, as it may: until the rig is" in told
-        # From the lower end over the ratio to the upper end: 1.20 with a band of 0.5065.
-        ends = "0.43 to 1.71" if ratio > 1 else "0.69 to 3.41"
-        assert told.endswith(f" checked, count on {ends} on ice.")
+        assert f", but {ways[0]} if the torque reads {high}, as it may: specify nothing before" in told
+        # From the lower end over the ratio to the upper end: 1.20 with a band of 0.51.
+        ends = "0.43 to 1.71" if ratio > 1 else "0.69 to 3.42"
+        assert told.endswith(f" checked (± and torque together leave {ends} on ice).")
         times = "1.60 times as stiff" if ratio > 1 else "2.00 times as soft"
         assert sure.startswith(f"Not sure before the rig is checked: the tyre comes out {times} as decl")
         assert (how, why) == ("How sure", "Provisional because")
         assert cases == [
             "The fitted stiffness k, how steeply the torque rises before anything slides, is 1·10⁶ N/m²,"
-            " 60 % above the declared one; no recording tells why.",
+            " 60 % above the declared one; these recordings do not tell why.",
             f"If the torque reads too high, A: then {ways[0]}.",
             f"If the declared half-length of the contact is too short, B: then {ways[1]}.",
             "If the tyre is so, C.",
@@ -435,7 +437,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         car = replace(diagnosis, of_car=True, stiffness_ratio=np.float64(ratio))
         told = mail(car, outcome)
         assert "provisional" in told, "a force that reads too low looks like a soft column"
-        assert ("if the force reads 1.60 times too high, as it may: until" in told) == (ratio > 1)
+        assert ("if the force reads 1.60 times too high, as it may: specify" in told) == (ratio > 1)
     other = note.replace("1·10⁶", "2·10⁶")
     both = mail(replace(diagnosis, notes=(note, other)), outcome)
     assert (both.count("if the torque reads too"), both.count(": then ")) == (2, 0), "of which ground?"
@@ -466,7 +468,7 @@ def test_what_measuring_brings_is_of_what_is_measured_and_of_its_ground() -> Non
     for value, brought in (
         (
             "load ± 2 %",
-            "load, and declare their tolerances, which are assumed so far, which brings ± 0.10 to",
+            "load, and declare their tolerances, which are assumed so far, which lowers ± 0.10 to",
         ),
         (
             "tread stiffness k ± 20 %",

@@ -13,7 +13,7 @@ from identification.experiments.proposed_experiment import Proposal
 from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
 from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.recordings import Recording
-from identification.residuals.residual_tests import Unexplained
+from identification.residuals.unexplained_residual import Unexplained
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
     delta_bic,

@@ -11,7 +11,7 @@ import pytest
 from identification import SignalSource, read_recording, read_signals
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.common_clock_and_units import table_from_channels
-from identification.reading.map_by_file_channels import (
+from identification.reading.map_for_recording import (
     map_by_file_channels,
     unit_by_name,
     with_steering_ratio,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.diagnosis.family_curves import found_families
+from identification.diagnosis.effect_family_curves import found_families
 from identification.diagnosis.result_parts import FoundEffect, FoundFamily
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
