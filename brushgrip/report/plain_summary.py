@@ -67,17 +67,8 @@ def lines_to_send(
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     provisional = ", provisional" if known and diagnosis.stiffness_ratio != 1 else ""
     if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
-    ratio = diagnosis.stiffness_ratio
-    scale = f"{max(ratio, 1 / ratio):.2f} times too {'high' if ratio > 1 else 'low'}, as it may"
-    read, whole = ("force", "car") if diagnosis.of_car else ("torque", "rig")
-    # What yields beside a car's tyres is the likelier cause of a stiffness that is too low.
-    told_else = if_wrong[: not (diagnosis.of_car and ratio < 1)]
-    else_friction = [
-        f"but {value} if the {read} reads {scale}: specify nothing before the {whole} is checked (± and"
-        f" {read} together leave {_possible(told, ratio)})"
-        for value in told_else
-    ]
-    friction = {f"Friction between tyre and ground{provisional}": [_friction(told, *else_friction)]}
+    told_else, doubt = _doubt_of_stiffness(diagnosis, told, if_wrong)
+    friction = {f"Friction between tyre and ground{provisional}": [_friction(told, told_else)]}
     cases = stiffness_cases(diagnosis)
     for at, value in enumerate(if_wrong, 1):
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
@@ -85,12 +76,7 @@ def lines_to_send(
     benefit, trend = benefit_for_friction(diagnosis, told), load_trend_in_words(told, diagnosis)
     sure, *more = [*_holds(told), trend] if known else reserved[:-1] or [""]
     if provisional:
-        times = max(ratio, 1 / ratio)
-        sure = (
-            f"Not sure before the {whole} is checked: the tyre comes out {times:.2f} times as"
-            f" {'stiff' if ratio > 1 else 'soft'} as declared, and these recordings do not tell why."
-            f" {sure}"
-        )
+        sure = f"{doubt} {sure}"
         benefit += " Whether it is right rests on what is to do first." * bool(benefit)
     mail = {
         "Note": [warning],
@@ -109,6 +95,29 @@ def lines_to_send(
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
+
+
+def _doubt_of_stiffness(
+    diagnosis: Diagnosis, outcome: FrictionOutcome, if_wrong: list[str]
+) -> tuple[str, str]:
+    """What friction may be else, and why nothing is sure, by a stiffness that is not the declared one."""
+    ratio = diagnosis.stiffness_ratio
+    times, high, stiff = max(ratio, 1 / ratio), "low", "soft"
+    if ratio > 1:
+        high, stiff = "high", "stiff"
+    read, whole = ("force", "car") if diagnosis.of_car else ("torque", "rig")
+    doubt = (
+        f"Not sure before the {whole} is checked: the tyre comes out {times:.2f} times as {stiff} as"
+        " declared, and these recordings do not tell why."
+    )
+    # What yields beside a car's tyres is the likelier cause of a stiffness that is too low.
+    if not if_wrong or (diagnosis.of_car and ratio < 1):
+        return "", doubt
+    told_else = (
+        f"but {if_wrong[0]} if the {read} reads {times:.2f} times too {high}, as it may: specify nothing"
+        f" before the {whole} is checked (± and {read} together leave {_possible(outcome, ratio)})"
+    )
+    return told_else, doubt
 
 
 def _filled(parts: dict[str, list[str]]) -> Parts:
