@@ -54,7 +54,7 @@ class Tolerances:
         load: of the recorded load, as a share of it [1], less than 1.
         zero: of the zero of the recorded aligning torque [N m].
         k: of the distributed lateral stiffness [N/m^2].
-        scale: of the recorded torque, as a share of it [1]; only where a found k tells it.
+        scale: of the recorded torque, as a share of it [1]; by a found k, or by what a car declares.
 
     None stands for nothing declared: a fit takes the value as exact, a diagnosis and an observer take
     `USUAL`. 0 stands for exact.

@@ -130,8 +130,10 @@ class PlanRequest:
 
     def _say(self, planned: "Plan", finals: list[Path], angle: "SignalSource", noise: float) -> None:
         """Print what the plan tells on each ground; a target that is missed on one is a fault."""
+        from brushgrip.estimation.friction_budget import declared_values_in_words
         from brushgrip.outputs.console import print_table, say, show_json
         from brushgrip.outputs.plan_texts import plan_document, rows_by_ground, turning_instruction
+        from observers.interfaces.factory import read_vehicle_file
         from observers.planning.noisy_forecast import ENOUGH, RUNS
         from symbolic import BrushgripError
 
@@ -147,6 +149,8 @@ class PlanRequest:
         if self.vehicle is None and self.torque is TorqueChannel.GROUND:
             say("k counts as a state: estimate with --stiffness-state")
         if self.vehicle:
+            vehicle = read_vehicle_file(self.vehicle)
+            say(declared_values_in_words(vehicle, brakes=vehicle.brakes))
             say("this is for a car as declared; off within its tolerances it may take more")
         elif self.model is None:
             say("this is for the declared model: plan with --model where brushgrip diagnose found one")

@@ -10,7 +10,7 @@ from brushgrip.wording.friction_in_words import last_usable
 from identification import FoundModel, Recording
 from observers import Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
-from observers.quality.tuning_from_tolerances import OF_LOAD
+from observers.quality.tuning_from_tolerances import OF_LOAD, OF_SCALE
 from symbolic import Vehicle
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 
@@ -62,7 +62,7 @@ def friction_budget(
         return {}
     shares = uncertainty_budget(observer, at, **channels)
     if car is not None:
-        shares.pop(OF_LOAD)
+        del shares[OF_LOAD], shares[OF_SCALE]
         declared = friction_uncertainties(car.vehicle, brakes=car.brakes[number])
         shares |= {OF_VEHICLE[name][0]: share for name, share in declared.items()}
     half = BAND_STDS * float(estimates.mu_eff[last_usable(estimates)])

@@ -156,6 +156,7 @@ class FoundModel:
             known = min(max(self.k_std / EVEN, STIFFNESS_CHANGES * k), USUAL["k"] * k)
         if tolerance is not None and k != declared:
             scale = SHARED * abs(math.log(k / declared)) / EVEN
+        scale = math.hypot(rig.tolerances.scale, scale)
         return replace(rig, tolerances=replace(rig.tolerances, k=known, scale=scale))
 
     def values_for(

@@ -75,7 +75,8 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     # Under another load than that at which it was measured, k may be as it was, or go with 1/load.
     beside = vehicle.load_change if calibrated else by_contact
     k_share = hypot(tolerances.stiffness, beside)
-    torque = hypot(*friction_uncertainties(vehicle, brakes=held).values())
+    uncertain = friction_uncertainties(vehicle, brakes=held)
+    load = uncertain.pop("front_axle_load")
     half_lever = vehicle.steering_arm / 2
     of_gear = ASYMMETRY * vehicle.gear_friction
     arm_of_body = abs(vehicle.scrub_radius) * vehicle.caster + abs(vehicle.trail) * vehicle.inclination
@@ -83,7 +84,8 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     rig = Rig(
         a=a, e=OFFSET * a,
         tolerances=Tolerances(
-            a=0.0, e=0.0, load=min(torque / EVEN, 0.99), k=STD_PER_TOLERANCE / EVEN * k_share * k,
+            a=0.0, e=0.0, load=min(load / EVEN, 0.99), scale=hypot(*uncertain.values()) / EVEN,
+            k=STD_PER_TOLERANCE / EVEN * k_share * k,
             zero=hypot(half_lever * hypot(vehicle.force_zero, of_gear), of_body),
         ),
         noise=half_lever * vehicle.force_noise, dry_friction=0.0,

@@ -92,6 +92,7 @@ def test_a_car_is_steered_by_its_handwheel(run: Run, repository_root: Path) -> N
 
     assert outcome.status == 0
     assert "this is for a car as declared; off within its tolerances it may take more" in outcome.out
+    assert "rests on declared values that no steering tells: front_axle_load" in outcome.out
     # At rest, before the first turn, both are 0.
     turned = table["psi"] != 0
     assert not table["handwheel"][~turned].any()

@@ -1,6 +1,6 @@
 import json
 from dataclasses import replace
-from math import log
+from math import hypot, log
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -105,6 +105,9 @@ def test_a_k_beyond_its_tolerance_may_be_the_torques_scale(
     rig = found.with_known_stiffness(declared_rig, declared)
 
     assert (rig.tolerances.load, rig.tolerances.scale) == (0.01, pytest.approx(0.5 * 3**0.5 * off))
+    rough = replace(declared_rig, tolerances=replace(declared_rig.tolerances, scale=0.1))
+    both = found.with_known_stiffness(rough, declared).tolerances.scale
+    assert both == pytest.approx(hypot(0.1, rig.tolerances.scale)), "a car declares one of its own"
 
 
 @pytest.mark.parametrize(

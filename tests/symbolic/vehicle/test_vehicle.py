@@ -169,9 +169,9 @@ def test_the_load_is_in_the_half_length_where_that_follows_from_it(half_length: 
 
 def test_the_scale_of_the_force_is_in_friction_until_the_tyres_are_identified() -> None:
     rough = replace(CAR, tolerances=VehicleTolerances(force_scale=0.2))
-    floors = [rig_of(car)[0].tolerances.of("load") ** 2 for car in (rough, CAR)]
+    floors = [rig_of(car)[0].tolerances.scale ** 2 for car in (rough, CAR)]
 
-    # Standard deviations are 0.68 of a tolerance, and those of the load EVEN of one.
+    # Standard deviations are 0.68 of a tolerance, and those of the scale EVEN of one.
     assert floors[0] - floors[1] == pytest.approx((0.68 / EVEN) ** 2 * (0.2**2 - 0.05**2))
     identified = replace(rough, slide_factor=1.1)
     assert "force_scale" not in friction_uncertainties(identified, brakes=True)
