@@ -149,7 +149,8 @@ def map_hint(
     of_steering = {*absent, *signals.signals} | ({*names} if [*absent] == ["t"] else set())
     if {"rack", "handwheel", "F_rack", "T_bar", "T_motor"} & of_steering:
         guesses = {
-            c: _proposed_source(c, guess) for c, guess in guess_car_channels(absent, names, signals)
+            c: _proposed_source(c, c if c in names else guess)
+            for c, guess in guess_car_channels(absent, names, signals)
         }
         given = {c: source for c, source in signals.signals.items() if c not in absent}
         return f"; say which is which (in Python by signals=), such as {corrected_map(given, guesses)}"

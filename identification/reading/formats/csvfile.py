@@ -174,7 +174,8 @@ def _header(
     asked = {*needed, *signals.signals}
     missing = [c for c in possible_columns(needed) if c in asked and c not in found]
     if missing:
-        missing += [] if "psi" in needed else absent_rack_columns(found)
+        others = [] if "psi" in needed else absent_rack_columns(found)
+        missing += [column for column in others if column not in missing]
         raise missing_channels(path, missing, names, signals, read)
     return found
 
