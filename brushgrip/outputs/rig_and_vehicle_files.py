@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
+from identification import Decay, FreeDecay, ParameterEstimate, SignalMap, read_rig, read_signals
 from identification.reading.checked_file_reading import read_bytes
 from identification.reading.rigfile import rig_text, signals_section
 from identification.steering.full_slide_calibration import TyresResult
@@ -22,29 +22,35 @@ Changes = Mapping[str, float | tuple[float, float]]
 """Values by key, with their tolerances where they have one."""
 GEAR_FRICTION_VARIATION = 0.05
 """Variation of a gear's friction from day to day, as a share of its value [1]."""
-USUAL_SPEED = 0.015
-"""Usual speed of a rack that is steered at standstill [m/s]."""
+DAMPING_VARIATION = 0.25
+"""Variation of the damping with speed and temperature, as a share of its value [1]."""
 LOAD_CHANGE = 0.03
 """Change of the front axle's load since tyres were identified, by fuel and luggage, as a share [1]."""
 
 
 def plate_changes(vehicle: Vehicle, result: PlatesResult) -> Changes:
-    """Gear friction with its tolerance, inclination by the return torque, a zero beyond the declared.
+    """Gear friction and damping with tolerances, inclination by the return torque, a large zero.
 
-    Observers know friction of a gear, and no damping: what it makes at a usual speed is in the value by
-    half, and in the tolerance.
+    The drag of the rack is one about the kingpins: force and way both go through the lever.
     """
-    friction, zero = result.gear_friction, result.zero
-    damped = max(0.0, result.damping.value) * USUAL_SPEED
-    level = friction.value + damped / 2
-    tolerance = max(damped, (friction.std or 0.0) / EVEN, GEAR_FRICTION_VARIATION * level)
+    friction, damping, zero = result.gear_friction, result.damping, result.zero
+    by_lever = vehicle.steering_arm**2 / 2
     changes: dict[str, float | tuple[float, float]] = {
-        "gear_friction": (level, min(tolerance, 0.9 * level)),
+        "gear_friction": _with_tolerance(friction, GEAR_FRICTION_VARIATION),
         "inclination": inclination_of_return(vehicle, result.return_torque.value),
     }
+    if damping.value > 0:
+        about = replace(damping, value=by_lever * damping.value, std=by_lever * (damping.std or 0.0))
+        changes["damping"] = _with_tolerance(about, DAMPING_VARIATION)
     if abs(zero.value) > vehicle.force_zero:
         changes["force_zero"] = abs(zero.value)
     return changes
+
+
+def _with_tolerance(measured: ParameterEstimate, least: float) -> tuple[float, float]:
+    """A value and its tolerance, at least this share of it and at most nine tenths."""
+    tolerance = max((measured.std or 0.0) / STD_PER_TOLERANCE, least * measured.value)
+    return _rounded(measured.value), _rounded(min(tolerance, 0.9 * measured.value))
 
 
 def tyre_changes(vehicle: Vehicle, result: TyresResult) -> Changes:
