@@ -15,12 +15,11 @@ import numpy as np
 
 from benchmarks.car_files import vehicle_toml
 from benchmarks.least_steering import GROUNDS, Reached, in_every_way, report
-from identification.reading.rack_derivatives import RackDifferentiator
 from observers import Ekf, Probe, Sample, SteeringLimits, plan
-from observers.interfaces.car_observer import car_observer
+from observers.interfaces.car_observer import RackSampler, car_observer
 from reference_rig import FleetCar, SteeredCar, draw_car
 from symbolic import vehicle_from_tables
-from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
+from symbolic.vehicle.mean_wheel import equivalent_contact_angle
 from symbolic.vehicle.steering import mean_angle
 
 LIMITS = SteeringLimits(angle=0.4, rate=0.25, time=10.0)
@@ -42,7 +41,7 @@ class CarWheel:
         self.angles = equivalent_contact_angle(
             self.vehicle, mean_angle(self.vehicle, self.ways), brakes=self.brake
         )
-        self.instant_of, self.t = RackDifferentiator(), 0.0
+        self.sample_of, self.t = RackSampler(self.vehicle, brakes=self.brake), 0.0
 
     @property
     def psi(self) -> float:
@@ -56,12 +55,7 @@ class CarWheel:
         force += bus.force_zero + bus.force_noise * self.rng.standard_normal()
         force = bus.force_step * round(force / bus.force_step)
         way = bus.rack_step * round(self.car.rack / bus.rack_step)
-        moved = self.instant_of(self.t, way, force)
-        torque = float(aligning_torque_with_friction(self.vehicle, *moved, brakes=self.brake))
-        psi = float(
-            equivalent_contact_angle(self.vehicle, mean_angle(self.vehicle, moved.s), brakes=self.brake)
-        )
-        return Sample(psi=psi, psi_dot=np.nan, F_N=self.vehicle.wheel_load, dt=DT, M_z=torque)
+        return self.sample_of(self.t, way, force)
 
 
 def run(seed: int, target: float) -> tuple[float, dict[str, Reached]]:

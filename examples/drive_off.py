@@ -25,13 +25,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from identification.reading.rack_derivatives import RackDifferentiator
-from observers import Ekf, Loop, Sample
-from observers.interfaces.car_observer import car_observer
+from observers import Ekf, Loop
+from observers.interfaces.car_observer import RackSampler, car_observer
 from reference_rig import CAR_STEP, Car, CarBus, CarRecording, record_car, simulate_car
 from symbolic import Vehicle, VehicleTolerances
-from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
-from symbolic.vehicle.steering import mean_angle
 
 GROUNDS = {"ice": 0.05, "snow": 0.1, "wet cobbles": 0.4, "dry asphalt": 0.9}
 CAR = Car(axle_load=7500.0)
@@ -85,14 +82,9 @@ def steered(mu: float) -> CarRecording:
 def friction_of(seen: CarRecording) -> tuple[float, float, str]:
     """Friction and its deviation by the last sample, NaN where it is not usable, and what is wrong."""
     loop = Loop(car_observer(Ekf, VEHICLE, brakes=True))
-    instant_of, before = RackDifferentiator(), seen.t[0] - BUS.period
-    for t, s, force in zip(seen.t.tolist(), seen.rack.tolist(), seen.F_rack.tolist(), strict=True):
-        moved = instant_of(t, s, force)
-        torque = aligning_torque_with_friction(VEHICLE, *moved, brakes=True)
-        psi = float(equivalent_contact_angle(VEHICLE, mean_angle(VEHICLE, moved.s), brakes=True))
-        given = {"psi": psi, "psi_dot": nan, "F_N": VEHICLE.wheel_load, "dt": t - before}
-        now = loop(Sample(**given, M_z=float(torque)))
-        before = t
+    sample_of = RackSampler(VEHICLE, brakes=True)
+    for measured in zip(seen.t.tolist(), seen.rack.tolist(), seen.F_rack.tolist(), strict=True):
+        now = loop(sample_of(*measured))
     return (now.mu_eff, now.mu_eff_std, "") if now.usable else (nan, nan, now.remedy)
 
 

@@ -4,7 +4,7 @@ from observers.estimates import Estimates
 from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
-from observers.interfaces.car_observer import car_observer, run_standstills
+from observers.interfaces.car_observer import RackSampler, car_observer, run_standstills
 from observers.interfaces.factory import from_files
 from observers.interfaces.loop import Loop
 from observers.interfaces.run import run
@@ -68,6 +68,7 @@ __all__ = [
     "Plan",
     "Probe",
     "RackForce",
+    "RackSampler",
     "RootObserver",
     "Sample",
     "Status",

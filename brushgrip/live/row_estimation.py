@@ -15,7 +15,6 @@ from brushgrip.live.adviser import Adviser
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car_plausibility import rack_signals, require_plausible_car
 from identification.reading.car_recordings import require_steering, to_mean_wheel
-from identification.reading.rack_derivatives import RackDifferentiator, RackInstant
 from identification.reading.signal_map import ANGLES, NO_MAP, SignalMap
 from identification.reading.steering_rate import require_rate_of_angle
 from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
@@ -23,6 +22,7 @@ from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car_observer import HOLDING
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Vehicle
+from symbolic.vehicle.rack_derivatives import RackDifferentiator, RackInstant
 
 MAX_RATES = 2_000
 """Most samples of a rate that are held against the angle, which takes 20 ms."""

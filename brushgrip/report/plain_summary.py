@@ -100,7 +100,7 @@ def lines_to_send(
 def _doubt_of_stiffness(
     diagnosis: Diagnosis, outcome: FrictionOutcome, if_wrong: list[str]
 ) -> tuple[str, str]:
-    """What friction may be else, and why nothing is sure, by a stiffness that is not the declared one."""
+    """What friction may be else, and why nothing is sure, by a stiffness that was not declared."""
     ratio = diagnosis.stiffness_ratio
     times, high, stiff = max(ratio, 1 / ratio), "low", "soft"
     if ratio > 1:

@@ -23,7 +23,6 @@ from identification.reading.car_plausibility import (
 )
 from identification.reading.channels_by_name import absent_rack_columns, map_hint, missing_channels
 from identification.reading.checked_file_reading import read_bytes
-from identification.reading.rack_derivatives import RackInstant, differentiated_rack_signals
 from identification.reading.readers import READERS, read_table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.steering_rate import smoothed_rate
@@ -33,6 +32,7 @@ from symbolic.array_alias import Array
 from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, prefix_errors, toml_of
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
+from symbolic.vehicle.rack_derivatives import RackInstant, differentiated_rack_signals
 from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 

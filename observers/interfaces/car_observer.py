@@ -1,6 +1,7 @@
-"""An observer of a car: from its vehicle, and over the standstills of a recording."""
+"""An observer of a car: from its vehicle, its samples, and over the standstills of a recording."""
 
 from collections.abc import Callable, Sequence
+from math import isnan, nan
 from typing import Any, TypeVar
 
 import numpy as np
@@ -11,15 +12,23 @@ from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.run import as_estimates, run
 from observers.interfaces.tuning_profiles import tuning_for
 from observers.measurement.rack_force import RackForce
-from observers.protocol import ESTIMATE, Observer, Status
+from observers.protocol import ESTIMATE, Observer, Sample, Status
 from symbolic import InvalidInputError, Model
 from symbolic.array_alias import Array
-from symbolic.vehicle.mean_wheel import rig_of
+from symbolic.vehicle.mean_wheel import (
+    aligning_torque_with_friction,
+    equivalent_contact_angle,
+    rig_of,
+)
+from symbolic.vehicle.rack_derivatives import RackDifferentiator
+from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 
 Kind = TypeVar("Kind", bound=ModelObserver)
 HOLDING = ("mu", "mu_std", "mu_eff", "mu_eff_std", "M_slide")
 """Values that are held while the car rolls."""
+FIRST_PERIOD = 0.01
+"""Time before the first sample of a standstill, which counts for nothing [s]."""
 
 
 def car_observer(
@@ -41,6 +50,40 @@ def car_observer(
         "tuning": tuning_for(None, car=True),
     }
     return kind(**(given | {"rig": rig} | settings))
+
+
+class RackSampler:
+    """Samples of the mean front wheel from the rack, for a `Loop` around a `car_observer`.
+
+    One sampler serves one standstill: begin anew, the loop too, after the car has rolled and whenever
+    the brakes are applied or released. All of a sample is of the middle of the last 60 ms, see
+    `symbolic.vehicle.rack_derivatives`.
+    """
+
+    def __init__(self, vehicle: Vehicle, *, brakes: bool | None = None) -> None:
+        """Begin without a sample; brakes as of `car_observer`."""
+        self.vehicle, self.brakes = vehicle, vehicle.brakes if brakes is None else brakes
+        self._motion, self._before = RackDifferentiator(), nan
+
+    def __call__(self, t: float, rack: float, force: float) -> Sample:
+        """The sample that one more measurement makes known.
+
+        Args:
+            t: time, rising [s].
+            rack: way of the rack, positive to the left [m]; NaN where it is missing.
+            force: of the gear on the rack, positive to the left [N]; NaN where it is missing.
+
+        Raises:
+            InvalidInputError: as of `Sample`, where t does not rise.
+        """
+        s, held, speed, acceleration = self._motion(t, rack, force)
+        acceleration = acceleration if self.vehicle.moved_mass else 0.0
+        moved = (s, held, speed, acceleration)
+        M_z = aligning_torque_with_friction(self.vehicle, *moved, brakes=self.brakes)
+        psi = equivalent_contact_angle(self.vehicle, mean_angle(self.vehicle, s), brakes=self.brakes)
+        dt, self._before = t - self._before, t
+        dt = FIRST_PERIOD if isnan(dt) else dt
+        return Sample(psi=float(psi), psi_dot=nan, F_N=self.vehicle.wheel_load, dt=dt, M_z=float(M_z))
 
 
 def run_standstills(

@@ -16,6 +16,9 @@ from brushgrip import main
 from observers import Estimate, Status
 from symbolic import Effect, Model, simulate
 from symbolic.effects.library import KNOWN
+from tests.brushgrip.helpers import table_of
+from tests.columns import write_columns
+from tests.simulated_car import SimulatedCar, steering, vehicle_text
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -49,6 +52,26 @@ def test_the_code_of_a_page_runs(page, capsys):
             assert end.value.code == 0, line
     if printed := PRINTED.search(text):
         assert capsys.readouterr().out == printed[1]
+
+
+def test_the_loop_of_a_car_gives_what_estimate_does(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("car.toml").write_text(vehicle_text(brakes="true", rack_mass=12.0), encoding="utf-8")
+    t, rack = steering()
+    signals = [t, rack, SimulatedCar(mu=(0.6, 0.6)).force(rack)]
+    write_columns(Path("g.csv"), dict(zip(("t", "rack", "F_rack"), signals, strict=True)))
+    page = (ROOT / "docs" / "start" / "car.md").read_text(encoding="utf-8")
+    (code,) = (code for language, code in BLOCK.findall(page) if language == "python")
+    names = {"signals": zip(*map(np.ndarray.tolist, signals), strict=True)}
+
+    exec(compile(code, "car.md", "exec"), names)
+    with pytest.raises(SystemExit):
+        main(["estimate", "--vehicle", "car.toml", "--observer", "ekf", "g.csv", "--out", "mu.csv"])
+    row = table_of(Path("mu.csv"))
+
+    assert names["now"].usable
+    assert names["now"].mu_eff == pytest.approx(row["mu_eff"][-1], rel=1e-6)
+    assert names["now"].mu_eff_std == pytest.approx(row["mu_eff_std"][-1], rel=1e-6)
 
 
 @pytest.mark.parametrize(("missing", "kept"), [(slice(1, None, 2), True), (slice(-60, None), False)])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from identification import read_recording, read_signals, read_vehicle
+from observers import RackSampler
 from symbolic import InvalidInputError
 from tests.columns import write_columns
 from tests.refusal import refused
@@ -48,6 +49,34 @@ def test_units_and_names_of_a_log(tmp_path: Path) -> None:
 
     np.testing.assert_allclose(mapped.M_z, plain.M_z, rtol=1e-9)
     np.testing.assert_allclose(mapped.psi, plain.psi, rtol=1e-9)
+
+
+def test_a_file_with_columns_of_its_own_beside_a_map_is_told_the_map_that_reads_it(
+    tmp_path: Path,
+) -> None:
+    path = write(tmp_path / "car.csv", t=T, rack=RACK, F_rack=FORCE)
+    for missing in (("Way", "Force"), ("rack", "Force")):
+        given = ",".join(f"{c}={name}" for c, name in zip(("rack", "F_rack"), missing, strict=True))
+        with pytest.raises(InvalidInputError, match=r"such as --map (\S+)$") as message:
+            read_recording(path, vehicle=CAR, signals=given)
+        assert str(message.value).count("F_rack (as") == 1
+        proposed = str(message.value).split("--map ")[1]
+        assert "F_rack=F_rack" in proposed
+        read_recording(path, vehicle=CAR, signals=proposed)
+
+
+def test_samples_one_by_one_are_those_of_the_recording(tmp_path: Path) -> None:
+    heavy = declared_vehicle(rack_mass=12.0, damping=20.0, inclination=0.2)
+    path = write(tmp_path / "car.csv", t=T, rack=RACK, F_rack=FORCE)
+    recording, sample_of = read_recording(path, vehicle=heavy), RackSampler(heavy, brakes=True)
+    samples = [sample_of(*row) for row in zip(T.tolist(), RACK.tolist(), FORCE.tolist(), strict=True)]
+
+    np.testing.assert_allclose([s.psi for s in samples], recording.psi, rtol=1e-12)
+    np.testing.assert_allclose([s.M_z for s in samples], recording.M_z, rtol=1e-9)
+    np.testing.assert_allclose([s.dt for s in samples], 0.01)
+    assert {s.F_N for s in samples} == {4000.0}
+    with pytest.raises(InvalidInputError, match="dt > 0"):
+        sample_of(T[-1], 0.0, 0.0)
 
 
 def test_from_torsion_bar_and_motor(tmp_path: Path) -> None:
