@@ -68,7 +68,9 @@ class PlanRequest:
     mu: Annotated[
         str | None,
         option(
-            "--mu", "MU,...", "Frictions that the ground may have; 0.05,0.1,0.2,0.4,0.8,1.2 if left out."
+            "--mu",
+            "MU,...",
+            "Frictions (mu_eff) that the ground may have; 0.05,0.1,0.2,0.4,0.8,1.2 if left out.",
         ),
     ] = None
     least: Annotated[Least, typer.Option("--least", help="What is to be least.")] = Least.TRAVEL

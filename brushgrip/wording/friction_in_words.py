@@ -39,6 +39,12 @@ OTHER_STIFFNESS = (
     "measure k otherwise than by this torque (brushgrip identify) and declare it with its tolerance, or"
     " check the torque's scale"
 )
+AXLE_LOAD = "axle load"
+"""A cause of the band of a car."""
+TYRES_OF_CAR = (
+    "identify the tyres on ground of known friction (brushgrip identify --lock-to-lock), or check the"
+    " force's scale"
+)
 NARROWED_BY = {
     SLOPE: OTHER_STIFFNESS,
     REST: "turn to and fro more often, or find what the model lacks (brushgrip diagnose)",
@@ -49,7 +55,7 @@ NARROWED_BY = {
     " be ([rig] zero = { tolerance = ... } N m)",
     OF_TUNING: "declare the tolerances of a, e and load, then --tune mu_floor=0",
     "dry friction": "declare that of the sensor's bearings ([sensor] dry_friction)",
-    "axle load": "weigh the axle, and declare front_axle_load with its tolerance: 5 % of load are 6 % of"
+    AXLE_LOAD: "weigh the axle, and declare front_axle_load with its tolerance: 5 % of load are 6 % of"
     " mu where half_length follows from it",
     "measured torque of full slide": "identify it (--lock-to-lock) where friction is known better",
     "half-length of the contact": "measure it on a print, and declare half_length with its tolerance",
@@ -131,10 +137,13 @@ def band_parts(budget: Mapping[str, float]) -> str:
         return ""
     half = math.hypot(*budget.values())
     digits, largest = band_decimals(half), sorted(budget.items(), key=lambda part: -part[1])
+    remedy = how_to_narrow(largest[0][0])
+    if AXLE_LOAD in budget:
+        remedy = TYRES_OF_CAR if remedy == OTHER_STIFFNESS else _on_command_line(remedy, of_car=True)
     parts = (f"{name} {part:.{digits}f}" for name, part in largest if part >= LEAST_PART * half)
     return (
         f"the band ± {half:.{digits}f} is made of (the squares add up): {', '.join(parts)};"
-        f" to narrow it, {how_to_narrow(largest[0][0])}"
+        f" to narrow it, {remedy}"
     )
 
 
