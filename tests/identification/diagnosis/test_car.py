@@ -17,7 +17,7 @@ from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 @pytest.mark.parametrize(
     ("candidate", "falls", "damping", "gear", "named"),
     [
-        ("damping_of_joints", 0.3, 0.0, 200.0, False),
+        pytest.param("damping_of_joints", 0.3, 0.0, 200.0, False, marks=pytest.mark.long),
         pytest.param("gear_friction", 0.3, 0.0, 200.0, False, marks=pytest.mark.long),
         pytest.param("damping_of_joints", 0.0, 60.0, 200.0, True, marks=pytest.mark.long),
         ("gear_friction", 0.0, 0.0, 600.0, True),

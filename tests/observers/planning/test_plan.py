@@ -195,6 +195,7 @@ def test_bad_arguments_are_refused(acquiring: Ekf, given: dict[str, object], wor
         plan(acquiring, **usual | given)
 
 
+@pytest.mark.long
 def test_with_noise_friction_is_known_at_the_end_of_a_plan(acquiring: Ekf) -> None:
     rig = replace(acquiring.rig, noise=0.07)
     observer, rng = replace(acquiring, rig=rig), np.random.default_rng(7)
