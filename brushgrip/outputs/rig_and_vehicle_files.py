@@ -20,8 +20,9 @@ from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
 
 Changes = Mapping[str, float | tuple[float, float]]
 """Values by key, with their tolerances where they have one."""
-GEAR_FRICTION_VARIATION = 0.05
-"""Variation of a gear's friction from day to day, as a share of its value [1]."""
+GEAR_FRICTION_VARIATION = 0.2
+"""Tolerance of a gear's friction, as a share of it [1]: it varies from day to day, and plates may turn
+less freely than is assumed."""
 DAMPING_VARIATION = 0.25
 """Variation of the damping with speed and temperature, as a share of its value [1]."""
 LOAD_CHANGE = 0.03

@@ -62,8 +62,8 @@ def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
 
     assert jacking_torque(new, 0.5) == pytest.approx(1.2 * jacking_torque(car, 0.5), rel=0.01)
     assert changes["force_zero"] == 90.0
-    # Day by day a gear's friction differs by 5 %, damping by a quarter.
-    assert changes["gear_friction"] == pytest.approx((200, 10))
+    # A fifth and a quarter are allowed for what plates and the day change.
+    assert changes["gear_friction"] == pytest.approx((200, 40))
     about = 3000 * 0.125**2 / 2
     assert changes["damping"] == pytest.approx((about, about / 4), rel=1e-5)
 
