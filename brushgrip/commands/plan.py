@@ -152,7 +152,8 @@ class PlanRequest:
             say("k counts as a state: estimate with --stiffness-state")
         if self.vehicle:
             vehicle = read_vehicle_file(self.vehicle)
-            say(declared_values_in_words(vehicle, brakes=vehicle.brakes))
+            if declared := declared_values_in_words(vehicle, brakes=vehicle.brakes):
+                say(declared)
             say("this is for a car as declared; off within its tolerances it may take more")
         elif self.model is None:
             say("this is for the declared model: plan with --model where brushgrip diagnose found one")

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from math import inf
 
 from identification.reading.channels_by_name import map_hint, match_channel
-from identification.reading.map_for_recording import map_by_file_channels, unit_by_name
+from identification.reading.map_for_recording import map_for_recording, unit_by_name
 from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_VALUES, possible_columns
 from identification.reading.units import unit_of_name
@@ -43,7 +43,7 @@ class MappedColumns:
     def find(self, units: Mapping[str, str], *, by_part: bool = False) -> dict[str, tuple[str, float]]:
         """Name and factor to SI of each column, by the unit of each name; its last part may do."""
         names, found = list(units), {}
-        signals = map_by_file_channels(self._where, self._signals, names)
+        signals = map_for_recording(self._where, self._signals, names)
         for column in possible_columns(self._needed):
             source = signals.of(column)
             name = match_channel(self._where, source.channel.split("/")[-1], names, by_part=by_part)

@@ -40,9 +40,11 @@ def plate_changes(vehicle: Vehicle, result: PlatesResult) -> Changes:
         "gear_friction": _with_tolerance(friction, GEAR_FRICTION_VARIATION),
         "inclination": inclination_of_return(vehicle, result.return_torque.value),
     }
-    if damping.value > 0:
-        about = replace(damping, value=by_lever * damping.value, std=by_lever * (damping.std or 0.0))
-        changes["damping"] = _with_tolerance(about, DAMPING_VARIATION)
+    # A drag that is not told from none may be as large as its deviation.
+    std = by_lever * (damping.std or 0.0)
+    about = replace(damping, value=max(by_lever * damping.value, std), std=std)
+    replace(vehicle, damping=about.value)  # Refuses what no vehicle file may hold.
+    changes["damping"] = _with_tolerance(about, DAMPING_VARIATION)
     if abs(zero.value) > vehicle.force_zero:
         changes["force_zero"] = abs(zero.value)
     return changes

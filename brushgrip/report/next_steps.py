@@ -30,8 +30,8 @@ CHECKS = {
     " factor or a length was wrong and is known now, correct it in the rig file and run this program"
     " again; if something had to be repaired, record again: every figure here may change. If"
     " the rig proves right and the declared stiffness was guessed or is another tyre's, declare the one"
-    " found (k under [tyre] in the rig file), and friction is no longer provisional. If rig and declared"
-    " stiffness both prove right, friction remains provisional; further recordings may tell why",
+    " found (k under [tyre] in the rig file), which settles it. If rig and declared stiffness both prove"
+    " right, it stays open, and further recordings may tell why",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -111,7 +111,7 @@ def _for_the_model(diagnosis: Diagnosis) -> list[str]:
         return [
             f"{still if stiffness_cases(diagnosis) else 'as something unknown remains'}, record at"
             " other speeds, angles and loads to find it, which may move friction"
-            + f". Begin{unchecked} with what {proposed}"
+            + f"; begin{unchecked} with what {proposed}"
             * bool(apart)
         ]
     if unrefitted is not None:
@@ -188,4 +188,4 @@ def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
             digits, where = band_decimals(one.further), f" on {ground}" * bool(ground)
             old, new = f"± {one.further:.{digits}f}", f"± {best:.{digits}f}"
             changes += [f"{old} to {new}{where}"] * (best < TOLD * one.further and old != new)
-    return f", which lowers {listed(changes)} at best" * bool(changes)
+    return f"; that lowers {listed(changes)} at best" * bool(changes)

@@ -20,7 +20,7 @@ from brushgrip.report.validity_and_missing_effects import (
     validity,
 )
 from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
-from brushgrip.wording.formatting import effect_words, listed, percent, sentence
+from brushgrip.wording.formatting import band_decimals, effect_words, listed, percent, sentence
 from brushgrip.wording.friction_in_words import further_recording, prediction_band
 from identification import Diagnosis
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
@@ -59,11 +59,12 @@ def lines_to_send(
     known = any(map(told.known_tracks, told.grounds))
     steps = next_steps(diagnosis, told)
     steps = [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)]
+    one = "(1)" if len(steps) > 1 else "that"
     first, after = [text.strip() for text in "".join(steps[:1]).partition(". ")[::2]]
     reserved = band_caveats(diagnosis)
     wide = [_differences(told, ground, one) for ground, one in told.further().items()]
     also = [*wide, _weaker(diagnosis, told), *reserved]
-    missing = missing_effects(diagnosis)
+    missing = missing_effects(diagnosis, in_friction=known and not diagnosis.of_car)
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     provisional = ", provisional" if known and diagnosis.stiffness_ratio != 1 else ""
     if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
@@ -74,23 +75,23 @@ def lines_to_send(
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
     benefit, trend = benefit_for_friction(diagnosis, told), load_trend_in_words(told, diagnosis)
-    sure, *more = [*_holds(told), trend] if known else reserved[:-1] or [""]
+    *sure, caution = _holds(told)
     if provisional:
-        sure = f"{doubt} {sure}"
+        sure.insert(0, doubt)
         benefit += " Whether it is right rests on what is to do first." * bool(benefit)
     mail = {
         "Note": [warning],
         **(friction if outcome else finding),
-        "How sure": [sure],
+        "How sure": [" ".join(sure)] if known else [*cases[:1], *reserved[:-1]],
         "To do first": [sentence(first)] if first else [],
         **finding,
         "Error": [error_to_quote(diagnosis)],
         "Valid for": [valid],
     }
     details = {
-        "Provisional because" if provisional else "Stiffness": cases,
-        "More on how sure": [*more, *also] if known else more,
-        "To do then": [f"After (1), {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
+        "Provisional because" if provisional else "Stiffness": cases[not known :],
+        "More on how sure": [caution, trend, *also] if known else [],
+        "To do then": [f"After {one}, {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
         "Gain": [benefit],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
@@ -102,20 +103,22 @@ def _doubt_of_stiffness(
 ) -> tuple[str, str]:
     """What friction may be else, and why nothing is sure, by a stiffness that was not declared."""
     ratio = diagnosis.stiffness_ratio
-    times, high, stiff = max(ratio, 1 / ratio), "low", "soft"
-    if ratio > 1:
-        high, stiff = "high", "stiff"
+    several = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) > 1
     read, whole = ("force", "car") if diagnosis.of_car else ("torque", "rig")
-    doubt = (
-        f"Not sure before the {whole} is checked: the tyre comes out {times:.2f} times as {stiff} as"
-        " declared, and these recordings do not tell why."
-    )
+    comes = "tyres and what yields beside them come" if diagnosis.of_car else "the tyre comes"
     # What yields beside a car's tyres is the likelier cause of a stiffness that is too low.
-    if not if_wrong or (diagnosis.of_car and ratio < 1):
-        return "", doubt
-    told_else = (
-        f"but {if_wrong[0]} if the {read} reads {times:.2f} times too {high}, as it may: specify nothing"
-        f" before the {whole} is checked (± and {read} together leave {_possible(outcome, ratio)})"
+    told_else = ""
+    if if_wrong and not (diagnosis.of_car and ratio < 1):
+        times, wrong = max(ratio, 1 / ratio), "high" if ratio > 1 else "low"
+        told_else = (
+            f"but {if_wrong[0]} if the {read} reads {times:.2f} times too {wrong}, as it may: specify"
+            f" nothing before the {whole} is checked (± and {read} together leave"
+            f" {_possible(outcome, ratio)})"
+        )
+    doubt = (
+        f"Not sure before the {whole} is checked{', so specify nothing until then' * (not told_else)}:"
+        f" {comes} out {ratio:.2f} times as stiff as declared{' at the farthest' * several}, and these"
+        " recordings do not tell why."
     )
     return told_else, doubt
 
@@ -158,13 +161,16 @@ def _if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> li
 
 
 def _possible(outcome: FrictionOutcome, ratio: float) -> str:
-    """Friction of each ground from end to end of its ±, and of the same over a ratio."""
+    """Friction of each ground with a band, from end to end of it and of the same over a ratio."""
     told = []
     for ground, one in outcome.further().items():
+        if one.further is None:
+            continue
         # The figures as they are told, so that whoever does the sum finds the same.
-        ends = [round(one.mu_eff, 2) + side * round(one.further or 0.0, 2) for side in (-1, 1)]
-        all_ends = [max(0.0, end / factor) for end in ends for factor in (1.0, ratio)]
-        told.append(f"{min(all_ends):.2f} to {max(all_ends):.2f} on {ground}")
+        digits = band_decimals(one.further)
+        value, half = round(one.mu_eff, digits), round(one.further, digits)
+        ends = [max(0.0, (value + side * half) / of) for side in (-1, 1) for of in (1.0, ratio)]
+        told.append(f"{min(ends):.{digits}f} to {max(ends):.{digits}f} on {ground}")
     return listed(told)
 
 

@@ -122,8 +122,11 @@ def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
     ]
 
 
-def missing_effects(diagnosis: Diagnosis) -> list[str]:
-    """What the assumed model leaves out (`LEFT_OUT`), an item each; empty where nothing is certain."""
+def missing_effects(diagnosis: Diagnosis, *, in_friction: bool = False) -> list[str]:
+    """What the assumed model leaves out (`LEFT_OUT`), an item each; empty where nothing is certain.
+
+    With `in_friction` friction was told by the model found.
+    """
     if not any(effect.grade in CLEAR for effect in diagnosis.effects):
         return []
     told = []
@@ -135,7 +138,7 @@ def missing_effects(diagnosis: Diagnosis) -> list[str]:
             names = [effect_words(effect.name) for effect in effects]
             told.append(
                 f"something more that is not identified: {listed(names)} stand{'s' * (len(names) == 1)}"
-                " in for it, a guess that the friction above contains"
+                " in for it" + ", a guess that the friction above contains" * in_friction
             )
     if diagnosis.unexplained.present:
         unknown = "an error beyond noise remains that no effect explains"
@@ -260,14 +263,14 @@ def adjusted_values(diagnosis: Diagnosis) -> str:
 
 def error_to_quote(diagnosis: Diagnosis) -> str:
     """The torque error stage by stage in a sentence: with nothing adjusted, if that is known."""
-    kind, count = judged_error_percentages(diagnosis)[0], len(diagnosis.holdout)
+    bare = diagnosis.after.unrefitted
+    kind, count = judged_error_percentages(diagnosis)[0], len(bare or diagnosis.holdout)
     judged = {
         "validation": f"{count} recording{'s' * (count != 1)} to which no shared value was fitted, but"
         " by which the effects were chosen (no independent test)",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
-    bare = diagnosis.after.unrefitted
     figure = "holdout_torque_nrmse_unrefitted" if bare else judged_error_name(diagnosis)[1]
     stages = [diagnosis.declared, diagnosis.before, *[diagnosis.after] * bool(diagnosis.effects)]
     assumed, refitted, *found = [percent(errors.summary()[figure]) for errors in stages]

@@ -13,7 +13,7 @@ from identification.reading.channels_by_name import (
     missing_channels,
     resolve_columns,
 )
-from identification.reading.map_for_recording import map_by_file_channels, unit_by_name
+from identification.reading.map_for_recording import map_for_recording, unit_by_name
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import is_unit, name_without_unit, unit_of_name
@@ -40,7 +40,7 @@ def table_from_channels(
     A channel with a time of its own goes onto the clock of the torque, by linear interpolation between
     its neighbours. Where the angle is sampled faster its instants join, the torque missing there.
     """
-    signals = map_by_file_channels(str(path), signals, file.names)
+    signals = map_for_recording(str(path), signals, file.names)
     names = resolve_columns(path, file, needed, signals)
     read = {c: _with_unit(c, name, file.read(name)) for c, name in names.items() if c != "t"}
     if not read:

@@ -9,18 +9,24 @@ from identification.reading.signal_map import ANGLES, SignalMap, SignalSource, a
 from identification.reading.units import UNITS, UNSURE_AT_END, factor_of, unit_at_end
 from symbolic import InvalidInputError
 
+OWN = (
+    ("psi", "F_N"), *((way, force) for way in ("rack", "handwheel") for force in ("F_rack", "T_bar"))
+)  # fmt: skip
+"""Columns by whose names a recording of a wheel or of a car is one as it stands."""
 
-def map_by_file_channels(where: str, signals: SignalMap, names: Sequence[str]) -> SignalMap:
+
+def map_for_recording(where: str, signals: SignalMap, names: Sequence[str]) -> SignalMap:
     """Of several maps the one whose channels a file has, or of which it has most.
 
     A file that has columns of a recording under their own names, and no channel of any map, needs none.
     """
     sources = {(c, source.channel) for one in signals.each for c, source in one.signals.items()}
     foreign = [channel for column, channel in sources if channel != column]
-    own = foreign and signals.steering_ratio is None and {"t", "psi", "F_N"} <= set(names)
+    own = next((columns for columns in OWN if {"t", *columns} <= set(names)), ())
+    own = own if foreign and signals.steering_ratio is None else ()
     if own and not any(_is_there(channel, names) for channel in foreign):
         # They are named, so that a map that is proposed for another column needs none of these.
-        return SignalMap(signals={c: SignalSource(channel=c) for c in ("psi", "F_N")}, dbc=signals.dbc)
+        return SignalMap(signals={c: SignalSource(channel=c) for c in own}, dbc=signals.dbc)
     if not signals.others:
         return signals
 

@@ -245,10 +245,14 @@ class Search:
 
 def without_each(steps: Sequence[SearchStep], runner: TrialRunner) -> dict[Effect, Trial]:
     """The final model without each of its effects, fitted to the whole recordings."""
-    final, known = steps[-1].before, {frozenset(s.before.effects): s.before for s in steps}
+    final = steps[-1].before
+    exact = final.fitted.model.exact
+    known = {
+        frozenset(s.before.effects): s.before for s in steps if s.before.fitted.model.exact == exact
+    }
     rests = {effect: without_effect(final.effects, effect) for effect in final.effects}
     # Bristles as in the final model: quicker, and their error does not count as an effect's.
-    precision = Precision(discretised=not final.fitted.model.exact)
+    precision = Precision(discretised=not exact)
     return {
         effect: known.get(frozenset(rest)) or runner.run_fine(rest, values_for(final, rest), precision)
         for effect, rest in rests.items()

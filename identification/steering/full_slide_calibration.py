@@ -28,7 +28,7 @@ from symbolic.vehicle.mean_wheel import friction_uncertainties
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle, VehicleTolerances
 
 DAMPING_TOLERANCE = 0.95
-"""Of the damping [1]: the gear's is in it, which the vehicle file does not declare."""
+"""Of a damping that plates have not told [1]: the gear's is in it, which is not declared."""
 FULL_SLIDE = 0.97
 """Share of full slide that the torque must reach to either side [1]."""
 MAX_RMS = 0.07
@@ -118,7 +118,9 @@ def _of_steering(recording: Recording) -> Recording:
     if car is None:
         raise InvalidInputError(f"{recording.name}: is no recording of a car")
     require_unclipped(recording.name, car.at_limit, "full slide")
-    tolerances = replace(car.vehicle.tolerances, damping=DAMPING_TOLERANCE)
+    declared = car.vehicle.tolerances.damping
+    damping = declared if declared < VehicleTolerances().damping else DAMPING_TOLERANCE
+    tolerances = replace(car.vehicle.tolerances, damping=damping)
     roughly = replace(car, vehicle=replace(car.vehicle, tolerances=tolerances))
     rig = replace(one.rig, tolerances=Tolerances(zero=one.rig.tolerances.zero))
     return replace(one, rig=rig, standstills=roughly)

@@ -28,7 +28,7 @@ Kind = TypeVar("Kind", bound=ModelObserver)
 HOLDING = ("mu", "mu_std", "mu_eff", "mu_eff_std", "M_slide")
 """Values that are held while the car rolls."""
 FIRST_PERIOD = 0.01
-"""Time before the first sample of a standstill, which counts for nothing [s]."""
+"""Time before the first sample of a standstill, which counts for next to nothing [s]."""
 
 
 def car_observer(
@@ -57,11 +57,18 @@ class RackSampler:
 
     One sampler serves one standstill: begin anew, the loop too, after the car has rolled and whenever
     the brakes are applied or released. All of a sample is of the middle of the last 60 ms, see
-    `symbolic.vehicle.rack_derivatives`.
+    `symbolic.vehicle.rack_derivatives`. From the torques of an assisted car,
+    `symbolic.vehicle.steering` has `rack_position` and `rack_force`.
+
+    Raises:
+        InvalidInputError: the vehicle declares the handwheel's inertia, which a force on the rack does
+            not hold.
     """
 
     def __init__(self, vehicle: Vehicle, *, brakes: bool | None = None) -> None:
         """Begin without a sample; brakes as of `car_observer`."""
+        if vehicle.handwheel_inertia:
+            raise InvalidInputError("handwheel_inertia is not in a force on the rack: declare 0")
         self.vehicle, self.brakes = vehicle, vehicle.brakes if brakes is None else brakes
         self._motion, self._before = RackDifferentiator(), nan
 

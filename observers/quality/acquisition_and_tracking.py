@@ -54,7 +54,7 @@ from observers.quality.mu_over_k_hypotheses import (
     search_layout,
 )
 from observers.quality.sample_screening import has_flag
-from observers.quality.tracking_consistency import build_branch_consistency
+from observers.quality.tracking_consistency import build_tracking_consistency
 from observers.tuning import TUNING_FIELDS
 from symbolic import Model, full_slide_torque
 from symbolic.casadi_functions import named_function, output_if
@@ -128,7 +128,7 @@ def build_tracking_step(patch: EquivalentPatch, measurement_model: MeasurementMo
     excess = build_mu_std_from_torque_scale(patch.misfit > 0, measurement_model.gain_share)
     judged = ca.logic_and(numbers["phase"] == 1, ca.logic_not(named(VERDICT, verdict)["unexplained"]))
     numbers["excess"] = output_if(judged, excess, (verdict, limits), numbers["excess"])
-    own, result = build_branch_consistency(patch, measurement_model)(
+    own, result = build_tracking_consistency(patch, measurement_model)(
         vector_of(OWN, numbers), verdict, output, share, turn, dt, M_z, added, counted, tyre,
         limits, friction,
     )  # fmt: skip

@@ -57,7 +57,9 @@ SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 
 
 @cache
-def build_branch_consistency(patch: EquivalentPatch, measurement_model: MeasurementModel) -> ca.Function:
+def build_tracking_consistency(
+    patch: EquivalentPatch, measurement_model: MeasurementModel
+) -> ca.Function:
     """A sample while the estimator tracks.
 
     (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits, friction)

@@ -16,7 +16,7 @@ from symbolic.parameters import EVEN, USUAL, relative_std_by_lengths
 
 OF_LENGTHS = "tolerances of half-length and caster"
 OF_LOAD = "tolerance of the load"
-OF_SCALE = "tolerance of the torque's scale"
+OF_SCALE = "scale of the torque, by what is declared beside the load or found"
 OF_TUNING = "mu_floor of the tuning"
 """Causes of a floor of mu."""
 LEAST_STIFFNESS = 1.5

@@ -153,12 +153,14 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     )
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert f": 1.20 ± {half:.2f} on ice; not known (from 4" in text
-    assert f"\nHow sure: {within}\n" in text
     assert (
-        "\nMore on how sure: Where a recording is named, the truth lies within ± in 95 of 100 cases, if"
-        " model and tolerances are right. A torque that reads wrong, or a load beyond its tolerance,"
-        " makes friction wrong by the same factor; the ± need not cover that. The ± on ice is wide"
-        " because 3 recordings differ, from 1.10 to 1.30" in text
+        f"\nHow sure: {within} Where a recording is named, the truth lies within ± in 95 of 100"
+        " cases, if model and tolerances are right.\n"
+    ) in text
+    assert (
+        "\nMore on how sure: A torque that reads wrong, or a load beyond its tolerance, makes friction"
+        " wrong by the same factor; the ± need not cover that. The ± on ice is wide because 3 recordings"
+        " differ, from 1.10 to 1.30" in text
     )
     # Six of the same scatter: t of five degrees of freedom is 2.5706.
     wider = np.hypot(2.5706 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
@@ -345,7 +347,7 @@ def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
 
     less = np.hypot(between, np.sqrt(0.36) * own)
     text = f"± {np.hypot(between, own):.2f} to ± {less:.2f} on ice at best"
-    assert f"which lowers {text}" in next_steps(nothing, outcome)[0]
+    assert f"; that lowers {text}" in next_steps(nothing, outcome)[0]
     assert "The ± of a ground also covers how its recordings differ." in widest_causes(outcome)
     two = replace(outcome, grounds={"ice": ("a", "b", "c"), "snow": ()})
     assert next_steps(nothing, two)[0].startswith(next_steps(nothing, outcome)[0].partition(";")[0])
@@ -420,7 +422,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         # From the lower end over the ratio to the upper end: 1.20 with a band of 0.51.
         ends = "0.43 to 1.71" if ratio > 1 else "0.69 to 3.42"
         assert told.endswith(f" checked (± and torque together leave {ends} on ice).")
-        times = "1.60 times as stiff" if ratio > 1 else "2.00 times as soft"
+        times = f"{ratio:.2f} times as stiff"
         assert sure.startswith(f"Not sure before the rig is checked: the tyre comes out {times} as decl")
         assert (how, why) == ("How sure", "Provisional because")
         assert cases == [
@@ -432,17 +434,24 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         ]
         assert notes_beside(diagnosis, mail(diagnosis, outcome)) == ["other"], "told once"
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
-    assert "reads too high, A. If the declared" in mail(diagnosis, alone)
+    unnamed = mail(diagnosis, alone)
+    assert "reads too high, A. If the declared" in unnamed
+    assert "sure: Not sure before the rig is checked, so specify nothing until then: the tyre" in unnamed
+    other_ground = replace(tracks[0], name="d")
+    two = replace(outcome, tracks=(*tracks, other_ground), grounds={**outcome.grounds, "snow": ("d",)})
+    assert "together leave 0.69 to 3.42 on ice)" in mail(diagnosis, two), "snow has no band"
     for ratio in (0.625, 1.6):
         car = replace(diagnosis, of_car=True, stiffness_ratio=np.float64(ratio))
         told = mail(car, outcome)
         assert "provisional" in told, "a force that reads too low looks like a soft column"
         assert ("if the force reads 1.60 times too high, as it may: specify" in told) == (ratio > 1)
+        assert "checked" * (ratio > 1) + ": tyres and what yields beside them come out" in told
     other = note.replace("1·10⁶", "2·10⁶")
     both = mail(replace(diagnosis, notes=(note, other)), outcome)
     assert (both.count("if the torque reads too"), both.count(": then ")) == (2, 0), "of which ground?"
     never = replace(outcome, tracks=tuple(replace(t, usable=np.zeros(11, dtype=bool)) for t in tracks))
     assert mail(diagnosis, never).count("he fitted stiffness k, how") == 1
+    assert "How sure: The fitted stiffness k, how" in mail(diagnosis, never), "in the mail itself"
     wrong_input = replace(diagnosis, notes=(f"{SUSPECTED}: c", note))
     assert [step[:8] for step in next_steps(wrong_input, outcome)][:2] == ["mend the", "whoever "]
     assumed = replace(diagnosis, notes=(note, f"{ASSUMED}: load ± 2 %"))
@@ -468,7 +477,7 @@ def test_what_measuring_brings_is_of_what_is_measured_and_of_its_ground() -> Non
     for value, brought in (
         (
             "load ± 2 %",
-            "load, and declare their tolerances, which are assumed so far, which lowers ± 0.10 to",
+            "load, and declare their tolerances, which are assumed so far; that lowers ± 0.10 to",
         ),
         (
             "tread stiffness k ± 20 %",

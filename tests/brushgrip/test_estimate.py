@@ -431,7 +431,7 @@ def test_a_k_that_is_off_is_told_and_part_of_the_band(simulated: Path, run: Run,
         told.append(run("estimate", "--rig", rig, simulated, "--model", "model.json").out)
 
     assert ["25 % below the declared 3.2·10⁶" in out for out in told] == [False, True, True]
-    part = "tolerance of the torque's scale"
+    part = "scale of the torque, by what is declared beside the load or found"
     assert [part in out for out in told] == [False, True, False]
 
 

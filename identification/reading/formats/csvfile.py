@@ -23,7 +23,7 @@ from identification.reading.channels_by_name import (
 )
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_csv_text, units_in
-from identification.reading.map_for_recording import map_by_file_channels
+from identification.reading.map_for_recording import map_for_recording
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Table, TableFault, possible_columns
@@ -63,7 +63,7 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     rows = _fields(path, start, chain([line], lines), delimiter)
     number, fields = next(rows)
     names = [field.strip() for field in fields]
-    signals = map_by_file_channels(str(path), signals, names)
+    signals = map_for_recording(str(path), signals, names)
     header = _header(path, number, names, needed, signals, _reading(path, names, rows, delimiter))
     first = list(islice(rows, 1))
     units = units_in(first[0][1], header) if first else None

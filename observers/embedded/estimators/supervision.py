@@ -40,7 +40,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         return []
     patch, model = observer.equivalent_patch, observer.measurement_model
     known = {"friction": [patch.friction]}
-    follow = tracking_consistency.build_branch_consistency(patch, model)
+    follow = tracking_consistency.build_tracking_consistency(patch, model)
     conclude = acquisition.build_acquisition_handover(patch, model)
     functions = [
         without_outputs(hysteresis_branches.build_track_update(), {"turns"}).expand(

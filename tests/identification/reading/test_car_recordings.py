@@ -51,18 +51,18 @@ def test_units_and_names_of_a_log(tmp_path: Path) -> None:
     np.testing.assert_allclose(mapped.psi, plain.psi, rtol=1e-9)
 
 
-def test_a_file_with_columns_of_its_own_beside_a_map_is_told_the_map_that_reads_it(
-    tmp_path: Path,
-) -> None:
+def test_a_file_with_columns_of_its_own_needs_no_map(tmp_path: Path) -> None:
     path = write(tmp_path / "car.csv", t=T, rack=RACK, F_rack=FORCE)
-    for missing in (("Way", "Force"), ("rack", "Force")):
-        given = ",".join(f"{c}={name}" for c, name in zip(("rack", "F_rack"), missing, strict=True))
-        with pytest.raises(InvalidInputError, match=r"such as --map (\S+)$") as message:
-            read_recording(path, vehicle=CAR, signals=given)
-        assert str(message.value).count("F_rack (as") == 1
-        proposed = str(message.value).split("--map ")[1]
-        assert "F_rack=F_rack" in proposed
-        read_recording(path, vehicle=CAR, signals=proposed)
+    as_it_stands = read_recording(path, vehicle=CAR)
+    read = read_recording(path, vehicle=CAR, signals="rack=Way:mm,F_rack=Force")
+    np.testing.assert_array_equal(read.M_z, as_it_stands.M_z)
+
+    # With a part of the map's channels it is another file's map.
+    with pytest.raises(InvalidInputError, match=r"such as --map (\S+)$") as message:
+        read_recording(path, vehicle=CAR, signals="rack=rack,F_rack=Force,brake=rack")
+    assert str(message.value).count("F_rack (as") == 1
+    proposed = str(message.value).split("--map ")[1]
+    assert "F_rack=F_rack" in proposed
 
 
 def test_samples_one_by_one_are_those_of_the_recording(tmp_path: Path) -> None:

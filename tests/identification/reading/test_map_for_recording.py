@@ -12,7 +12,7 @@ from identification import SignalSource, read_recording, read_signals
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.map_for_recording import (
-    map_by_file_channels,
+    map_for_recording,
     unit_by_name,
     with_steering_ratio,
 )
@@ -94,12 +94,12 @@ def test_a_recording_with_names_of_its_own_needs_no_map() -> None:
     names, own = ("t", "psi", "M_z", "F_N"), parse_signals("psi=psi")
     signals = parse_maps(["psi=1/15*Lenkrad:deg,M_z=Moment", "psi=Angle"])
 
-    assert map_by_file_channels("a", signals, names) == parse_signals("psi=psi,F_N=F_N")
-    assert map_by_file_channels("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
-    assert map_by_file_channels("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
-    assert map_by_file_channels("a", own, names) == own
+    assert map_for_recording("a", signals, names) == parse_signals("psi=psi,F_N=F_N")
+    assert map_for_recording("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
+    assert map_for_recording("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
+    assert map_for_recording("a", own, names) == own
     with_ratio = replace(parse_signals("psi=Angle"), steering_ratio=15.0)
-    assert map_by_file_channels("a", with_ratio, names) == with_ratio
+    assert map_for_recording("a", with_ratio, names) == with_ratio
 
 
 @pytest.mark.parametrize("given", [[], ["M_z=Moment"]])

@@ -30,7 +30,7 @@ from observers.quality.mu_over_k_hypotheses import (
     hypothesis_fields,
     search_layout,
 )
-from observers.quality.tracking_consistency import NEW_GROUND, build_branch_consistency
+from observers.quality.tracking_consistency import NEW_GROUND, build_tracking_consistency
 from observers.tuning import Tuning
 from reference_rig import RigTyre, friction_step, make_ground_recording, make_recording
 from symbolic import SIGNALS, Model, simulate
@@ -190,7 +190,7 @@ def _tracked(*, is_computed: bool = False, var_zero: float = 0.0, **own: float) 
         "nis": 0.1,
     }
     sensing = SteeringTorque() if is_computed else AligningTorque()
-    follow = build_branch_consistency(DECLARED_PATCH, sensing)
+    follow = build_tracking_consistency(DECLARED_PATCH, sensing)
     verdict = [var_zero * (name == "var_zero") for name in VERDICT]
     limits = [getattr(Tuning(stiffness_std=0.1), name) for name in SETTINGS]
     given: list[Any] = [[*before.values()], verdict, [*output.values()], 0.1, 0.3, 1e-3]
