@@ -48,7 +48,9 @@ def state_line(state: State) -> str:
         value = with_95_band(*friction_of(state.estimate))
         friction = f"{state.t:.2f} s: μ {value}, {usability_of(state)}"
         friction += f"; {state.note}" * bool(state.note)
-    return "; ".join(filter(None, [friction, state.status, state.advice, state.recording]))
+    times = 0 if state.usable else state.counts.get("begun anew", 0)
+    anew = f"begun anew {'once' if times == 1 else f'{times} times'} after gaps" * bool(times)
+    return "; ".join(filter(None, [friction, anew, state.status, state.advice, state.recording]))
 
 
 def address_of(spec: str, rest: str) -> tuple[str, int]:

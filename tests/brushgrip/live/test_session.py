@@ -154,6 +154,9 @@ def test_a_source_that_dies_comes_back_and_begins_anew(monkeypatch: pytest.Monke
 
     assert [path.name for path in session.recorded] == ["live.parquet", "live_2.parquet"]
     assert session.state().counts == {"samples": 570, "reopened": 1, "begun anew": 1}
+    unknown = replace(session.state(), usable=False)
+    assert "; begun anew once after gaps" in state_line(unknown)
+    assert "anew" not in state_line(replace(unknown, usable=True))
     same_to_the_last_digit(session, estimated(Path("live_2.parquet")))
 
 
