@@ -30,21 +30,19 @@ LOAD_CHANGE = 0.03
 
 
 def plate_changes(vehicle: Vehicle, result: PlatesResult) -> Changes:
-    """Gear friction and damping with tolerances, inclination by the return torque, a large zero.
-
-    The drag of the rack is one about the kingpins: force and way both go through the lever.
-    """
+    """Gear friction and damping with tolerances, inclination by the return torque, a large zero."""
     friction, damping, zero = result.gear_friction, result.damping, result.zero
-    by_lever = vehicle.steering_arm**2 / 2
     changes: dict[str, float | tuple[float, float]] = {
         "gear_friction": _with_tolerance(friction, GEAR_FRICTION_VARIATION),
         "inclination": inclination_of_return(vehicle, result.return_torque.value),
     }
     # A drag that is not told from none may be as large as its deviation.
-    std = by_lever * (damping.std or 0.0)
-    about = replace(damping, value=max(by_lever * damping.value, std), std=std)
-    replace(vehicle, damping=about.value)  # Refuses what no vehicle file may hold.
-    changes["damping"] = _with_tolerance(about, DAMPING_VARIATION)
+    std = damping.std or 0.0
+    changes["damping"] = (
+        0.0
+        if damping.value < -2 * std
+        else _with_tolerance(replace(damping, value=max(damping.value, std)), DAMPING_VARIATION)
+    )
     if abs(zero.value) > vehicle.force_zero:
         changes["force_zero"] = abs(zero.value)
     return changes

@@ -8,7 +8,7 @@ from brushgrip.report.friction_summary import (
     last_usable_friction,
     load_trend_in_words,
 )
-from brushgrip.report.next_steps import next_steps
+from brushgrip.report.next_steps import CHECKS, next_steps
 from brushgrip.report.validity_and_missing_effects import (
     LEFT_OUT,
     band_caveats,
@@ -58,15 +58,19 @@ def lines_to_send(
     told = outcome or FrictionOutcome(before={}, after={}, grounds={})
     known = any(map(told.known_tracks, told.grounds))
     steps = next_steps(diagnosis, told)
+    # Names of grounds and recordings may hold a full stop.
+    parted = ". " if steps[:1] == [CHECKS[diagnosis.of_car]] else "\n"
     steps = [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)]
     one = "(1)" if len(steps) > 1 else "that"
-    first, after = [text.strip() for text in "".join(steps[:1]).partition(". ")[::2]]
+    first, after = [text.strip() for text in "".join(steps[:1]).partition(parted)[::2]]
     reserved = band_caveats(diagnosis)
     wide = [_differences(told, ground, one) for ground, one in told.further().items()]
     also = [*wide, _weaker(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis, in_friction=known and not diagnosis.of_car)
-    finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     provisional = ", provisional" if known and diagnosis.stiffness_ratio != 1 else ""
+    beside = "lacks nothing beside its stiffness" if provisional else "lacks nothing"
+    result = headline(diagnosis).replace("lacks nothing", beside)
+    finding = {LEFT_OUT: missing} if missing else {"Result": [result]}
     if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
     told_else, doubt = _doubt_of_stiffness(diagnosis, told, if_wrong)
     friction = {f"Friction between tyre and ground{provisional}": [_friction(told, told_else)]}
@@ -75,7 +79,7 @@ def lines_to_send(
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
     benefit, trend = benefit_for_friction(diagnosis, told), load_trend_in_words(told, diagnosis)
-    *sure, caution = _holds(told)
+    *sure, caution = _holds(told, "force" if diagnosis.of_car else "torque")
     if provisional:
         sure.insert(0, doubt)
         benefit += " Whether it is right rests on what is to do first." * bool(benefit)
@@ -174,8 +178,8 @@ def _possible(outcome: FrictionOutcome, ratio: float) -> str:
     return listed(told)
 
 
-def _holds(outcome: FrictionOutcome) -> list[str]:
-    """How often the ± of the grounds and of the recordings that are named holds."""
+def _holds(outcome: FrictionOutcome, read: str) -> list[str]:
+    """How often the ± of grounds and of recordings that are named holds; what is read gives both."""
     further = outcome.further()
     bands = [one.further is not None for one in further.values()]
     lines = [
@@ -189,7 +193,7 @@ def _holds(outcome: FrictionOutcome) -> list[str]:
             " 100 cases, if model and tolerances are right."
         )
     lines.append(
-        "A torque that reads wrong, or a load beyond its tolerance, makes friction wrong by the same"
+        f"A {read} that reads wrong, or a load beyond its tolerance, makes friction wrong by the same"
         " factor; the ± need not cover that."
     )
     return lines

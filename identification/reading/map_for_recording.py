@@ -9,11 +9,6 @@ from identification.reading.signal_map import ANGLES, SignalMap, SignalSource, a
 from identification.reading.units import UNITS, UNSURE_AT_END, factor_of, unit_at_end
 from symbolic import InvalidInputError
 
-OWN = (
-    ("psi", "F_N"), *((way, force) for way in ("rack", "handwheel") for force in ("F_rack", "T_bar"))
-)  # fmt: skip
-"""Columns by whose names a recording of a wheel or of a car is one as it stands."""
-
 
 def map_for_recording(where: str, signals: SignalMap, names: Sequence[str]) -> SignalMap:
     """Of several maps the one whose channels a file has, or of which it has most.
@@ -22,11 +17,16 @@ def map_for_recording(where: str, signals: SignalMap, names: Sequence[str]) -> S
     """
     sources = {(c, source.channel) for one in signals.each for c, source in one.signals.items()}
     foreign = [channel for column, channel in sources if channel != column]
-    own = next((columns for columns in OWN if {"t", *columns} <= set(names)), ())
-    own = own if foreign and signals.steering_ratio is None else ()
+    own = foreign and signals.steering_ratio is None and {"t", "psi", "F_N"} <= set(names)
+    # A unit or a factor of a column under its own name holds for this file too.
+    own = own and not any(
+        source.channel == column and source != SignalSource(channel=column)
+        for one in signals.each
+        for column, source in one.signals.items()
+    )
     if own and not any(_is_there(channel, names) for channel in foreign):
         # They are named, so that a map that is proposed for another column needs none of these.
-        return SignalMap(signals={c: SignalSource(channel=c) for c in own}, dbc=signals.dbc)
+        return SignalMap(signals={c: SignalSource(channel=c) for c in ("psi", "F_N")}, dbc=signals.dbc)
     if not signals.others:
         return signals
 

@@ -2,12 +2,12 @@
 
 On turntables the ground hardly turns the wheels. While the rack moves evenly,
 
-    F_R - m s'' = F_f sign(s') + c s' + j (2 J / r + share |2 J / r| sign(s')) + F_0,
+    F_R - m s'' = F_f sign(s') + 2 d s' / r^2 + j (2 J / r + share |2 J / r| sign(s')) + F_0,
 
-which is linear in the gear's friction F_f, its damping c, the factor j on the declared return torque J
-and the zero F_0; half of what F_f differs by direction is in F_0. Friction and damping part only where
-the rack moved slowly and quickly to either side. Standard deviations leave out a block of time in turn
-(the jackknife), as errors of a car last long.
+which is linear in the gear's friction F_f, its damping d about one kingpin, the factor j on the declared
+return torque J and the zero F_0; half of what F_f differs by direction is in F_0. Friction and damping
+part only where the rack moved slowly and quickly to either side. Standard deviations leave out a block
+of time in turn (the jackknife), as errors of a car last long.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ from symbolic.array_alias import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.contact_about_kingpin import Contact
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
-from symbolic.vehicle.vehicle import Vehicle
+from symbolic.vehicle.vehicle import RANGES, Vehicle
 
 PLATE_FRICTION = 0.005
 """Friction of turntables on balls goes up to it [1]; its mean is taken off the gear's."""
@@ -41,7 +41,7 @@ POOR = 0.1
 """Standard deviation of the gear's friction over it, beyond which it is not known [1]."""
 MAX_FRICTION_RATIO = 2.0
 """Largest friction of a gear over its declared value [1]."""
-UNITS = {"gear_friction": "N", "damping": "N s/m", "return_torque": "1", "zero": "N"}
+UNITS = {"gear_friction": "N", "damping": "N m s/rad", "return_torque": "1", "zero": "N"}
 """Of what is identified, in the order of the regressors."""
 DRIVE = "turn from lock to lock slowly and back quickly, then quickly and back slowly"
 """What tells friction from damping."""
@@ -52,7 +52,7 @@ class PlatesResult:
     """What was identified on plates."""
 
     gear_friction: ParameterEstimate  # Dry friction of the gear at the rack under no load [N].
-    damping: ParameterEstimate  # Of the gear and what moves with it [N s/m].
+    damping: ParameterEstimate  # About one kingpin, of the gear and what moves with it [N m s/rad].
     return_torque: ParameterEstimate  # Factor on the declared return torque [1].
     zero: ParameterEstimate  # Force that is shown without any [N].
     samples: int  # Number of them that were used.
@@ -89,7 +89,7 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
     value[0] -= plates / 2
     # Levers make the force out of torques, and the return torque out of the way.
     lengths = EVEN * vehicle.tolerances.geometry * value
-    variance += lengths**2 * np.array([1, 1, 2, 1])
+    variance += lengths**2 * np.array([1, 4, 2, 1])
     variance[0] += (EVEN * plates / 2) ** 2
     if not value[0] > 0 or variance[0] > (POOR * value[0]) ** 2:
         raise InvalidInputError(
@@ -101,6 +101,11 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
         raise InvalidInputError(
             f"{names}: gear friction is {value[0]:.0f} N, more than {MAX_FRICTION_RATIO:g} times what"
             " the vehicle file declares: the plates hold the tyres, or declare gear_friction"
+        )
+    if value[1] > (most := RANGES["damping"][1]):
+        raise InvalidInputError(
+            f"{names}: damping about one kingpin is {value[1]:.0f} N m s/rad; allowed: up to {most:g};"
+            " the plates drag, or the force has another unit"
         )
     estimates = {
         name: ParameterEstimate(value=float(x), std=float(v**0.5), unit=unit)
@@ -127,7 +132,8 @@ def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
     even = moving & (size < np.quantile(size[moving], STEADY_SHARE))
     lift = 2 * jacking_torque(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
     by_load = lift + vehicle.gear_load_share * np.abs(lift) * side
-    regressors: Array = np.column_stack([side, rate, by_load, np.ones_like(s)])
+    drag = 2 * rate / lever(vehicle, s) ** 2
+    regressors: Array = np.column_stack([side, drag, by_load, np.ones_like(s)])
     force = recording.force - vehicle.moved_mass * acceleration
     return regressors[even], force[even]
 

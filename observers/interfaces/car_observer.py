@@ -1,7 +1,7 @@
 """An observer of a car: from its vehicle, its samples, and over the standstills of a recording."""
 
 from collections.abc import Callable, Sequence
-from math import isnan, nan
+from math import inf, isnan, nan
 from typing import Any, TypeVar
 
 import numpy as np
@@ -81,8 +81,11 @@ class RackSampler:
             force: of the gear on the rack, positive to the left [N]; NaN where it is missing.
 
         Raises:
-            InvalidInputError: as of `Sample`, where t does not rise.
+            InvalidInputError: t does not rise; the sample is left out, and the next one may come.
         """
+        before = -inf if isnan(self._before) else self._before
+        if not before < t < inf:
+            raise InvalidInputError(f"time must rise from sample to sample, got {t} s after {before} s")
         s, held, speed, acceleration = self._motion(t, rack, force)
         acceleration = acceleration if self.vehicle.moved_mass else 0.0
         moved = (s, held, speed, acceleration)

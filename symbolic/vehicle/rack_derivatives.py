@@ -40,7 +40,8 @@ class RackDifferentiator:
         """The instant that one more sample [s, m, N] makes known; the way is NaN where it is missing."""
         samples = self._samples
         samples.append((t, s, force))
-        while len(samples) > MIN_SAMPLES and samples[0][0] < t - 1.05 * SMOOTHING_TIME:
+        # A time that is later than the newest one, or not known, is no part of the window either.
+        while len(samples) > MIN_SAMPLES and not t - 1.05 * SMOOTHING_TIME <= samples[0][0] <= t:
             samples.popleft()
         at, way, held = samples[len(samples) // 2]
         near = [((then - at) / SMOOTHING_TIME, s - way) for then, s, _ in samples if isfinite(s)]

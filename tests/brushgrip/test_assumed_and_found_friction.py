@@ -452,6 +452,13 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     never = replace(outcome, tracks=tuple(replace(t, usable=np.zeros(11, dtype=bool)) for t in tracks))
     assert mail(diagnosis, never).count("he fitted stiffness k, how") == 1
     assert "How sure: The fitted stiffness k, how" in mail(diagnosis, never), "in the mail itself"
+    nothing_found = replace(
+        make_diagnosis(("a", "b"), ("c",), found=False, unexplained=False), notes=(note,)
+    )
+    beside = mail(replace(nothing_found, stiffness_ratio=1.6), outcome)
+    assert "lacks nothing beside its stiffness that" in beside
+    dotted = replace(outcome, grounds={"asphalt no. 2": ("a", "b", "c")})
+    assert "asphalt no.\n" not in mail(replace(nothing_found, notes=()), dotted)
     wrong_input = replace(diagnosis, notes=(f"{SUSPECTED}: c", note))
     assert [step[:8] for step in next_steps(wrong_input, outcome)][:2] == ["mend the", "whoever "]
     assumed = replace(diagnosis, notes=(note, f"{ASSUMED}: load ± 2 %"))

@@ -50,7 +50,7 @@ def test_the_vehicle_file_is_written_with_what_was_found(run: Run, tmp_path: Pat
 
 def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
     car = declared_vehicle(inclination=0.2)
-    values = {"gear_friction": 200.0, "damping": 3000.0, "return_torque": -0.5, "zero": 90.0}
+    values = {"gear_friction": 200.0, "damping": 30.0, "return_torque": -0.5, "zero": 90.0}
     found = {name: ParameterEstimate(value=value, std=2.0, unit="") for name, value in values.items()}
     result = PlatesResult(**found, samples=1000, rms=10.0)
 
@@ -64,8 +64,10 @@ def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
     assert changes["force_zero"] == 90.0
     # A fifth and a quarter are allowed for what plates and the day change.
     assert changes["gear_friction"] == pytest.approx((200, 40))
-    about = 3000 * 0.125**2 / 2
-    assert changes["damping"] == pytest.approx((about, about / 4), rel=1e-5)
+    assert changes["damping"] == pytest.approx((30, 7.5))
+    for damping, written in ((-1.0, (2.0, 1.8)), (-5.0, 0.0)):
+        found["damping"] = ParameterEstimate(value=damping, std=2.0, unit="")
+        assert plate_changes(car, PlatesResult(**found, samples=1000, rms=10.0))["damping"] == written
 
 
 def ground_log(**of_file: object) -> list[object]:

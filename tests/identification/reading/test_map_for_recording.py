@@ -96,6 +96,9 @@ def test_a_recording_with_names_of_its_own_needs_no_map() -> None:
 
     assert map_for_recording("a", signals, names) == parse_signals("psi=psi,F_N=F_N")
     assert map_for_recording("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
+    # What the map says of a column under its own name holds, so that this file is none of its own.
+    in_kN = parse_signals("psi=Winkel,F_N=F_N:kN")
+    assert map_for_recording("a", in_kN, names) == in_kN
     assert map_for_recording("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
     assert map_for_recording("a", own, names) == own
     with_ratio = replace(parse_signals("psi=Angle"), steering_ratio=15.0)

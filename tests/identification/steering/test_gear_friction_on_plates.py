@@ -30,12 +30,28 @@ def test_gear_damping_and_zero_come_back() -> None:
     vehicle = replace(CAR, gear_friction=150.0)
     result = identify_on_plates([plates()], vehicle)
 
-    for name, true in (("gear_friction", 200.0), ("damping", 3000.0), ("zero", 20.0)):
+    for name, true in (("gear_friction", 200.0), ("damping", 3000 * 0.125**2 / 2), ("zero", 20.0)):
         found = result.parameters[name]
         assert found.std is not None
         # Plates that are better than supposed leave the gear by half of that behind.
         assert abs(found.value - true) < 3 * found.std, name
         assert found.std < 0.05 * true
+
+
+def test_damping_is_about_the_kingpin_where_the_lever_shrinks_to_the_locks() -> None:
+    vehicle = replace(CAR, gear_friction=150.0, lever_loss=0.25)
+    t, s, force = on_plates()
+    rate = np.gradient(s, t)
+
+    def with_damping(about: float) -> RackRecording:
+        drag = 2 * about * rate / lever(vehicle, s) ** 2
+        return RackRecording(name="plates", t=t, s=s, force=force - 3000 * rate + drag, brakes=True)
+
+    found = identify_on_plates([with_damping(24.0)], vehicle).damping
+    assert found.std is not None
+    assert abs(found.value - 24) < 3 * found.std < 0.15 * 24
+    with pytest.raises(InvalidInputError, match=r"plates: damping about one kingpin is 2\d\d N m s/rad"):
+        identify_on_plates([with_damping(230.0)], vehicle)
 
 
 @pytest.mark.parametrize(
