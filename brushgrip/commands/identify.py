@@ -160,6 +160,8 @@ class IdentifyRequest:
         from identification.steering.gear_friction_on_plates import PLATE_FRICTION, full_slide_rack_force
 
         if not isinstance(result, TyresResult):
+            if result.damping.value < -2 * (result.damping.std or 0.0):
+                warn("damping is below zero, as if gear friction fell with speed: the file gets 0")
             say(
                 f"friction of the turntables is taken to be {PLATE_FRICTION:g} at most; each 0.01 more,"
                 f" as of greased plates, is told as {0.01 * full_slide_rack_force(car):.0f} N of gear"

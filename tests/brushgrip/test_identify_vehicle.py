@@ -6,6 +6,7 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from brushgrip.outputs.rig_and_vehicle_files import plate_changes, tyre_changes
@@ -46,6 +47,18 @@ def test_the_vehicle_file_is_written_with_what_was_found(run: Run, tmp_path: Pat
     assert {k: v for k, v in written["vehicle"].items() if k not in changed} == {
         k: v for k, v in declared["vehicle"].items() if k not in changed
     }
+
+
+def test_a_damping_below_zero_is_told_and_not_written(run: Run) -> None:
+    t, s, force = on_plates()
+    write_columns(Path("p.csv"), {"t": t, "rack": s, "F_rack": force - 4500 * np.gradient(s, t)})
+    Path("car.toml").write_text(vehicle_text(brakes="true"))
+    outcome = run(
+        "identify", "--vehicle", "car.toml", "--plates", "p.csv", "--write-vehicle", Path("new.toml")
+    )
+
+    assert "damping is below zero, as if gear friction fell with speed: the file gets 0" in outcome.err
+    assert tomllib.loads(Path("new.toml").read_text())["vehicle"]["damping"] == 0
 
 
 def test_a_return_torque_that_no_kingpin_has_is_refused() -> None:
