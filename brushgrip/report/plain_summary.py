@@ -68,9 +68,7 @@ def lines_to_send(
     also = [*wide, _weaker(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis, in_friction=known and not diagnosis.of_car)
     provisional = ", provisional" if known and diagnosis.stiffness_ratio != 1 else ""
-    beside = "lacks nothing beside its stiffness" if provisional else "lacks nothing"
-    result = headline(diagnosis).replace("lacks nothing", beside)
-    finding = {LEFT_OUT: missing} if missing else {"Result": [result]}
+    finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
     told_else, doubt = _doubt_of_stiffness(diagnosis, told, if_wrong)
     friction = {f"Friction between tyre and ground{provisional}": [_friction(told, told_else)]}

@@ -43,10 +43,11 @@ def headline(diagnosis: Diagnosis) -> str:
     """The result of a diagnosis in one sentence; what is unexplained goes first if it is the larger."""
     kind, before, after = judged_error_percentages(diagnosis)
     if not diagnosis.effects:
+        beside = " beside its stiffness" * (diagnosis.stiffness_ratio != 1)
         verdict = (
             "No effect alone explains enough of what the assumed model lacks"
             if diagnosis.unexplained.present
-            else "The assumed model lacks nothing that these recordings could show"
+            else f"The assumed model lacks nothing{beside} that these recordings could show"
         )
         return f"{verdict}: {kind} error {after} of range{_unrefitted(diagnosis)}."
     found = _found(diagnosis)
