@@ -183,10 +183,8 @@ def observe(
     except InvalidInputError as error:
         raise InvalidInputError(f"{recording.name}: {in_channels(recording, str(error))}") from None
     if not smoothed:
-        estimates, single = (
-            run(observer, **run_arguments(recording)),
-            without_directional_friction(observer),
-        )
+        single = without_directional_friction(observer)
+        estimates = run(observer, **run_arguments(recording))
         # Of a model that was found the diagnosis has seen the scale; one friction may not fit it.
         if found or single is observer:
             return estimates

@@ -14,7 +14,7 @@ from brushgrip.estimation.suspicious_recordings import load_outside
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car_plausibility import rack_signals, require_plausible_car
-from identification.reading.car_recordings import require_steering, to_mean_wheel
+from identification.reading.car_recordings import require_steering
 from identification.reading.signal_map import ANGLES, NO_MAP, SignalMap
 from identification.reading.steering_rate import require_rate_of_angle
 from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
@@ -22,7 +22,8 @@ from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car_observer import HOLDING
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Vehicle
-from symbolic.vehicle.rack_derivatives import RackDifferentiator, RackInstant
+from symbolic.vehicle.mean_wheel import wheel_of_rack
+from symbolic.vehicle.rack_derivatives import RackDifferentiator
 
 MAX_RATES = 2_000
 """Most samples of a rate that are held against the angle, which takes 20 ms."""
@@ -231,10 +232,8 @@ class CarStandstillEstimator(RowEstimator):
         columns = {name: np.array([v]) for name, v in zip(self.columns, recorded, strict=True)}
         s, force = rack_signals(columns, self._vehicle)
         moved = self._motion(recorded[0], float(s[0]), float(np.ravel(force)[0]))
-        psi, M_z = to_mean_wheel(
-            self._vehicle, RackInstant(*(np.array([each]) for each in moved)), np.array([brakes])
-        )
-        return float(psi[0]), float(M_z[0])
+        psi, M_z = wheel_of_rack(self._vehicle, *moved, brakes=brakes)
+        return float(psi), float(M_z)
 
     def _stood(self, stretch: _Stretch) -> list[Point]:
         points: list[Point] = []

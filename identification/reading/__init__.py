@@ -2,7 +2,7 @@
 
 ::
 
-    bytes       checked_file_reading           a regular file of bounded size, as bytes or as text
+    bytes       checked_file_reading     a regular file of bounded size, as bytes or as text
       |
     channels    formats/*                open a file, list its channels, read those asked for:
       |                                  `ChannelSamples`, with their unit and, if any, a clock

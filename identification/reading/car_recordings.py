@@ -31,9 +31,8 @@ from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, prefix_errors, toml_of
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
-from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
+from symbolic.vehicle.mean_wheel import wheel_of_rack
 from symbolic.vehicle.rack_derivatives import RackInstant, differentiated_rack_signals
-from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 
 
@@ -137,15 +136,8 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
 
 def to_mean_wheel(vehicle: Vehicle, rack: RackInstant, braked: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Angle [rad] and torque [N m] of the mean wheel; `braked` says where the brakes hold the wheels."""
-    s, force, speed, acceleration = rack
-    if vehicle.moved_mass == 0:
-        acceleration = np.zeros_like(s)
-    angles, torques = (
-        [of(vehicle, *given, brakes=brakes) for brakes in (True, False)]
-        for of, given in (
-            (equivalent_contact_angle, (mean_angle(vehicle, s),)),
-            (aligning_torque_with_friction, (s, force, speed, acceleration)),
-        )
+    angles, torques = zip(
+        *(wheel_of_rack(vehicle, *rack, brakes=brakes) for brakes in (True, False)), strict=True
     )
     return np.where(braked, *angles), np.where(braked, *torques)
 

@@ -11,8 +11,8 @@ from observers.embedded.scalar_type import Real, code_in_type
 from observers.layout import symbols
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
-from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
-from symbolic.vehicle.steering import mean_angle, rack_force, rack_position
+from symbolic.vehicle.mean_wheel import wheel_of_rack
+from symbolic.vehicle.steering import rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 
 
@@ -46,10 +46,8 @@ def vehicle_functions(vehicle: Vehicle) -> list[ca.Function]:
     """
     of_rack = symbols(ca.SX, rack=1, force=1, speed=1, acceleration=1)
     of_handwheel = symbols(ca.SX, handwheel=1, T_bar=1, T_motor=1)
-    (rack, *moved), (handwheel, bar, motor) = of_rack.values(), of_handwheel.values()
-    brakes = vehicle.brakes
-    psi = equivalent_contact_angle(vehicle, mean_angle(vehicle, rack), brakes=brakes)
-    M_z = aligning_torque_with_friction(vehicle, rack, *moved, brakes=brakes)
+    handwheel, bar, motor = of_handwheel.values()
+    psi, M_z = wheel_of_rack(vehicle, *of_rack.values(), brakes=vehicle.brakes)
     way, force = rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor)
     return [
         named_function("wheel_of_rack", of_rack, {"psi": psi, "M_z": M_z}, cse=True),

@@ -15,13 +15,8 @@ from observers.measurement.rack_force import RackForce
 from observers.protocol import ESTIMATE, Observer, Sample, Status
 from symbolic import InvalidInputError, Model
 from symbolic.array_alias import Array
-from symbolic.vehicle.mean_wheel import (
-    aligning_torque_with_friction,
-    equivalent_contact_angle,
-    rig_of,
-)
+from symbolic.vehicle.mean_wheel import rig_of, wheel_of_rack
 from symbolic.vehicle.rack_derivatives import RackDifferentiator
-from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 
 Kind = TypeVar("Kind", bound=ModelObserver)
@@ -86,11 +81,7 @@ class RackSampler:
         before = -inf if isnan(self._before) else self._before
         if not before < t < inf:
             raise InvalidInputError(f"time must rise from sample to sample, got {t} s after {before} s")
-        s, held, speed, acceleration = self._motion(t, rack, force)
-        acceleration = acceleration if self.vehicle.moved_mass else 0.0
-        moved = (s, held, speed, acceleration)
-        M_z = aligning_torque_with_friction(self.vehicle, *moved, brakes=self.brakes)
-        psi = equivalent_contact_angle(self.vehicle, mean_angle(self.vehicle, s), brakes=self.brakes)
+        psi, M_z = wheel_of_rack(self.vehicle, *self._motion(t, rack, force), brakes=self.brakes)
         dt, self._before = t - self._before, t
         dt = FIRST_PERIOD if isnan(dt) else dt
         return Sample(psi=float(psi), psi_dot=nan, F_N=self.vehicle.wheel_load, dt=dt, M_z=float(M_z))

@@ -181,6 +181,21 @@ def aligning_torque_with_friction(
     return M_z / (1 + growth_to_full_lock(vehicle, brakes=brakes).torque * sine**2)
 
 
+def wheel_of_rack(
+    vehicle: Vehicle, s: Expression, force: Expression, speed: Expression, acceleration: Expression, *,
+    brakes: bool,
+) -> tuple[Expression, Expression]:  # fmt: skip
+    """Angle straight ahead [rad] and M_z [N m] of the mean wheel, as of `aligning_torque_with_friction`.
+
+    Inertia counts where the mass that moves with the rack is declared.
+    """
+    if vehicle.moved_mass == 0:
+        acceleration = 0.0
+    psi = equivalent_contact_angle(vehicle, mean_angle(vehicle, s), brakes=brakes)
+    moved = (s, force, speed, acceleration)
+    return psi, aligning_torque_with_friction(vehicle, *moved, brakes=brakes)
+
+
 def lever_growth_at_lock(vehicle: Vehicle, *, brakes: bool) -> float:
     """Growth of one over the gear's lever at full lock, torques divided as above [1]."""
     growth = growth_to_full_lock(vehicle, brakes=brakes).torque * np.sin(lock_angle(vehicle)) ** 2
