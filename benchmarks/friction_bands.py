@@ -28,6 +28,7 @@ from identification import FoundModel, Recording, read_model
 from observers import PROFILES, Ekf, Estimates, Mhe, Status, run
 
 NAMES = ("fem1", "fem3", "fem4_ident", "fem5", "piros1", "piros2_ident", "piros4", "piros7")
+GROUNDS = ("steel=fem1,fem3,fem4_ident,fem5", "emery=piros1,piros2_ident,piros4,piros7")
 PAIRS = (("fem3", "fem4_ident"), ("piros1", "piros2_ident"))
 """Recordings on one ground whose loads are within 15 %."""
 CLOSE = 0.1
@@ -61,7 +62,7 @@ def measured(
     print(f"\n{kind.__name__.upper()}, {tuning}, {model}{'' if acquire else ', without acquisition'}")
     print(f"{'':16}" + "".join(f"{name:>11}" for name in COLUMNS))
     table = {}
-    for recording in gather_inputs(NAMES).recordings(causal=True):
+    for recording in gather_inputs(NAMES, ground=GROUNDS).recordings(causal=True):
         observer = model_observer(kind, recording, found, tuning=PROFILES[tuning])
         observer = replace(observer, acquire=acquire)
         table[recording.name] = figures(

@@ -125,6 +125,11 @@ def pretwist(psi_0: float = 0.0) -> PlantedEffect:
     return PlantedEffect(drive=lambda drive: replace(drive, psi_virgin=drive.psi_virgin - psi_0))
 
 
+def tared_pretwist(psi_0: float = 0.0) -> PlantedEffect:
+    """As `pretwist`, but the torque channel was set to zero at the first sample."""
+    return replace(pretwist(psi_0), torque=lambda history: history.M_z - history.M_z[0], in_sensor=True)
+
+
 def load_dependent_friction(n: float = 0.0) -> PlantedEffect:
     """Limit times (F_N/F_ref)^(-n)."""
     return PlantedEffect(friction=lambda step: (step.F_N / REFERENCE_LOAD) ** -n)
@@ -148,7 +153,7 @@ def backlash(gap: float = 0.0) -> PlantedEffect:
 LIBRARY_EFFECTS = by_name(
     rate_friction, speed_law, frictional_creep, stribeck, carcass_torsion, contact_length,
     patch_width, pressure_shape, viscoelastic_relaxation, contact_damping, sensor_delay,
-    torque_offset, pretwist,
+    torque_offset, pretwist, tared_pretwist,
     load_dependent_friction, asymmetric_friction, friction_drift, pressure_skew, bearing_friction,
     steering_return, backlash,
 )  # fmt: skip

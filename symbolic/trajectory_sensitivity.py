@@ -45,6 +45,8 @@ def simulate(
 ) -> TorqueAndSensitivities:
     """The torque over a recording, with derivatives along `directions` of the parameter vector.
 
+    With an effect that has a `tare` the torque of the first sample is taken off.
+
     Args:
         model: the model.
         signals: rows psi [rad], psi_dot [rad/s], F_N [N], dt [s], shape (4, n).
@@ -63,6 +65,20 @@ def simulate(
     seeds = np.zeros((parameters, 0)) if directions is None else directions
     _check_shapes(signals, theta, geometry, seeds, parameters)
     _require_reciprocals(model, theta)
+    simulated = _simulated(model, signals, theta, geometry, seeds)
+    if not any(effect.tare for effect in model.effects):
+        return simulated
+    return TorqueAndSensitivities(
+        M_z=simulated.M_z - simulated.M_z[0],
+        sensitivities=simulated.sensitivities - simulated.sensitivities[0],
+    )
+
+
+def _simulated(
+    model: Model, signals: Array, theta: Array, geometry: Array, seeds: Array
+) -> TorqueAndSensitivities:
+    """The same with the torque of the first sample."""
+    parameters = len(model.parameters)
     count, d = signals.shape[1], seeds.shape[1]
     rig = seeds.shape[0] > parameters
     start = BufferedCall(_start_with_sensitivities(model, d, rig=rig))

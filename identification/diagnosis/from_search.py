@@ -13,7 +13,13 @@ from identification.diagnosis.result_parts import Candidate, Series, TorqueError
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
-from identification.fits.parameter_values import ParameterEstimate, Values, replaced_rig
+from identification.fits.least_squares_problem import signals_of
+from identification.fits.parameter_values import (
+    UNNAMED_GROUND,
+    ParameterEstimate,
+    Values,
+    replaced_rig,
+)
 from identification.reading.declared_sensor_range import greatest_friction, samples_beyond_range
 from identification.reading.recordings import Recording
 from identification.residuals.partial_correlations import Signatures
@@ -48,7 +54,8 @@ def build_diagnosis(
     fitted = after.fitted
     errors_before, error_before = errors_of(before, training, holdout, left_out[0])
     errors_after, error_after = errors_of(after, training, holdout, left_out[1])
-    estimates = _estimates(after, training, holdout)
+    values = with_tare(fitted.model, after.values, everything)
+    estimates = _estimates(after, values, training, holdout)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
     effects = found_effects(steps, rests, estimates, training, holdout, proposals, left)
     return Diagnosis(
@@ -65,7 +72,7 @@ def build_diagnosis(
         signatures_before=followed[0],
         signatures_after=followed[1],
         model=fitted.model,
-        values=after.values,
+        values=values,
         series=_series(before, after, everything, holdout),
         notes=(*notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),),
         criteria=criteria,
@@ -117,14 +124,31 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
     )
 
 
+def with_tare(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
+    """The values with what a taring took off, which `simulate` does without, see `Effect.tare`.
+
+    It is what the model bears at the first sample, the mean over these recordings [N m].
+    """
+    names = [f"{effect.name}.{effect.tare}" for effect in model.effects if effect.tare]
+    if not names:
+        return values
+    before = values.having({(None, name): 0.0 for name in names})
+    torques = []
+    for recording in (replaced_rig(r, values) for r in recordings):
+        first, theta = signals_of(recording)[:, 0], model.theta(before.of(recording))
+        geometry = [recording.rig.a, recording.rig.e]
+        memory = model.initial(first, theta, geometry)
+        torques.append(float(model.step(memory, first, theta, geometry)[1]))
+    return values.having({(None, names[0]): -float(np.mean(torques))})
+
+
 def _estimates(
-    trial: Trial, training: Sequence[Recording], holdout: Sequence[Recording]
+    trial: Trial, values: Values, training: Sequence[Recording], holdout: Sequence[Recording]
 ) -> dict[str, ParameterEstimate]:
     """Every parameter in physical units; one that was fitted with its deviation."""
     estimates: dict[str, ParameterEstimate] = {}
     for fitted, recordings in zip(trial.fits, (training, holdout), strict=False):
         estimates |= _fitted(fitted, recordings)
-    values = trial.fitted.values
     return estimates | {
         parameter_name(effect, parameter): ParameterEstimate(
             value=values.tyre[parameter_name(effect, parameter)], std=None, unit=parameter.unit
@@ -144,7 +168,7 @@ def _fitted(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Parameter
         if name in parameters and parameters[name].inverse:
             deviation = deviation * value**2
         std = float(deviation) if np.isfinite(deviation) else None
-        label = name if owner is None else f"{name} [{owner}]"
+        label = name if owner in (None, UNNAMED_GROUND) else f"{name} [{owner}]"
         estimates[label] = ParameterEstimate(value=value, std=std, unit=units.get(name, "1"))
     return estimates
 

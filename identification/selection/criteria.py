@@ -133,9 +133,9 @@ def residuals_are_white(fitted: Fit, recordings: Sequence[Recording]) -> bool:
 
 
 def family_already_present(effects: Sequence[Effect]) -> bool:
-    """Whether another effect is a law of the last one's family; values of recordings alone are none."""
+    """Whether another effect is a law of the last one's family; zeros and starting twists are none."""
     *others, last = (
-        None if {p.scope for p in effect.parameters} == {"recording"} else effect.family
+        None if effect.tare or {p.scope for p in effect.parameters} == {"recording"} else effect.family
         for effect in effects
     )
     return last in {*others} - {None, "other"}

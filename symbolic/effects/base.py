@@ -139,6 +139,8 @@ class Effect:
             it. What bearings, springs and the sensor add is not the ground's friction.
         of_lengths: True where it gives the declared half-length another meaning, so that lengths found
             within their tolerances without it say nothing of those beside it.
+        tare: name of the parameter that the effect's torque adds so that the first sample's is zero, as
+            on a channel that was tared there; empty for none. `simulate` sees to it whatever its value.
         signatures: what the residual follows where the effect is missing; empty if no signal shows it.
     """
 
@@ -151,6 +153,7 @@ class Effect:
     sensor: bool = False
     torque_by_ground: bool = False
     of_lengths: bool = False
+    tare: str = ""
     signatures: tuple[ResidualSignature, ...] = ()
 
     @property

@@ -58,7 +58,8 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
     scopes = {"tyre": {key: tyre}, "ground": grounds or {"grounds": {}}, "recording": {}}
     for name, parameter in parameters.items():
         for place, table in scopes[parameter.scope].items():
-            if name not in table:
+            # A file may give one value for all grounds.
+            if name not in table and not (parameter.scope == "ground" and name in tyre):
                 raise InvalidInputError(f"{place!r} lacks {name} [{parameter.unit}]")
     grounds, own, rig = (
         {place.split(".", 1)[1]: table for place, table in tables.items()}

@@ -51,6 +51,7 @@ VALUES: dict[str, dict[str, float]] = {
     "sensor_delay": {"delay": 0.023},
     "torque_offset": {"M_0": 0.8},
     "pretwist": {"psi_0": -0.06},
+    "tared_pretwist": {"psi_0": 0.04},
     "backlash": {"gap": 0.02},
 }
 EACH = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
@@ -128,7 +129,9 @@ def test_parameters_are_declared_sanely(effect: Effect) -> None:
         assert {*re.split(r"[ /]", re.sub(r"\^\d", "", p.unit))} <= UNITS
         assert p.lower < p.start < p.upper
         assert 0 < p.scale < math.inf
-        assert p.scope == ("recording" if effect.name in {"torque_offset", "pretwist"} else "tyre")
+        own = {"torque_offset": "recording", "pretwist": "recording"}
+        shared = "ground" if (effect.name, p.name) == ("friction_drift", "gain") else "tyre"
+        assert p.scope == own.get(effect.name, shared)
         if p.neutral is not None:
             assert p.lower <= p.neutral <= p.upper
             assert p.start != p.neutral, "a fit that starts neutral sees no derivative"

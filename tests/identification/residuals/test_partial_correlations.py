@@ -36,7 +36,7 @@ SPEED = "the direction of friction times log speed"
 SIZE, DELAY = "the magnitude of the torque", "the rate of the torque"
 
 GROWS = ("rate_friction", "frictional_creep", "asymmetric_friction", "friction_drift")
-FALLS, ZERO = ("stribeck", "sensor_delay"), ("torque_offset", "pretwist")
+FALLS, ZERO = ("stribeck", "sensor_delay"), ("torque_offset", "pretwist", "tared_pretwist")
 LENGTH = ("load_dependent_friction", "contact_length")
 POINTED_AT: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     CONSTANT: (ZERO, ZERO),
@@ -59,7 +59,10 @@ POINTED_AT: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("sensor_delay", "carcass_torsion", "pressure_shape"),
         ("viscoelastic_relaxation", "frictional_creep", "contact_damping"),
     ),
-    "the initial twist that remains": (("pretwist",), ("pretwist",)),
+    "the initial twist that remains": (
+        ("pretwist", "tared_pretwist"),
+        ("pretwist", "tared_pretwist"),
+    ),
 }
 """Effects for a correlation above and below zero."""
 
