@@ -25,7 +25,7 @@ from brushgrip.estimation.assumed_and_found_friction import offline_friction
 from brushgrip.estimation.observe_recording import model_observer, run_arguments
 from brushgrip.inputs.command_inputs import gather_inputs
 from identification import FoundModel, Recording, read_model
-from observers import PROFILES, Ekf, Estimates, Mhe, Status, run
+from observers import PROFILES, AligningTorque, Ekf, Estimates, Mhe, Status, run
 
 NAMES = ("fem1", "fem3", "fem4_ident", "fem5", "piros1", "piros2_ident", "piros4", "piros7")
 GROUNDS = ("steel=fem1,fem3,fem4_ident,fem5", "emery=piros1,piros2_ident,piros4,piros7")
@@ -55,15 +55,18 @@ def figures(recording: Recording, estimates: Estimates, reference: float) -> lis
 
 def measured(
     kind: type[Ekf] | type[Mhe], tuning: str, found: FoundModel | None, offline: FoundModel,
-    acquire: bool = True,
+    *, acquire: bool = True, stiffness: bool = False,
 ) -> None:  # fmt: skip
     """Bands on the published recordings; offline is the model found, with its fit of each recording."""
     model = "declared model" if found is None else "model found"
-    print(f"\n{kind.__name__.upper()}, {tuning}, {model}{'' if acquire else ', without acquisition'}")
+    variant = "" if acquire else ", without acquisition"
+    variant += ", k a state" if stiffness else ""
+    print(f"\n{kind.__name__.upper()}, {tuning}, {model}{variant}")
     print(f"{'':16}" + "".join(f"{name:>11}" for name in COLUMNS))
     table = {}
     for recording in gather_inputs(NAMES, ground=GROUNDS).recordings(causal=True):
-        observer = model_observer(kind, recording, found, tuning=PROFILES[tuning])
+        aligning = AligningTorque(stiffness=True) if stiffness else None
+        observer = model_observer(kind, recording, found, tuning=PROFILES[tuning], aligning=aligning)
         observer = replace(observer, acquire=acquire)
         table[recording.name] = figures(
             recording, run(observer, **run_arguments(recording)), offline_friction(offline, recording)
@@ -92,6 +95,8 @@ def main() -> None:
                 measured(kind, "real_tyre", found, model)
         measured(Ekf, "changing_ground", model, model)
         measured(Ekf, "real_tyre", model, model, acquire=False)
+        for kind in (Ekf, Mhe):
+            measured(kind, "real_tyre", model, model, stiffness=True)
     undeclared_effects(options.runs)
     found_models(options.found)
     for tuning in PROFILES:

@@ -37,8 +37,8 @@ TRAINING = ("fem1", "fem4_ident", "piros2_ident", "piros4")
 PUBLISHED_K = 2.438e6
 """k of [Györök 2022], from free vibration [N/m^2]."""
 SPOKEN_OF = (
-    {"frictional_creep", "carcass_torsion", "asymmetric_friction"},
-    {"frictional_creep", "asymmetric_friction", "pressure_skew"},
+    {"frictional_creep", "tared_pretwist", "pressure_skew", "friction_drift"},
+    {"frictional_creep", "tared_pretwist", "patch_width", "friction_drift"},
 )
 """Effects that the text of the page explains: of the search with four held out, and with none."""
 TEMPLATE, SEARCH_TEMPLATE = (
@@ -111,7 +111,17 @@ def figures(
 ) -> Mapping[str, str]:
     """Everything that the template asks for."""
     published, series = vibration(split, [r for r in recordings if r.name in TRAINING])
+    drift, twist = (
+        split.parameters[f"{name}"] for name in ("friction_drift.scale", "tared_pretwist.psi_0")
+    )
     return {
+        "twist": value_with_std(twist),
+        "tare": value_with_std(split.parameters["tared_pretwist.M_0"]),
+        "scale": value_with_std(drift),
+        **{
+            ground: value_with_std(split.parameters[f"friction_drift.gain [{ground}]"])
+            for ground in ("steel", "emery")
+        },
         "split_errors": errors_table(split),
         "split_effects": effects_table(split),
         "split_seconds": f"{seconds:.0f}",

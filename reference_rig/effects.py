@@ -125,8 +125,8 @@ def pretwist(psi_0: float = 0.0) -> PlantedEffect:
     return PlantedEffect(drive=lambda drive: replace(drive, psi_virgin=drive.psi_virgin - psi_0))
 
 
-def tared_pretwist(psi_0: float = 0.0) -> PlantedEffect:
-    """As `pretwist`, but the torque channel was set to zero at the first sample."""
+def tared_pretwist(psi_0: float = 0.0, M_0: float = 0.0) -> PlantedEffect:  # noqa: ARG001
+    """As `pretwist`, but the torque channel was set to zero at the first sample, whatever that took."""
     return replace(pretwist(psi_0), torque=lambda history: history.M_z - history.M_z[0], in_sensor=True)
 
 

@@ -233,9 +233,12 @@ class Search:
             after = self.runner.run_fine(candidate.trial.effects, candidate.trial.values)
             if not justified(after, present.fine, self.runner.training, self.criteria, present.declared):
                 continue
+            first = at_bound[1]
+            if first is not None and distinguishable(first, after, self.criteria):
+                continue
             if not last_effect_at_bound(after.fitted):
                 return candidate.indistinguishable, after
-            if at_bound[1] is None:
+            if first is None:
                 at_bound = candidate.indistinguishable, after
         return at_bound
 

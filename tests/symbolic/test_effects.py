@@ -51,7 +51,7 @@ VALUES: dict[str, dict[str, float]] = {
     "sensor_delay": {"delay": 0.023},
     "torque_offset": {"M_0": 0.8},
     "pretwist": {"psi_0": -0.06},
-    "tared_pretwist": {"psi_0": 0.04},
+    "tared_pretwist": {"psi_0": 0.04, "M_0": 0.9},
     "backlash": {"gap": 0.02},
 }
 EACH = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)

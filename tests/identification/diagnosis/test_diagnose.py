@@ -10,6 +10,7 @@ import pytest
 
 from identification import Diagnosis, Recording, diagnose, model_text, read_model, smoothed_rate
 from identification.diagnosis.graded_effects import CLEAR_ERRORS, UNRECORDED_LOAD
+from identification.fits.least_squares_problem import signals_of
 from reference_rig import Campaign
 from symbolic import CANDIDATES, EFFECTS, Rig, Tolerances, Tyre
 from tests.identification.factories import read_campaign, with_torque
@@ -162,6 +163,39 @@ def test_what_acts_in_the_first_slide_alone_is_identified() -> None:
     (effect,) = diagnose(recordings, candidates=["pretwist"], jobs=1).effects
 
     assert effect.grade == "strong"
+
+
+def test_a_torque_that_was_tared_on_a_twisted_patch() -> None:
+    """The rig twists alike before each recording and sets the torque to zero: so does the model."""
+    made, recordings = read_campaign("tared_pretwist", 0, duration=14.0)
+
+    diagnosis = diagnose(recordings, candidates=["torque_offset", "pretwist", "tared_pretwist"], jobs=1)
+
+    (effect,) = diagnosis.effects
+    planted = made.recordings[0].effects["tared_pretwist"]["psi_0"]
+    assert effect.name == "tared_pretwist"
+    assert effect.parameters["psi_0"].value == pytest.approx(planted, rel=0.03)
+    # One step of the model, as an observer takes it, needs what the taring took off.
+    model, first = diagnosis.model, recordings[0]
+    theta = model.theta(diagnosis.values.of(first))
+    signals, geometry = signals_of(first)[:, 0], [first.rig.a, first.rig.e]
+    _, torque = model.step(model.initial(signals, theta, geometry), signals, theta, geometry)
+    assert abs(float(torque)) < 0.03 * abs(effect.parameters["M_0"].value)
+    assert abs(first.M_z[0]) < 0.03 * np.ptp(first.M_z)
+
+
+def test_friction_drifts_by_ground() -> None:
+    """Rubber that beds in on one ground need not on another."""
+    drifting, staying = (
+        [replace(r, name=f"{r.name} on {ground}", ground=ground) for r in read_campaign(name, 0)[1]]
+        for ground, name in (("steel", "friction_drift"), ("emery", None))
+    )
+
+    diagnosis = diagnose([*drifting, *staying], candidates=["friction_drift"], jobs=1)
+
+    (effect,) = diagnosis.effects
+    steel, emery = (effect.parameters[f"gain [{ground}]"] for ground in ("steel", "emery"))
+    assert abs(steel.value) > 10 * abs(emery.value)
 
 
 @pytest.mark.long
