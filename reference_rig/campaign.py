@@ -87,7 +87,7 @@ STRENGTHS: Mapping[str, StrengthRange] = {
     "pretwist": StrengthRange(
         _either_sign("psi_0"), 2e-3, 0.3, hand=LATE_SLIDE_HAND, another_day=_another_value
     ),
-    "tared_pretwist": StrengthRange(_either_sign("psi_0"), 2e-3, 0.3, hand=LATE_SLIDE_HAND),
+    "tared_pretwist": StrengthRange(_either_sign("psi_0"), 2e-3, 0.045, hand=LATE_SLIDE_HAND),
     "load_dependent_friction": StrengthRange(_one("n"), 0.05, 1.0),
     "asymmetric_friction": StrengthRange(_one("ratio", 1.0), 0.01, 0.6),
     "friction_drift": StrengthRange(_with("gain", 0.0, "scale", 0.3, 1.5), 0.01, 1.0),

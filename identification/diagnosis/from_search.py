@@ -116,7 +116,8 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
             parameters={
                 label.removeprefix(f"{name}."): estimate
                 for label, estimate in _fitted(trial.fitted, recordings).items()
-                if label.startswith(f"{name}.") and " [" not in label
+                if label.startswith(f"{name}.")
+                and not any(label.endswith(f" [{recording.name}]") for recording in recordings)
             },
             at_bound=tuple(p for one, p, *_ in parameters_at_bounds(trial.fitted) if one == name),
         )
@@ -168,7 +169,8 @@ def _fitted(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Parameter
         if name in parameters and parameters[name].inverse:
             deviation = deviation * value**2
         std = float(deviation) if np.isfinite(deviation) else None
-        label = name if owner in (None, UNNAMED_GROUND) else f"{name} [{owner}]"
+        alone = owner is None or (*fitted.values.grounds,) == (owner,) == (UNNAMED_GROUND,)
+        label = name if alone else f"{name} [{owner}]"
         estimates[label] = ParameterEstimate(value=value, std=std, unit=units.get(name, "1"))
     return estimates
 

@@ -28,12 +28,21 @@ Simulated = tuple[Array, Mapping[Label, Array]]
 MIN_DECLARED_WEIGHT = 1e-9
 """Least weight of declared values where residuals are next to zero [1]."""
 
+TARED = 0.01
+"""Share of the torque range within which a tared torque begins [1]."""
+
 
 def signals_of(recording: Recording) -> Array:
     """The model's inputs over a recording: psi, psi_dot, F_N, dt as rows, shape (4, n)."""
     dt = np.diff(recording.t)
     steps = np.concatenate([dt[:1], dt])
     return np.vstack([recording.psi, recording.psi_dot, recording.F_N, steps])
+
+
+def begins_tared(recording: Recording) -> bool:
+    """Whether the first torque is zero, to `TARED` of its range: the channel was set to zero there."""
+    known = recording.M_z[np.isfinite(recording.M_z)]
+    return bool(known.size and abs(known[0]) < TARED * np.ptp(known))
 
 
 def torque_range(recording: Recording) -> float:

@@ -141,6 +141,12 @@ def family_already_present(effects: Sequence[Effect]) -> bool:
     return last in {*others} - {None, "other"}
 
 
+def says_the_zero_twice(effects: Sequence[Effect]) -> bool:
+    """Whether a torque that was tared stands beside a zero or a starting twist of each recording."""
+    own = any({p.scope for p in effect.parameters} == {"recording"} for effect in effects)
+    return own and any(effect.tare for effect in effects)
+
+
 def backward_step_justified(
     poorer: Trial,
     present: Trial,

@@ -11,6 +11,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from identification.fits.fitting import last_effect_at_bound
+from identification.fits.least_squares_problem import begins_tared
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
@@ -21,6 +22,7 @@ from identification.selection.criteria import (
     exchange_justified,
     family_already_present,
     forward_step_justified,
+    says_the_zero_twice,
 )
 from identification.selection.journal import Journal
 from identification.selection.pair_of_effects import promising_pairs, steps_to_pair
@@ -119,6 +121,8 @@ class Search:
 
     def _changes(self, present: Effects, effect: Effect) -> bool:
         """Whether adding the effect changes the model for these recordings."""
+        if effect.tare:
+            return all(begins_tared(recording) for recording in self.runner.training)
         if not effect.changes_scopes:
             return True
         # It gives every ground its own values, for which it needs a parameter and two grounds.
@@ -163,7 +167,6 @@ class Search:
         effects = present.fine.effects
         least = (1 - self.criteria.least_gain) * present.coarse.nrmse
         helpful = [trial.effects[-1] for trial in additions if trial.nrmse < least]
-        label = f"exchanging one of {', '.join(present.fine.names)}"
         # Never for a second law of a family: how much more that explains is not tested here.
         sets = [
             exchanged
@@ -171,7 +174,8 @@ class Search:
             for removed in effects
             if not family_already_present(exchanged := (*without_effect(effects, removed), effect))
         ]
-        return self._replaced(present, self._rank(present, sets, label), exchange_justified)
+        trials = self._rank(present, sets, f"exchanging one of {', '.join(present.fine.names)}")
+        return self._replaced(present, trials, exchange_justified)
 
     def _prefer_rival(
         self,
@@ -189,10 +193,9 @@ class Search:
         effects = (*others, rival)
         if family_already_present(effects):
             return None
-        hopeless = {rival, *added.idle(self.criteria)}
-        sets = [(*others, rival, effect) for effect in candidates if effect not in hopeless]
-        label = f"trying {rival.name} in place of {chosen.name}"
-        found = self._replaced(present, self._rank(present, sets, label), exchange_justified)
+        sets = [(*effects, e) for e in candidates if e not in {rival, *added.idle(self.criteria)}]
+        trials = self._rank(present, sets, f"trying {rival.name} in place of {chosen.name}")
+        found = self._replaced(present, trials, exchange_justified)
         if found is None or found.after is None:
             return None
         after = self.runner.run_fine(effects, values_for(found.after, effects))
@@ -212,7 +215,7 @@ class Search:
 
     def _rank(self, present: _PresentModel, sets: Sequence[Effects], label: str) -> list[Trial]:
         """Coarse trials of these sets of effects, least judged error first."""
-        if not sets:
+        if not (sets := [effects for effects in sets if not says_the_zero_twice(effects)]):
             return []
         return self.runner.rank(
             present.coarse, sets, present.precision, lambda done: self.report(label, done, len(sets))

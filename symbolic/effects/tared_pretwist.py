@@ -23,7 +23,9 @@ class TaredPretwist(Effect):
     summary: str = "every recording begins with the same twist, on which the torque was set to zero"
     family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
-        Parameter(name="psi_0", unit="rad", neutral=0.0, start=0.005, lower=-1.0, upper=1.0, scale=0.01),
+        Parameter(
+            name="psi_0", unit="rad", neutral=0.0, start=0.005, lower=-0.05, upper=0.05, scale=0.01
+        ),
         Parameter(
             name="M_0", unit="N m", neutral=None, start=0.0, lower=-1e9, upper=1e9, scale=0.5, fixed=True
         ),

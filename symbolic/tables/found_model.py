@@ -15,6 +15,8 @@ OTHER_SCALE = 3.0, 2.5
 """Tolerances of a declared k beyond which a found one is no tyre's but that of a torque or an angle in
 another unit or before a gear [1]; and the factor that is always beyond, if not within the tolerance, and
 where none is declared [1]. What is too large by a factor is too small by its inverse."""
+ALIKE = 5.0
+"""Ratio of two values up to which their mean is the geometric one [1]."""
 SHARED = 0.5
 """Share of what k is off by that counts as the torque's scale [1]."""
 
@@ -178,7 +180,7 @@ class FoundModel:
                 f"{recording}: no mu in the model file for this recording and none in the rig;"
                 " add mu under [tyre] of the rig file"
             )
-        return {**self.values_for_estimation(ground), **own}
+        return {**self.values_for_estimation(ground, tared=True), **own}
 
     def on_ground(self, ground: str | None = None) -> dict[str, float]:
         """Value of a ground; the mean over grounds where this one is unknown or none of them."""
@@ -194,19 +196,27 @@ class FoundModel:
         known = " and ".join(self.grounds)
         return f"{'ground not given' if ground is None else f'{ground} is unknown'}: mean of {known}"
 
-    def values_for_estimation(self, ground: str | None = None) -> dict[str, float]:
+    def values_for_estimation(
+        self, ground: str | None = None, *, tared: bool = False
+    ) -> dict[str, float]:
         """All parameter values but mu for a recording to come, as an observer needs them.
 
         Other parameters of a recording, such as a torque zero, have their neutral values. For grounds
         see `on_ground`.
+
+        Args:
+            ground: the ground whose values are taken.
+            tared: whether the torque was set to zero just before, on a wheel that was aligned as for the
+                recordings of the diagnosis; else an effect with a tare is neutral, see `Effect.tare`.
         """
         neutral = {
-            parameter_name(effect, parameter): parameter.neutral
+            parameter_name(effect, parameter): parameter.neutral or 0.0
             for effect, parameter in self.model.parameters
-            if parameter.scope == "recording" and parameter.neutral is not None
+            if (parameter.scope == "recording" and parameter.neutral is not None)
+            or (effect is not None and effect.tare and not tared)
         }
-        values = {**self.tyre, **self.on_ground(ground)}
-        return neutral | {name: value for name, value in values.items() if name != "mu"}
+        values = {**self.tyre, **self.on_ground(ground), **neutral}
+        return {name: value for name, value in values.items() if name != "mu"}
 
 
 def is_of_other_scale(k: float, declared: float, tolerance: float | None) -> bool:
@@ -236,11 +246,14 @@ def mean_over_grounds(grounds: Mapping[str, Mapping[str, float]]) -> dict[str, f
 
 
 def geometric_or_arithmetic_mean(values: Collection[float]) -> float:
-    """The geometric mean of values of one sign, the arithmetic mean where there are two or a zero."""
+    """The geometric mean of values of one sign; the arithmetic mean where there are two or a zero.
+
+    Also where one is more than `ALIKE` times another: one of them is all but zero then.
+    """
     least, most = min(values), max(values)
     if least == most:
         return least
-    if least * most > 0:
+    if least * most > 0 and max(least / most, most / least) < ALIKE:
         logarithms = [math.log(abs(value)) for value in values]
         return math.copysign(math.exp(math.fsum(logarithms) / len(values)), most)
     return math.fsum(values) / len(values)

@@ -18,7 +18,9 @@ from symbolic import (
     Rig,
     Tolerances,
     effects_named,
+    model_from_tables,
 )
+from symbolic.tables.found_model import mean_over_grounds
 from tests.refusal import fault_of
 
 SHARED = {"k": 2.4e6, "carcass_torsion.k_t": 390.0}
@@ -298,3 +300,27 @@ def test_no_model_at_all(tmp_path: Path) -> None:
     assert fault_of(read_model, path).startswith("not a JSON file")
     assert fault_of(read_model, tmp_path / "none.json") == "no such file"
     assert fault_of(read_model, tmp_path) == "is a directory, expected a file"
+
+
+def test_a_sensor_that_was_not_tared_begins_neutral() -> None:
+    """The torque of a controller was not set to zero on the twist that the bench had."""
+    values = {"k": 2e6, "tared_pretwist.psi_0": 0.002, "tared_pretwist.M_0": 0.3}
+    found = FoundModel(model=Model(effects=effects_named(["tared_pretwist"])), tyre=values, own={})
+
+    neutral = {"tared_pretwist.psi_0": 0.0, "tared_pretwist.M_0": 0.0}
+    assert found.values_for_estimation() == values | neutral
+    assert found.values_for_estimation(tared=True) == values
+
+
+def test_a_model_file_may_give_one_drift_for_all_grounds() -> None:
+    drift = {"friction_drift.gain": 0.2, "friction_drift.scale": 0.3}
+    found = model_from_tables({"version": 1, "effects": ["friction_drift"], "tyre": {"k": 2e6, **drift}})
+
+    assert found.values_for_estimation("steel") == {"k": 2e6, **drift}
+
+
+def test_the_mean_over_grounds_of_a_drift_that_one_ground_hardly_has() -> None:
+    gains = [{"friction_drift.gain": gain} for gain in (0.26, 0.002)]
+    mean = mean_over_grounds({"steel": gains[0], "emery": gains[1]})
+
+    assert mean["friction_drift.gain"] == pytest.approx(0.131)

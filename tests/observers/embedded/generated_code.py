@@ -53,8 +53,8 @@ CREEP = found_model({"frictional_creep.c": 0.14, "carcass_torsion.k_t": 330.0}, 
 MEASURED_RUN = found_model(
     {
         "frictional_creep.c": 0.1153,
-        "tared_pretwist.psi_0": 0.00168,
-        "tared_pretwist.M_0": 0.3006,
+        "tared_pretwist.psi_0": 0.0,
+        "tared_pretwist.M_0": 0.0,
         "pressure_skew.skew": -0.95,
         "friction_drift.scale": 0.254,
         "friction_drift.gain": 0.207,
