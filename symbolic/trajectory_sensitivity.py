@@ -17,7 +17,7 @@ from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.bristle_kernel import bristle_kernel
 from symbolic.compilation.compiled import compiled
 from symbolic.errors import InvalidInputError
-from symbolic.model import GEOMETRY, SIGNALS, Model
+from symbolic.model import GEOMETRY, SIGNALS, Model, sample_at_the_patch
 
 RIG_DIRECTIONS = (*GEOMETRY, "load")
 """Directions beside the parameter vector: half-length and caster [m], factor on the load [1]."""
@@ -106,6 +106,28 @@ def _simulated(
     return TorqueAndSensitivities(
         M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count]
     )
+
+
+def effects_memory_after(model: Model, signals: Array, theta: Array) -> Array:
+    """What the effects remember after a recording, such as the travel of `friction_drift`.
+
+    Args:
+        model: the model.
+        signals: rows psi [rad], psi_dot [rad/s], F_N [N], dt [s], shape (4, n).
+        theta: parameter vector in the order of `model.coordinates`, shape (p,).
+
+    Returns:
+        The effects' part of the model's memory, shape (own,); the patch's part comes before it.
+    """
+    first, values, geometry = model.symbols()
+    (memory,) = model.initial.call([first, values, geometry])
+    own = memory[1 + model.patch().size :]
+    begin = ca.Function("begin", [first, values, geometry], [own])(signals[:, 0], theta, [1.0, 0.0])
+    before = ca.MX.sym("before", own.numel())
+    _, after, _ = sample_at_the_patch(model, model.split_own(before), first, values)
+    step = ca.Function("step", [before, first, values], [ca.vertcat(*after)])
+    count = signals.shape[1]
+    return np.asarray(step.fold(count)(begin, signals, np.tile(theta[:, None], count))).ravel()
 
 
 def _check_shapes(signals: Array, theta: Array, geometry: Array, seeds: Array, parameters: int) -> None:

@@ -17,10 +17,12 @@ from brushgrip.estimation.observe_recording import (
 )
 from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
+from identification.fits.least_squares_problem import signals_of
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction
 from symbolic.deformation import full_slide_arm
 from symbolic.tables.found_model import is_of_other_scale
+from symbolic.trajectory_sensitivity import effects_memory_after
 
 _Observed = tuple[FrictionTrack, FrictionQuality]
 Stage = Mapping[str, FrictionQuality]
@@ -215,7 +217,7 @@ def _observed(
 
 
 def offline_friction(found: FoundModel, recording: Recording, load: float | None = None) -> float:
-    """mu_eff of a recording [1] that the diagnosis saw: mu and rig tolerances fitted to all of it.
+    """mu_eff at the end of a recording [1] that the diagnosis saw: mu and rig fitted to all of it.
 
     Independent of the filter, not of the recording or of the model found. At a load [N], None for the
     recording's median.
@@ -225,6 +227,9 @@ def offline_friction(found: FoundModel, recording: Recording, load: float | None
     load = float(np.median(recording.F_N)) if load is None else load
     theta = model.theta(found.values_for(recording.name, ground=recording.ground))
     memory = np.zeros(model.memory_size)
+    if any(effect.memory for effect in model.effects):
+        own = effects_memory_after(model, signals_of(recording), np.asarray(theta).ravel())
+        memory[memory.size - own.size :] = own
     _, corrected = model.full_slide(
         memory,
         load * fitted.get("load", 1.0),

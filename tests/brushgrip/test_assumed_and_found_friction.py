@@ -597,6 +597,20 @@ def test_friction_that_depends_on_the_load_is_told_at_one_load() -> None:
     assert at_two[1] / at_two[0] == pytest.approx(2**-0.2, rel=1e-9)
 
 
+def test_the_offline_fit_tells_friction_at_the_end_where_it_drifts() -> None:
+    model = Model(effects=effects_named(["friction_drift"]))
+    drift = {"friction_drift.gain": 0.3, "friction_drift.scale": 0.5}
+    found = FoundModel(model=model, tyre={"k": 3e6, **drift}, own={"one": {"mu": 1.2}})
+    psi = np.array([0.0, 0.4, -0.2])
+    recording = SimpleNamespace(
+        name="one", rig=Rig(a=0.04, e=0.0), F_N=np.full(3, 400.0), ground=None, t=np.arange(3.0),
+        psi=psi, psi_dot=np.gradient(psi),
+    )  # fmt: skip
+
+    grown = 1.2 * (1 + 0.3 * (1 - np.exp(-1.0 / 0.5)))
+    assert offline_friction(found, recording) == pytest.approx(grown, rel=1e-6)  # type: ignore[arg-type]
+
+
 def test_the_load_that_friction_is_told_at_stands_beside_it() -> None:
     outcome = replace(make_outcome(), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     diagnosis = make_diagnosis(("a", "b", "c", "d"), ())
