@@ -42,6 +42,7 @@ class InstructionsPerPart:
     limit: tuple[int, int]  # More for a limit that varies.
     branch: tuple[int, int]  # More for a Maxwell branch.
     creep: tuple[int, int]  # More for creep.
+    creep_compliant: tuple[int, int]  # The same behind a compliance, where it is searched for.
     sample: int  # Each sample of a window on the exact patch.
     sample_corner: int  # Each corner of it.
     sample_bristles: int  # Each sample of a window on bristles.
@@ -53,14 +54,14 @@ class InstructionsPerPart:
 
 FLOAT = InstructionsPerPart(
     step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 20), limit=(45, 45),
-    branch=(23, 25), creep=(46, 89), sample=354, sample_corner=62, sample_bristles=316, tracking=1_100,
-    acquiring=(8_250, 8_700), tunable=300, tunable_sample=220,
+    branch=(23, 25), creep=(35, 56), creep_compliant=(46, 89), sample=354, sample_corner=62,
+    sample_bristles=316, tracking=1_100, acquiring=(8_250, 8_700), tunable=300, tunable_sample=220,
 )  # fmt: skip
 DOUBLE = InstructionsPerPart(
     step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),
-    limit=(3_000, 3_000), branch=(1_000, 1_000), creep=(22_300, 43_100), sample=14_700,
-    sample_corner=5_400, sample_bristles=13_500, tracking=38_000, acquiring=(591_000, 646_000),
-    tunable=10_000, tunable_sample=8_000,
+    limit=(3_000, 3_000), branch=(1_000, 1_000), creep=(4_000, 6_600), creep_compliant=(22_300, 43_100),
+    sample=14_700, sample_corner=5_400, sample_bristles=13_500, tracking=38_000,
+    acquiring=(591_000, 646_000), tunable=10_000, tunable_sample=8_000,
 )  # fmt: skip
 NOT_COUNTED = ("limited", "grows", "relaxation")
 """Traits of bristles that were not counted in double precision."""
@@ -161,7 +162,8 @@ def _bristle_instructions(patch: PatchCode, counts: InstructionsPerPart, column:
     each = counts.bristle[column] + counts.compliant[column] * bool(terms["compliant"])
     each += counts.limit[column] * bool(terms["limited"] or terms["grows"])
     each += counts.branch[column] * bool(terms["relaxation"])
-    return float(terms["bristles"] * (each + counts.creep[column] * bool(terms["creep"])))
+    creep = counts.creep_compliant if terms["compliant"] else counts.creep
+    return float(terms["bristles"] * (each + creep[column] * bool(terms["creep"])))
 
 
 def _remedy(observer: FunctionObserver) -> str:

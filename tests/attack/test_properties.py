@@ -180,7 +180,7 @@ def model_documents(draw: st.DrawFn) -> dict[str, Any]:
     shared, own = {}, {}
     for effect, parameter in model.parameters:
         low, high = max(parameter.lower, -1e12), min(parameter.upper, 1e12)
-        values = shared if parameter.scope == "tyre" else own
+        values = own if parameter.scope == "recording" else shared
         values[parameter_name(effect, parameter)] = draw(st.floats(low, high))
     recordings = {draw(st.text(max_size=8)): own}
     units = units_of(model)
