@@ -19,7 +19,14 @@ from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
 from identification.fits.least_squares_problem import signals_of
 from identification.selection.trial_runner import Submit, results_of, run_at_once
-from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction
+from observers import (
+    AligningTorque,
+    FrictionQuality,
+    GroundFriction,
+    friction_quality,
+    friction_spread,
+    ground_friction,
+)
 from symbolic.deformation import full_slide_arm
 from symbolic.tables.found_model import is_of_other_scale
 from symbolic.trajectory_sensitivity import effects_memory_after
@@ -197,8 +204,13 @@ def _observed(
     references: Mapping[str, float],
     load: float | None,
 ) -> dict[str, _Observed]:
-    """Tracks of an observer over recordings, and their quality, by name; of a found model at a load."""
-    factory, observed = observer_factory(observer), {}
+    """Tracks of an observer over recordings, and their quality, by name; of a found model at a load.
+
+    By a found model k is a state, as it and the lengths differ a little between recordings.
+    """
+    of_wheels = model is not None and all(r.standstills is None for r in recordings)
+    aligning = AligningTorque(stiffness=True) if of_wheels else None
+    factory, observed = observer_factory(observer, aligning=aligning), {}
     for recording in recordings:
         # A car's observer knows its gear as declared, and takes no other model.
         used = None if recording.standstills is not None else model
