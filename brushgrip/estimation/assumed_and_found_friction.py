@@ -15,9 +15,9 @@ from brushgrip.estimation.observe_recording import (
     observe,
     observer_factory,
 )
+from brushgrip.estimation.simulated_torque import memory_at_the_end
 from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
-from identification.fits.least_squares_problem import signals_of
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import (
     AligningTorque,
@@ -29,7 +29,6 @@ from observers import (
 )
 from symbolic.deformation import full_slide_arm
 from symbolic.tables.found_model import is_of_other_scale
-from symbolic.trajectory_sensitivity import effects_memory_after
 
 _Observed = tuple[FrictionTrack, FrictionQuality]
 Stage = Mapping[str, FrictionQuality]
@@ -238,10 +237,7 @@ def offline_friction(found: FoundModel, recording: Recording, load: float | None
     fitted = found.rig.get(recording.name, {})
     load = float(np.median(recording.F_N)) if load is None else load
     theta = model.theta(found.values_for(recording.name, ground=recording.ground))
-    memory = np.zeros(model.memory_size)
-    if any(effect.memory for effect in model.effects):
-        own = effects_memory_after(model, signals_of(recording), np.asarray(theta).ravel())
-        memory[memory.size - own.size :] = own
+    memory = memory_at_the_end(model, recording, np.asarray(theta).ravel())
     _, corrected = model.full_slide(
         memory,
         load * fitted.get("load", 1.0),

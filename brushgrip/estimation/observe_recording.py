@@ -17,7 +17,7 @@ from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.option_values import ChosenTuning
 from brushgrip.wording.friction_in_words import last_uncontradicted
 from identification import FoundModel, Recording, Standstills
-from identification.fits.least_squares_problem import begins_tared
+from identification.fits.least_squares_problem import begins_at_zero
 from observers import (
     AligningTorque,
     DirectionalFriction,
@@ -112,7 +112,7 @@ def model_observer(
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
         model = found.model
-        values = found.values_for_estimation(recording.ground, tared=begins_tared(recording))
+        values = found.values_for_estimation(recording.ground, tared=begins_at_zero(recording))
         rig = found.with_known_stiffness(recording.rig, recording.tyre.k, recording.ground)
     measurement_model: MeasurementModel = SteeringTorque()
     if (car := recording.standstills) is not None:

@@ -28,8 +28,8 @@ Simulated = tuple[Array, Mapping[Label, Array]]
 MIN_DECLARED_WEIGHT = 1e-9
 """Least weight of declared values where residuals are next to zero [1]."""
 
-TARED = 0.01
-"""Share of the torque range within which a tared torque begins [1]."""
+AT_ZERO = 0.02
+"""Share of the torque range, outliers apart, within which a torque that was tared begins [1]."""
 
 
 def signals_of(recording: Recording) -> Array:
@@ -39,10 +39,15 @@ def signals_of(recording: Recording) -> Array:
     return np.vstack([recording.psi, recording.psi_dot, recording.F_N, steps])
 
 
-def begins_tared(recording: Recording) -> bool:
-    """Whether the first torque is zero, to `TARED` of its range: the channel was set to zero there."""
-    known = recording.M_z[np.isfinite(recording.M_z)]
-    return bool(known.size and abs(known[0]) < TARED * np.ptp(known))
+def begins_at_zero(recording: Recording) -> bool:
+    """Whether the first torque is zero to `AT_ZERO` of its range, as where it was set to zero there.
+
+    False where it is missing. A relaxed wheel on a sensor that was not tared begins so, too.
+    """
+    torque = recording.M_z
+    if not np.isfinite(torque[0]):
+        return False
+    return bool(abs(torque[0]) < AT_ZERO * np.ptp(np.nanquantile(torque, [0.01, 0.99])))
 
 
 def torque_range(recording: Recording) -> float:

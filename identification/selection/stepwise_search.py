@@ -11,7 +11,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from identification.fits.fitting import last_effect_at_bound
-from identification.fits.least_squares_problem import begins_tared
+from identification.fits.least_squares_problem import begins_at_zero
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
@@ -122,7 +122,7 @@ class Search:
     def _changes(self, present: Effects, effect: Effect) -> bool:
         """Whether adding the effect changes the model for these recordings."""
         if effect.tare:
-            return all(begins_tared(recording) for recording in self.runner.training)
+            return all(begins_at_zero(recording) for recording in self.runner.training)
         if not effect.changes_scopes:
             return True
         # It gives every ground its own values, for which it needs a parameter and two grounds.

@@ -45,8 +45,8 @@ def from_files(
         rig: the rig file, TOML with ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` in SI units; J_A and
             b_t are needed where the steering torque is measured, mu is not used.
         model: the folder of a diagnosis, or the model.json in it, whose k goes before that of the rig;
-            None for the declared model. What belongs to one recording alone, as a torque zero, stays
-            neutral.
+            None for the declared model. What belongs to one recording alone, as a torque zero, or to the
+            taring of a bench stays neutral.
         effects: effects beside the library's that the model file may name.
         tuning: of an `Ekf` or `Mhe`, None for the usual one; the error of the model that the model file
             states goes before its own, see `observers.tuning_for`.

@@ -248,7 +248,7 @@ def mean_over_grounds(grounds: Mapping[str, Mapping[str, float]]) -> dict[str, f
 def geometric_or_arithmetic_mean(values: Collection[float]) -> float:
     """The geometric mean of values of one sign; the arithmetic mean where there are two or a zero.
 
-    Also where one is more than `ALIKE` times another: one of them is all but zero then.
+    Also where one is more than `ALIKE` times another: one of them may be all but zero.
     """
     least, most = min(values), max(values)
     if least == most:

@@ -47,17 +47,20 @@ SENSING = {"aligning": AligningTorque(), "steering": SteeringTorque()}
 
 
 def sane(observer: Any) -> np.ndarray:
-    """Samples (n, 5) of a wheel that turns through its full slide, without noise."""
-    t = np.arange(SANE) * USUAL[4]
+    """Samples (n, 5) of a wheel that turns through its full slide, without noise.
+
+    It has turned for as long before, so that friction that drifts with the turn has come to rest.
+    """
+    t = np.arange(2 * SANE) * USUAL[4]
     pulse = 2 * np.pi * 0.35
     psi, rate = 0.35 * np.sin(pulse * t), 0.35 * pulse * np.cos(pulse * t)
-    load = np.full(SANE, USUAL[3])
-    signals = np.stack([psi, rate, load, np.full(SANE, USUAL[4])])
+    load = np.full(t.size, USUAL[3])
+    signals = np.stack([psi, rate, load, np.full(t.size, USUAL[4])])
     theta = np.array(observer.model.theta({"mu": MU, **observer.values})).ravel()
     torque = simulate(observer.model, signals, theta, np.array([RIG.a, RIG.e])).M_z
     if observer.channel == "M":
         torque = -RIG.J_A * pulse**2 * psi + RIG.b_t * rate - torque
-    return np.column_stack([psi, rate, torque, load, signals[3]])
+    return np.column_stack([psi, rate, torque, load, signals[3]])[SANE:]
 
 
 def endure(kind: type[Ekf] | type[Mhe], model: str, sensing: str, effort: Effort) -> Iterator[Tried]:
