@@ -14,6 +14,7 @@ profile: the turn until a new ground is known, and alarms on ground that stays. 
 """
 
 import argparse
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,13 +23,20 @@ import numpy as np
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
 from brushgrip.estimation.assumed_and_found_friction import offline_friction
-from brushgrip.estimation.observe_recording import model_observer, run_arguments
+from brushgrip.estimation.observe_recording import (
+    aligning_torque_model,
+    model_observer,
+    run_arguments,
+)
 from brushgrip.inputs.command_inputs import gather_inputs
 from identification import FoundModel, Recording, read_model
-from observers import PROFILES, AligningTorque, Ekf, Estimates, Mhe, Status, run
+from observers import PROFILES, Ekf, Estimates, Mhe, Status, run
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
+
+from published import ground_named
 
 NAMES = ("fem1", "fem3", "fem4_ident", "fem5", "piros1", "piros2_ident", "piros4", "piros7")
-GROUNDS = ("steel=fem1,fem3,fem4_ident,fem5", "emery=piros1,piros2_ident,piros4,piros7")
 PAIRS = (("fem3", "fem4_ident"), ("piros1", "piros2_ident"))
 """Recordings on one ground whose loads are within 15 %."""
 CLOSE = 0.1
@@ -64,8 +72,9 @@ def measured(
     print(f"\n{kind.__name__.upper()}, {tuning}, {model}{variant}")
     print(f"{'':16}" + "".join(f"{name:>11}" for name in COLUMNS))
     table = {}
-    for recording in gather_inputs(NAMES, ground=GROUNDS).recordings(causal=True):
-        aligning = AligningTorque(stiffness=True) if stiffness else None
+    aligning = aligning_torque_model(by_direction=False, stiffness_state=stiffness)
+    for read in gather_inputs(NAMES).recordings(causal=True):
+        recording = replace(read, ground=ground_named(read.name))
         observer = model_observer(kind, recording, found, tuning=PROFILES[tuning], aligning=aligning)
         observer = replace(observer, acquire=acquire)
         table[recording.name] = figures(

@@ -41,6 +41,14 @@ SPOKEN_OF = (
     {"frictional_creep", "tared_pretwist", "patch_width", "friction_drift"},
 )
 """Effects that the text of the page explains: of the search with four held out, and with none."""
+SPOKEN_VALUES = {
+    "twist": "tared_pretwist.psi_0",
+    "tare": "tared_pretwist.M_0",
+    "scale": "friction_drift.scale",
+    "steel": "friction_drift.gain [steel]",
+    "emery": "friction_drift.gain [emery]",
+}
+"""Parameters that it tells, of the first of these searches, by their keys in the template."""
 TEMPLATE, SEARCH_TEMPLATE = (
     Path(__file__).with_name(f"walk_through{part}.in.md") for part in ("", "_search")
 )
@@ -111,16 +119,10 @@ def figures(
 ) -> Mapping[str, str]:
     """Everything that the template asks for."""
     published, series = vibration(split, [r for r in recordings if r.name in TRAINING])
-    drift, twist = (
-        split.parameters[f"{name}"] for name in ("friction_drift.scale", "tared_pretwist.psi_0")
-    )
     return {
-        "twist": value_with_std(twist),
-        "tare": value_with_std(split.parameters["tared_pretwist.M_0"]),
-        "scale": value_with_std(drift),
         **{
-            ground: value_with_std(split.parameters[f"friction_drift.gain [{ground}]"])
-            for ground in ("steel", "emery")
+            key: value_with_std(split.parameters[name]) if name in split.parameters else "–"
+            for key, name in SPOKEN_VALUES.items()
         },
         "split_errors": errors_table(split),
         "split_effects": effects_table(split),

@@ -16,6 +16,7 @@ from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.bristle_kernel import bristle_kernel
 from symbolic.compilation.compiled import compiled
+from symbolic.effects.base import Effect
 from symbolic.errors import InvalidInputError
 from symbolic.model import GEOMETRY, SIGNALS, Model, sample_at_the_patch
 
@@ -108,8 +109,10 @@ def _simulated(
     )
 
 
-def effects_memory_after(model: Model, signals: Array, theta: Array) -> Array:
-    """What the effects remember after a recording, such as the travel of `friction_drift`.
+def memory_at_full_slide(model: Model, signals: Array, theta: Array) -> Array:
+    """The memory after a recording, as far as full slide depends on it; the rest of it is zero.
+
+    It is what effects on friction count up, such as the travel of `friction_drift`.
 
     Args:
         model: the model.
@@ -117,17 +120,27 @@ def effects_memory_after(model: Model, signals: Array, theta: Array) -> Array:
         theta: parameter vector in the order of `model.coordinates`, shape (p,).
 
     Returns:
-        The effects' part of the model's memory, shape (own,); the patch's part comes before it.
+        The memory that `Model.full_slide` takes, shape (memory_size,).
     """
-    first, values, geometry = model.symbols()
-    (memory,) = model.initial.call([first, values, geometry])
-    own = memory[1 + model.patch().size :]
-    begin = ca.Function("begin", [first, values, geometry], [own])(signals[:, 0], theta, [1.0, 0.0])
-    before = ca.MX.sym("before", own.numel())
-    _, after, _ = sample_at_the_patch(model, model.split_own(before), first, values)
-    step = ca.Function("step", [before, first, values], [ca.vertcat(*after)])
-    count = signals.shape[1]
-    return np.asarray(step.fold(count)(begin, signals, np.tile(theta[:, None], count))).ravel()
+    memory = np.zeros(model.memory_size)
+    if not any(
+        effect.memory and type(effect).friction is not Effect.friction for effect in model.effects
+    ):
+        return memory
+    step, count, own = _effects_step(model), signals.shape[1], 1 + model.patch().size
+    begin = np.asarray(model.initial(signals[:, 0], theta, np.zeros(len(GEOMETRY)))).ravel()[own:]
+    after = step.fold(count)(begin, signals, np.tile(theta[:, None], count))
+    memory[own:] = np.asarray(after).ravel()
+    return memory
+
+
+@cache
+def _effects_step(model: Model) -> ca.Function:
+    """(memory of the effects, signals, theta) -> that memory after the sample."""
+    signals, theta, _ = model.symbols()
+    before = ca.MX.sym("before", sum(effect.memory for effect in model.effects))
+    _, after, _ = sample_at_the_patch(model, model.split_own(before), signals, theta)
+    return ca.Function("effects_step", [before, signals, theta], [ca.vertcat(*after)])
 
 
 def _check_shapes(signals: Array, theta: Array, geometry: Array, seeds: Array, parameters: int) -> None:

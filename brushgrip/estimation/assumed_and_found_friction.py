@@ -10,25 +10,19 @@ from brushgrip.estimation.friction_budget import friction_budget
 from brushgrip.estimation.friction_over_load import at_load, common_load
 from brushgrip.estimation.observe_recording import (
     FrictionTrack,
+    aligning_torque_model,
     friction_track,
     has_aligning_torque,
     observe,
     observer_factory,
 )
-from brushgrip.estimation.simulated_torque import memory_at_the_end
 from brushgrip.inputs.option_choices import ObserverName
-from identification import Diagnosis, FoundModel, Recording
+from identification import Diagnosis, FoundModel, Recording, signals_of
 from identification.selection.trial_runner import Submit, results_of, run_at_once
-from observers import (
-    AligningTorque,
-    FrictionQuality,
-    GroundFriction,
-    friction_quality,
-    friction_spread,
-    ground_friction,
-)
+from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction
 from symbolic.deformation import full_slide_arm
 from symbolic.tables.found_model import is_of_other_scale
+from symbolic.trajectory_sensitivity import memory_at_full_slide
 
 _Observed = tuple[FrictionTrack, FrictionQuality]
 Stage = Mapping[str, FrictionQuality]
@@ -208,7 +202,7 @@ def _observed(
     By a found model k is a state, as it and the lengths differ a little between recordings.
     """
     of_wheels = model is not None and all(r.standstills is None for r in recordings)
-    aligning = AligningTorque(stiffness=True) if of_wheels else None
+    aligning = aligning_torque_model(by_direction=False, stiffness_state=of_wheels)
     factory, observed = observer_factory(observer, aligning=aligning), {}
     for recording in recordings:
         # A car's observer knows its gear as declared, and takes no other model.
@@ -237,7 +231,7 @@ def offline_friction(found: FoundModel, recording: Recording, load: float | None
     fitted = found.rig.get(recording.name, {})
     load = float(np.median(recording.F_N)) if load is None else load
     theta = model.theta(found.values_for(recording.name, ground=recording.ground))
-    memory = memory_at_the_end(model, recording, np.asarray(theta).ravel())
+    memory = memory_at_full_slide(model, signals_of(recording), np.asarray(theta).ravel())
     _, corrected = model.full_slide(
         memory,
         load * fitted.get("load", 1.0),

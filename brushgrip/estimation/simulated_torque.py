@@ -4,9 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification import FoundModel, Recording, Values, replaced_rig, signals_of
-from symbolic import Effect, InvalidInputError, Model, simulate
-from symbolic.array_alias import Array
-from symbolic.trajectory_sensitivity import effects_memory_after
+from symbolic import InvalidInputError, Model, simulate
+from symbolic.trajectory_sensitivity import memory_at_full_slide
 
 
 def simulation_model_and_values(
@@ -53,16 +52,7 @@ def values_in_words(
         return line
     model, load = found.model, float(np.median(recording.F_N))
     theta = model.theta(values)
-    memory = memory_at_the_end(model, recording, np.asarray(theta).ravel())
+    memory = memory_at_full_slide(model, signals_of(recording), np.asarray(theta).ravel())
     mu_eff, _ = model.full_slide(memory, load, theta, [a, e], recording.rig.slide_rate)
     line += "; not known as a file of the model" * (not own)
     return f"{line}; mu_eff, which estimate tells, is {float(mu_eff):.2f} at {load:.0f} N"
-
-
-def memory_at_the_end(model: Model, recording: Recording, theta: Array) -> Array:
-    """The model's memory after a recording, as far as full slide depends on it; the rest is zero."""
-    memory = np.zeros(model.memory_size)
-    if any(effect.memory and type(effect).friction is not Effect.friction for effect in model.effects):
-        own = effects_memory_after(model, signals_of(recording), theta)
-        memory[memory.size - own.size :] = own
-    return memory

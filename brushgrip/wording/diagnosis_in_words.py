@@ -206,11 +206,10 @@ def taken_from_model(found: FoundModel) -> str:
     """What an observer takes from a model file, and on how many recordings that stands."""
     basis, model = found.basis, found.model
     grades = {} if basis is None else basis.grades
-    scopes = {effect.name: {p.scope for p in effect.parameters} for effect in model.effects}
-    own = [name for name, scope in scopes.items() if scope == {"recording"}]
+    own = [effect.name for effect in model.effects if effect.of_recordings]
     parts = [
         effect_words(name) + (f" ({GRADES.get(grades[name], grades[name])})" if name in grades else "")
-        for name in scopes
+        for name in (effect.name for effect in model.effects)
         if name not in own
     ]
     if "k" in found.tyre:

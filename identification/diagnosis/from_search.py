@@ -54,7 +54,7 @@ def build_diagnosis(
     fitted = after.fitted
     errors_before, error_before = errors_of(before, training, holdout, left_out[0])
     errors_after, error_after = errors_of(after, training, holdout, left_out[1])
-    values = with_tare(fitted.model, after.values, everything)
+    values = _with_tare(fitted.model, after.values, everything)
     estimates = _estimates(after, values, training, holdout)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
     effects = found_effects(steps, rests, estimates, training, holdout, proposals, left)
@@ -115,9 +115,8 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
             delta_bic=delta_bic(trial.fitted, first.coarse_before.fitted, recordings),
             parameters={
                 label.removeprefix(f"{name}."): estimate
-                for label, estimate in _fitted(trial.fitted, recordings).items()
+                for label, estimate in _fitted(trial.fitted, recordings, shared=True).items()
                 if label.startswith(f"{name}.")
-                and not any(label.endswith(f" [{recording.name}]") for recording in recordings)
             },
             at_bound=tuple(p for one, p, *_ in parameters_at_bounds(trial.fitted) if one == name),
         )
@@ -125,22 +124,21 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
     )
 
 
-def with_tare(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
+def _with_tare(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
     """The values with what a taring took off, which `simulate` does without, see `Effect.tare`.
 
     It is what the model bears at the first sample, the mean over these recordings [N m].
     """
-    names = [f"{effect.name}.{effect.tare}" for effect in model.effects if effect.tare]
-    if not names:
+    name = next((f"{effect.name}.{effect.tare}" for effect in model.effects if effect.tare), None)
+    if name is None:
         return values
-    before = values.having({(None, name): 0.0 for name in names})
     torques = []
     for recording in (replaced_rig(r, values) for r in recordings):
-        first, theta = signals_of(recording)[:, 0], model.theta(before.of(recording))
+        first, theta = signals_of(recording)[:, 0], model.theta(values.of(recording))
         geometry = [recording.rig.a, recording.rig.e]
         memory = model.initial(first, theta, geometry)
         torques.append(float(model.step(memory, first, theta, geometry)[1]))
-    return values.having({(None, names[0]): -float(np.mean(torques))})
+    return values.having({(None, name): values.tyre[name] - float(np.mean(torques))})
 
 
 def _estimates(
@@ -159,18 +157,22 @@ def _estimates(
     }
 
 
-def _fitted(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, ParameterEstimate]:
-    """What a fit found, in physical units; own values of recordings as `mu [fem1]`."""
+def _fitted(
+    fitted: Fit, recordings: Sequence[Recording], *, shared: bool = False
+) -> dict[str, ParameterEstimate]:
+    """What a fit found, physical units; own values of recordings, none if `shared`, as `mu [fem1]`."""
     parameters = {parameter_name(e, p): p for e, p in fitted.model.parameters}
     units, estimates = units_of(fitted.model) | TOLERATED, {}
     spread = standard_deviations(fitted, recordings)
-    for (owner, name), deviation in zip(fitted.labels, spread, strict=True):
+    nameless = {None, UNNAMED_GROUND} if len(fitted.values.grounds) == 1 else {None}
+    for (owner, name), deviation, own in zip(fitted.labels, spread, fitted.own, strict=True):
+        if shared and own:
+            continue
         value = fitted.values.at((owner, name))
         if name in parameters and parameters[name].inverse:
             deviation = deviation * value**2
         std = float(deviation) if np.isfinite(deviation) else None
-        alone = owner is None or (*fitted.values.grounds,) == (owner,) == (UNNAMED_GROUND,)
-        label = name if alone else f"{name} [{owner}]"
+        label = name if owner in nameless else f"{name} [{owner}]"
         estimates[label] = ParameterEstimate(value=value, std=std, unit=units.get(name, "1"))
     return estimates
 

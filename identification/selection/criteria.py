@@ -135,16 +135,14 @@ def residuals_are_white(fitted: Fit, recordings: Sequence[Recording]) -> bool:
 def family_already_present(effects: Sequence[Effect]) -> bool:
     """Whether another effect is a law of the last one's family; zeros and starting twists are none."""
     *others, last = (
-        None if effect.tare or {p.scope for p in effect.parameters} == {"recording"} else effect.family
-        for effect in effects
+        None if effect.tare or effect.of_recordings else effect.family for effect in effects
     )
     return last in {*others} - {None, "other"}
 
 
 def says_the_zero_twice(effects: Sequence[Effect]) -> bool:
     """Whether a torque that was tared stands beside a zero or a starting twist of each recording."""
-    own = any({p.scope for p in effect.parameters} == {"recording"} for effect in effects)
-    return own and any(effect.tare for effect in effects)
+    return any(e.tare for e in effects) and any(e.of_recordings for e in effects)
 
 
 def backward_step_justified(

@@ -116,11 +116,11 @@ class Search:
         recent = [step.idle(self.criteria) for step in additions[-self.criteria.idle_steps :]]
         idle = set.intersection(*recent) if len(recent) == self.criteria.idle_steps else set()
         excluded = {*present, *(step.removed_effect for step in steps)}
-        allowed = [e for e in self.candidates if e not in excluded and self._changes(present, e)]
+        allowed = [e for e in self.candidates if e not in excluded and self._may_be_added(present, e)]
         return [e for e in allowed if e not in idle], [e for e in allowed if e in idle]
 
-    def _changes(self, present: Effects, effect: Effect) -> bool:
-        """Whether adding the effect changes the model for these recordings."""
+    def _may_be_added(self, present: Effects, effect: Effect) -> bool:
+        """Whether these recordings allow the effect: a tare begins at zero, all else acts on them."""
         if effect.tare:
             return all(begins_at_zero(recording) for recording in self.runner.training)
         if not effect.changes_scopes:

@@ -166,6 +166,11 @@ class Effect:
         """Whether it gives parameters of the model another scope: it has `scope_of`."""
         return type(self).scope_of is not Effect.scope_of
 
+    @property
+    def of_recordings(self) -> bool:
+        """Whether every recording has values of its own of all its parameters, as of a torque zero."""
+        return {parameter.scope for parameter in self.parameters} == {"recording"}
+
     def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
         """Values of the parameters that are never fitted, by name.
 

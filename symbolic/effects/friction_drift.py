@@ -1,8 +1,8 @@
 """Friction that changes with the angle turned, counted both ways: it beds in, or wears.
 
 How much belongs to the ground: rubber that beds in on steel need not do so on emery. It drifts with the
-angle turned, not with time. Its family is that of friction over time and travel, and
-files know it as `friction_drift`.
+angle turned, not with time. Its family is that of friction over time and travel, and files know it as
+`friction_drift`.
 
 An empirical form; on rubber friction in general: Persson, Sliding Friction, 2nd ed. (2000).
 """
@@ -23,17 +23,11 @@ class FrictionDrift(Effect):
     family = "friction over time"
     parameters: tuple[Parameter, ...] = (
         Parameter(
-            name="gain",
-            unit="1",
-            neutral=0.0,
-            start=0.1,
-            lower=-0.9,
-            upper=3.0,
-            scale=0.1,
+            name="gain", unit="1", neutral=0.0, start=0.1, lower=-0.9, upper=3.0, scale=0.1,
             scope="ground",
         ),
         Parameter(name="scale", unit="rad", neutral=None, start=0.5, lower=0.05, upper=20.0, scale=0.5),
-    )
+    )  # fmt: skip
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("the torque times the time"),
         ResidualSignature("the signed angle since the last reversal", sign=1, rank=3),

@@ -27,9 +27,9 @@ class TaredPretwist(Effect):
             name="psi_0", unit="rad", neutral=0.0, start=0.005, lower=-0.05, upper=0.05, scale=0.01
         ),
         Parameter(
-            name="M_0", unit="N m", neutral=None, start=0.0, lower=-1e9, upper=1e9, scale=0.5, fixed=True
+            name="M_0", unit="N m", neutral=0.0, start=0.05, lower=-1e9, upper=1e9, scale=0.5, fixed=True
         ),
-    )
+    )  # fmt: skip
     tare: str = "M_0"
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("a constant of each recording", rank=1),

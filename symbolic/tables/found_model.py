@@ -210,10 +210,10 @@ class FoundModel:
                 recordings of the diagnosis; else an effect with a tare is neutral, see `Effect.tare`.
         """
         neutral = {
-            parameter_name(effect, parameter): parameter.neutral or 0.0
+            parameter_name(effect, parameter): parameter.neutral
             for effect, parameter in self.model.parameters
-            if (parameter.scope == "recording" and parameter.neutral is not None)
-            or (effect is not None and effect.tare and not tared)
+            if parameter.neutral is not None
+            and (parameter.scope == "recording" or (effect is not None and effect.tare and not tared))
         }
         values = {**self.tyre, **self.on_ground(ground), **neutral}
         return {name: value for name, value in values.items() if name != "mu"}

@@ -25,6 +25,7 @@ from tests.observers.conftest import RIG
 from tests.observers.embedded.generated_code import (
     DECLARED,
     EFFECTS,
+    FOUND,
     MEASURED_RUN,
     NO_COMPILER,
     RunningCode,
@@ -42,7 +43,9 @@ SANE = 1000
 PATIENCE = 12
 """How often these are given before the estimate has to be back."""
 MU, NEAR = 0.9, 0.1
-MODELS = {"declared": DECLARED, "torsion_rate": EFFECTS, "measured_run": MEASURED_RUN}
+MODELS = {
+    "declared": DECLARED, "torsion_rate": EFFECTS, "torsion_creep": FOUND, "measured_run": MEASURED_RUN
+}  # fmt: skip
 SENSING = {"aligning": AligningTorque(), "steering": SteeringTorque()}
 
 

@@ -385,6 +385,9 @@ def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_fro
     assert text.startswith("Note: Simulated, not measured")
 
 
+AT_REST = {"t": np.arange(3.0), "psi": np.zeros(3), "psi_dot": np.zeros(3)}
+
+
 def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:
     # Full slide of the declared patch is proportional to mu, load and, with e = 0, half-length; the
     # mean of both directions is (1 + ratio) / 2 of the greater.
@@ -392,7 +395,9 @@ def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:
     tyre = {"k": 3e6, "asymmetric_friction.ratio": 0.8}
     own = {"one": {"mu": 1.2}, "other": {"mu": 1.2}}
     found = FoundModel(model=model, tyre=tyre, own=own, rig={"one": {"a": 0.044, "load": 1.05}})
-    recording = SimpleNamespace(name="one", rig=Rig(a=0.04, e=0.0), F_N=np.full(3, 400.0), ground=None)
+    recording = SimpleNamespace(
+        name="one", rig=Rig(a=0.04, e=0.0), F_N=np.full(3, 400.0), ground=None, **AT_REST
+    )
 
     plain = SimpleNamespace(**{**vars(recording), "name": "other"})
     ratio = offline_friction(found, recording) / offline_friction(found, plain)  # type: ignore[arg-type]
@@ -582,7 +587,7 @@ def test_friction_that_depends_on_the_load_is_told_at_one_load() -> None:
     found = FoundModel(model=model, tyre={"k": 3e6, "load_dependent_friction.n": 0.2}, own={})
     loads = np.array([400.0, 800.0, 500.0])
     recording = SimpleNamespace(
-        name="one", rig=Rig(a=0.04, e=0.0), F_N=loads, ground=None, standstills=None
+        name="one", rig=Rig(a=0.04, e=0.0), F_N=loads, ground=None, standstills=None, **AT_REST
     )
     seen = make_estimates([0, 0, 0], mu_eff=loads**-0.2, mu_eff_std=0.1 * loads**-0.2)
     told = at_load(seen, found, recording, 500.0)  # type: ignore[arg-type]

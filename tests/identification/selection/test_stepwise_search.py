@@ -86,7 +86,7 @@ def changes(grounds: tuple[str | None, ...], present: list[str], effect: str) ->
     training = [recording(f"r{i}", ground) for i, ground in enumerate(grounds)]
     runner = cast(TrialRunner, SimpleNamespace(training=training))
     search: Any = Search(runner, (), DEFAULT_CRITERIA, silent)
-    return bool(search._changes(effects_named(present), (EFFECTS | GROUND_SCOPES)[effect]))
+    return bool(search._may_be_added(effects_named(present), (EFFECTS | GROUND_SCOPES)[effect]))
 
 
 def test_grounds_are_tried_where_two_are_named_and_something_is_theirs() -> None:
