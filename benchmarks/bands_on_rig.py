@@ -40,7 +40,7 @@ NOT_OF_THE_GROUND = {
 """Effects whose torque is not the ground's, or that pass; the drift is counted by its own law."""
 STAYS = replace(PROFILES["clean"], mu_walk=0.0, zero_walk=0.0)
 """On the rig neither the ground nor the zero of the torque drifts, and the half-length is known."""
-OWN = ("torque_offset", "pretwist", "tared_pretwist")
+OWN = ("torque_offset", "pretwist", "tared_pretwist", "zero_drift")
 """Effects whose parameters belong to one recording: nobody knows them for the next."""
 
 

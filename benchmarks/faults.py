@@ -39,7 +39,7 @@ from benchmarks.faulty_inputs import (
 from benchmarks.ice import EFFECTS, KINDS, OFF, RIG, STEERING_RATE, TORQUES, K
 from identification import Recording
 from identification.reading.sensor_saturation import sensor_saturation
-from observers import Status, run
+from observers import AligningTorque, MeasurementModel, Status, run
 from reference_rig import (
     RigRecording,
     RigTyre,
@@ -59,6 +59,7 @@ class FaultCase:
     """What is run: observer, torque, tolerance of k [1], whether the model with an effect is found.
 
     `range` is that of the torque sensor over the greatest torque [1]; None where it is not declared.
+    `stiffness`: k is a state of the observer.
     """
 
     observer: str = "ekf"
@@ -66,6 +67,12 @@ class FaultCase:
     k: float = OFF["k"]
     found: bool = False
     range: float | None = None
+    stiffness: bool = False
+
+    @property
+    def sensing(self) -> MeasurementModel:
+        """What is measured, with k as a state where that is asked for."""
+        return AligningTorque(stiffness=True) if self.stiffness else TORQUES[self.torque]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,7 +123,7 @@ def outcome(task: tuple[FaultCase, str, int, RunBeforeFault]) -> tuple[bool, flo
         rig = replace(rig, range=case.range * float(np.abs(one.inputs["torque"]).max()))
     observer = KINDS[case.observer](
         model=Model(effects=effects_named(one.effects)), values={"k": inputs["k"], **one.values},
-        rig=rig, measurement_model=TORQUES[case.torque],
+        rig=rig, measurement_model=case.sensing,
     )  # fmt: skip
     torque = {case.torque: inputs["torque"]}
     estimates = run(observer, one.t, inputs["psi"], inputs["F_N"], **torque)
@@ -150,12 +157,13 @@ def main() -> None:
     parser.add_argument("--k", type=float, default=OFF["k"], help="tolerance of k, as a share of it")
     parser.add_argument("--found", action="store_true", help="the rig has an effect, and the model too")
     parser.add_argument("--range", type=float, help="of the torque sensor, over the greatest torque")
+    parser.add_argument("--stiffness-state", action="store_true", help="k is a state of the observer")
     options = parser.parse_args()
-    if options.found and options.torque == "M":
-        parser.error("the effects are planted into the aligning torque: --found goes with M_z")
+    if options.torque == "M" and (options.found or options.stiffness_state):
+        parser.error("--found and --stiffness-state go with M_z")
     case = FaultCase(
         observer=options.observer, torque=options.torque, k=options.k, found=options.found,
-        range=options.range,
+        range=options.range, stiffness=options.stiffness_state,
     )  # fmt: skip
     runs = list(product(FRICTIONS, DURATIONS, range(options.seed, options.seed + options.seeds)))
     print(

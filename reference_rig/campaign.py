@@ -84,6 +84,7 @@ STRENGTHS: Mapping[str, StrengthRange] = {
     "contact_damping": StrengthRange(_one("c"), 0.05, 20.0),
     "sensor_delay": StrengthRange(_one("delay"), 2e-3, 0.14),
     "torque_offset": StrengthRange(_either_sign("M_0"), 0.05, 10.0, another_day=_another_value),
+    "zero_drift": StrengthRange(_either_sign("rate"), 2e-3, 1.0, another_day=_another_value),
     "pretwist": StrengthRange(
         _either_sign("psi_0"), 2e-3, 0.3, hand=LATE_SLIDE_HAND, another_day=_another_value
     ),

@@ -110,6 +110,16 @@ def torque_offset(M_0: float = 0.0) -> PlantedEffect:
     return PlantedEffect(torque=lambda history: history.M_z + M_0)
 
 
+def zero_drift(rate: float = 0.0) -> PlantedEffect:
+    """M_z += rate times the time since the first sample, rate in N m/s."""
+
+    def torque(history: RigHistory) -> Array:
+        t = history.drive.t
+        return history.M_z + rate * (t - t[0])
+
+    return PlantedEffect(torque=torque, in_sensor=True)
+
+
 def sensor_delay(delay: float = 0.0) -> PlantedEffect:
     """The torque channel shows the torque of `delay` [s] ago; at first, that of the first sample."""
 
@@ -153,7 +163,7 @@ def backlash(gap: float = 0.0) -> PlantedEffect:
 LIBRARY_EFFECTS = by_name(
     rate_friction, speed_law, frictional_creep, stribeck, carcass_torsion, contact_length,
     patch_width, pressure_shape, viscoelastic_relaxation, contact_damping, sensor_delay,
-    torque_offset, pretwist, tared_pretwist,
+    torque_offset, pretwist, tared_pretwist, zero_drift,
     load_dependent_friction, asymmetric_friction, friction_drift, pressure_skew, bearing_friction,
     steering_return, backlash,
 )  # fmt: skip

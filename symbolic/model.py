@@ -272,8 +272,17 @@ def _torque(
     model: Model, memory: ca.MX, patch_signals: Signals, coefficients: Expression, theta: ca.MX
 ) -> Expression:
     """M_z of the memory after a sample [N m]."""
-    _, patch, _ = model.split(memory)
-    return add_torques(model.patch(theta).torque(patch, coefficients), model, patch_signals, theta)
+    _, patch, own = model.split(memory)
+    M_z = model.patch(theta).torque(patch, coefficients) + torque_of_memories(own, model, theta)
+    return add_torques(M_z, model, patch_signals, theta)
+
+
+def torque_of_memories(own: list[Expression], model: Model, theta: Expression) -> Expression:
+    """What the effects' own memories after a sample add to the torque [N m]."""
+    M_z: Expression = type(theta)(0)
+    for (effect, values), memory in zip(model.values(theta), own, strict=True):
+        M_z = M_z + effect.torque_of_memory(memory, values)
+    return M_z
 
 
 def add_torques(M_z: Expression, model: Model, patch_signals: Signals, theta: Expression) -> Expression:

@@ -10,7 +10,8 @@ from symbolic import Effect, InvalidInputError, Model, effects_in
 from symbolic.errors import one_line
 
 HOOKS = (
-    "transform_inputs", "initial_angle", "friction", "traits", "deflection", "torque", "scope_of",
+    "transform_inputs", "initial_angle", "friction", "traits", "deflection", "torque",
+    "torque_of_memory", "scope_of",
 )  # fmt: skip
 """Methods of an effect of which it overrides at least one."""
 

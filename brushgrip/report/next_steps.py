@@ -46,7 +46,9 @@ PART_OF_BAND = {
 
 That of k is no narrower where it is declared: it then counts what the torque's scale may be off by.
 """
-OF_ZERO = {"torque_offset": "a zero error of the torque"}
+OF_ZERO = {
+    "torque_offset": "a zero error of the torque", "zero_drift": "a drift of the torque's zero",
+}  # fmt: skip
 """What an effect is where a check at the rig may rule it out."""
 
 

@@ -259,7 +259,7 @@ def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]
     if weak := [effect_words(e.name) for e in hints]:
         parts.append(f"whether the weak signs of {listed(weak)} are chance")
     if odd := [effect_words(e.name) for e in diagnosis.effects if e.grade == "stands_in"]:
-        parts.append(f"what {listed(odd)} stand{'s' * (len(odd) == 1)} in for")
+        parts.append(f"the cause that {listed(odd)} {'copies' if len(odd) == 1 else 'copy'}")
     if diagnosis.unexplained.present and not missing_effects(diagnosis):
         parts.append(f"what makes {percent(diagnosis.unexplained.structured)} of range")
     return parts

@@ -136,16 +136,17 @@ def missing_effects(diagnosis: Diagnosis, *, in_friction: bool = False) -> list[
             told.append(f"{cause} ({_sureness(clearest, cause)})")
         else:
             names = [effect_words(effect.name) for effect in effects]
+            one = len(names) == 1
             told.append(
-                f"something more that is not identified: {listed(names)} stand{'s' * (len(names) == 1)}"
-                " in for it" + ", a guess that the friction above contains" * in_friction
+                f"a further cause is not known: {listed(names)} only {'copies' if one else 'copy'} its"
+                f" torque{', and the friction above relies on that' * in_friction}"
             )
     if diagnosis.unexplained.present:
         unknown = "an error beyond noise remains that no effect explains"
         if unexplained_is_larger(diagnosis):
             told.insert(0, unknown)
         elif diagnosis.effects[-1].grade == "stands_in":
-            told[-1] += f"; {unknown}"
+            told[-1] += "; even so part of the error remains"
         else:
             told.append(unknown)
     return [

@@ -54,8 +54,9 @@ def diagnose(
 
     Args:
         recordings: training recordings; shared parameters are fitted to these alone.
-        holdout: recordings that judge. No shared parameter is fitted to them; only mu, torque zero,
-            starting twist, a, e and load are. Without any, training recordings are left out in turn.
+        holdout: recordings that judge. No shared parameter is fitted to them; only mu, torque zero
+            and its drift, starting twist, a, e and load are. Without any, training recordings are left
+            out in turn.
         candidates: effects that the search may add: names of the library's, or effects of your own.
         criteria: thresholds of the search.
         loss: what a residual costs; `Huber` where the torque has outliers.

@@ -133,7 +133,7 @@ def residuals_are_white(fitted: Fit, recordings: Sequence[Recording]) -> bool:
 
 
 def family_already_present(effects: Sequence[Effect]) -> bool:
-    """Whether another effect is a law of the last one's family; zeros and starting twists are none."""
+    """Whether another effect is a law of the last one's family; values of recordings are none."""
     *others, last = (
         None if effect.tare or effect.of_recordings else effect.family for effect in effects
     )
@@ -141,8 +141,12 @@ def family_already_present(effects: Sequence[Effect]) -> bool:
 
 
 def says_the_zero_twice(effects: Sequence[Effect]) -> bool:
-    """Whether a torque that was tared stands beside a zero or a starting twist of each recording."""
-    return any(e.tare for e in effects) and any(e.of_recordings for e in effects)
+    """Whether a torque that was tared stands beside a zero or a starting twist of each recording.
+
+    A torque of memory, such as a drift of the zero, is zero at the first sample and says another thing.
+    """
+    at_start = (e for e in effects if e.of_recordings and not e.remembers_torque)
+    return any(e.tare for e in effects) and any(at_start)
 
 
 def backward_step_justified(

@@ -22,6 +22,7 @@ from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.array_alias import Array
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO
+from symbolic.effects.base import parameter_name
 from symbolic.elements_in_series import deflection_of
 
 RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")
@@ -69,6 +70,14 @@ class ModelObserver(CasadiObserver):
         if self.model.exact and (self._by_direction or deflection_of(self.model) is not None):
             object.__setattr__(self, "model", replace(self.model, discretised=True))
         self.model.theta({**self.values, "mu": self.tuning.mu})
+        for effect, p in self.model.parameters:
+            if effect is None or not effect.remembers_torque or p.neutral is None:
+                continue
+            if self.values[name := parameter_name(effect, p)] != p.neutral:
+                raise InvalidInputError(
+                    f"{name} must be {p.neutral:g}, as an observer estimates the torque's zero itself,"
+                    f" got {self.values[name]:g}; leave {effect.name} out of the model"
+                )
         self.measurement_model.check(self.rig, self.model)
         require_whole(window=getattr(self, "window", 1), iterations=getattr(self, "iterations", 1))
 

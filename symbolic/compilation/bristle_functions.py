@@ -13,13 +13,21 @@ import casadi as ca
 from symbolic.bristle_patch import BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.elements_in_series import build_series_torque
-from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, sample_at_the_patch
+from symbolic.model import (
+    GEOMETRY,
+    SIGNALS,
+    Model,
+    add_torques,
+    sample_at_the_patch,
+    torque_of_memories,
+)
 from symbolic.patch_interface import Expression, Signals, patch_inputs
 from symbolic.slip_at_friction_limit import bristle_slip_solver
 
 Functions = dict[str, ca.Function]
-SCALARS = (*SIGNALS, "factor")
-"""A sample's scalars: the signals at the patch, the factor on friction, then theta, a and e."""
+SCALARS = (*SIGNALS, "factor", "memory_torque")
+"""A sample's scalars: the signals at the patch, the factor on friction, the torque of the effects' own
+memories, then theta, a and e."""
 PLACES = ("lever", "limit", "moment")
 """Coefficients of each bristle, see `BristlePatch.coefficients`."""
 SHARED = 4
@@ -67,8 +75,9 @@ def sample_functions(model: Model) -> Functions:
     own = model.split_own(moving["own"])
     patch_signals, memories, factor = sample_at_the_patch(model, own, signals * factors, moving["theta"])
     scalars = ca.vertcat(
-        *(getattr(patch_signals, name) for name in SIGNALS), factor, moving["theta"], moving["geometry"]
-    )
+        *(getattr(patch_signals, name) for name in SIGNALS), factor,
+        torque_of_memories(memories, model, moving["theta"]), moving["theta"], moving["geometry"]
+    )  # fmt: skip
     after = ca.vertcat(*memories) if size else ca.SX(0, 1)
     moved = ca.vertcat(*moving.values()), ca.vertcat(*along.values())
     results = [after, scalars, ca.jtimes(after, *moved), ca.jtimes(scalars, *moved)]
@@ -76,7 +85,7 @@ def sample_functions(model: Model) -> Functions:
     inputs = {"own": moving["own"], "signals": signals, **moving}
     z, z_by = _symbols(model)
     patch_signals, _, theta, _ = _parts(model, z)
-    beside = add_torques(ca.SX(0), model, patch_signals, theta)
+    beside = add_torques(z[SCALARS.index("memory_torque")], model, patch_signals, theta)
     return {
         "sample": _function("sample", inputs, {"own_next": after, "scalars": scalars}),
         "sample_along": _function(
@@ -96,7 +105,7 @@ def _symbols(model: Model) -> tuple[ca.SX, ca.SX]:
 
 def _parts(model: Model, z: ca.SX) -> tuple[Signals, ca.SX, ca.SX, ca.SX]:
     """Signals at the patch, factor on friction, theta and geometry, out of a sample's scalars."""
-    *signals, factor = ca.vertsplit(z[: len(SCALARS)])
+    *signals, factor, _ = ca.vertsplit(z[: len(SCALARS)])
     theta, geometry = ca.vertsplit(
         z[len(SCALARS) :], [0, len(model.parameters), z.numel() - len(SCALARS)]
     )

@@ -171,6 +171,11 @@ class Effect:
         """Whether every recording has values of its own of all its parameters, as of a torque zero."""
         return {parameter.scope for parameter in self.parameters} == {"recording"}
 
+    @property
+    def remembers_torque(self) -> bool:
+        """Whether its own memory adds to the torque: it has `torque_of_memory`."""
+        return type(self).torque_of_memory is not Effect.torque_of_memory
+
     def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
         """Values of the parameters that are never fitted, by name.
 
@@ -221,6 +226,14 @@ class Effect:
 
     def torque(self, signals: Signals, values: Values) -> Expression:
         """Torque added to that of the patch [N m]."""
+        return 0
+
+    def torque_of_memory(self, memory: Expression, values: Values) -> Expression:
+        """Torque that the effect's own memory after the sample adds besides [N m].
+
+        It is not the ground's, and zero at the first sample. Observers, which estimate the zero of the
+        torque from sample to sample, take such an effect only at its neutral values.
+        """
         return 0
 
 

@@ -185,6 +185,19 @@ def test_an_effect_that_cannot_work_is_told(here: Path, change: tuple[str, str],
     assert message.isprintable()
 
 
+def test_a_torque_of_memory_is_enough(here: Path) -> None:
+    text = MODULE.format(kind="Slow", name="slow").replace(
+        "torque(self, signals", "torque_of_memory(self, m"
+    )
+    text = text.replace("signals.psi / signals.psi", "m").replace(
+        "    def ",
+        "    memory: int = 1\n\n    def initial(self, signals):\n        return 0\n\n    def ",
+    )
+    (here / "own_slow.py").write_text(text)
+
+    assert [effect.remembers_torque for effect in user_effects(["own_slow"])] == [True]
+
+
 def test_a_file_is_the_module_of_its_name(here: Path) -> None:
     folder = here / "somewhere"
     folder.mkdir()

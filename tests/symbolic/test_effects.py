@@ -52,6 +52,7 @@ VALUES: dict[str, dict[str, float]] = {
     "torque_offset": {"M_0": 0.8},
     "pretwist": {"psi_0": -0.06},
     "tared_pretwist": {"psi_0": 0.04, "M_0": 0.9},
+    "zero_drift": {"rate": -0.05},
     "backlash": {"gap": 0.02},
 }
 EACH = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
@@ -129,7 +130,7 @@ def test_parameters_are_declared_sanely(effect: Effect) -> None:
         assert {*re.split(r"[ /]", re.sub(r"\^\d", "", p.unit))} <= UNITS
         assert p.lower < p.start < p.upper
         assert 0 < p.scale < math.inf
-        own = {"torque_offset": "recording", "pretwist": "recording"}
+        own = dict.fromkeys(("torque_offset", "pretwist", "zero_drift"), "recording")
         shared = "ground" if (effect.name, p.name) == ("friction_drift", "gain") else "tyre"
         assert p.scope == own.get(effect.name, shared)
         if p.neutral is not None:
@@ -211,6 +212,7 @@ def test_sample_that_takes_no_time_changes_nothing(effect: Effect) -> None:
         ),
         (("patch_width", "viscoelastic_relaxation", "bearing_friction"), 3e-3),
         (("viscoelastic_relaxation", "frictional_creep"), 3e-3),
+        (("frictional_creep", "friction_drift", "zero_drift"), 3e-3),
         pytest.param(("carcass_torsion", "frictional_creep", "pretwist"), 3e-3, marks=pytest.mark.long),
         pytest.param(("patch_width", "frictional_creep", "rate_friction"), 3e-3, marks=pytest.mark.long),
         pytest.param(
@@ -226,6 +228,20 @@ def test_effects_act_together(names: tuple[str, ...], allowed: float) -> None:
     planted = {name: VALUES[name] for name in names}
 
     assert worst(model_torque(planted), rig_torque(planted)) <= allowed
+
+
+def test_a_zero_drifts_with_time_from_the_first_sample_on() -> None:
+    """Whatever the first period is, and over a gap."""
+    once = samples()[:, :300]
+    once[3, [0, 150]] = 3.0, 7.0
+    elapsed = np.cumsum(once[3]) - 3.0
+
+    drifting, still = (
+        simulated(Model(effects=(EFFECTS["zero_drift"],)), {"zero_drift": {"rate": rate}}, once).M_z
+        for rate in (-0.2, 0.0)
+    )
+
+    np.testing.assert_allclose(drifting - still, -0.2 * elapsed, rtol=0, atol=1e-12)
 
 
 def test_effect_that_remembers_must_say_what() -> None:

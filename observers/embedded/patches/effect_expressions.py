@@ -20,7 +20,7 @@ from symbolic.compilation.bristle_functions import patch_of
 from symbolic.effects.base import Signals
 from symbolic.elements_in_series import deflection_of
 from symbolic.full_slide import build_full_slide
-from symbolic.model import add_torques, sample_at_the_patch
+from symbolic.model import add_torques, sample_at_the_patch, torque_of_memories
 from symbolic.patch_interface import PatchInputs
 from symbolic.zone_patch import ZonePatch
 
@@ -69,7 +69,7 @@ class EffectExpressions:
         memory = ca.vertcat(ca.MX.zeros(1 + model.patch().size), own)
         at_patch, memories, factor = sample_at_the_patch(model, model.split(memory)[2], signals, theta)
         after = ca.vertcat(ca.MX.zeros(1 + model.patch().size), *memories)
-        torque = add_torques(ca.MX(0), model, at_patch, theta)
+        torque = add_torques(torque_of_memories(memories, model, theta), model, at_patch, theta)
         growth, reach, decay, gain = self._of_bristles(at_patch, factor, theta)
         geometry = ca.DM([rig.a, rig.e])
         # A patch that slides as the declared one.

@@ -53,7 +53,7 @@ POINTED_AT: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "the torque near zero": (("backlash",), ()),
     "the signed angle since the last reversal": (GROWS, FALLS),
     "the signed time since the last reversal": (GROWS, FALLS),
-    "time": (("pretwist",), ("pretwist",)),
+    "time": (("pretwist", "zero_drift"), ("pretwist", "zero_drift")),
     "the torque times the time": (("friction_drift",), ("friction_drift",)),
     DELAY: (
         ("sensor_delay", "carcass_torsion", "pressure_shape"),

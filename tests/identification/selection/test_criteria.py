@@ -12,8 +12,9 @@ from identification.selection.criteria import (
     delta_bic,
     distinguishable,
     exchange_justified,
+    says_the_zero_twice,
 )
-from symbolic import InvalidInputError
+from symbolic import InvalidInputError, effects_named
 from tests.identification.selection.compared import SECONDS, Pair, judgement, trials
 
 BLOCK, LONG_BLOCK = DEFAULT_CRITERIA.block, DEFAULT_CRITERIA.long_block
@@ -55,6 +56,19 @@ def test_an_objection_stands_where_nothing_held_out_foresees_the_gain(pair: Pair
     fitted_to_each = replace(after, fitted=replace(after.fitted, labels=labels))
     for richer in (fitted_to_each, replace(after, held_out=None)):
         assert not addition_justified(richer, before, pair[1][:1], SelectionCriteria(strong=6.0))
+
+
+@pytest.mark.parametrize(
+    ("names", "twice"),
+    [
+        (("tared_pretwist", "torque_offset"), True),
+        (("pretwist", "rate_friction", "tared_pretwist"), True),
+        (("tared_pretwist", "zero_drift"), False),
+        (("torque_offset", "zero_drift"), False),
+    ],
+)
+def test_a_tared_torque_has_no_other_zero_at_its_start(names: tuple[str, ...], twice: bool) -> None:
+    assert says_the_zero_twice(effects_named(names)) == twice
 
 
 def test_an_exchange_pays_for_its_parameters(pair: Pair) -> None:

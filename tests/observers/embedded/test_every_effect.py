@@ -45,7 +45,11 @@ pytestmark = [needs_compiler, pytest.mark.usefixtures("interpreted")]
 def observer_under(kind: Any, effects: tuple[Effect, ...], sensing: Any = ALIGNING, **model: Any) -> Any:
     """An observer of a model with effects at their usual values."""
     whole = Model(effects=effects, **model)
-    usual = {parameter_name(e, p): p.start or 0.3 for e, p in whole.parameters if e is not None}
+    usual = {
+        parameter_name(e, p): p.neutral if e.remembers_torque else p.start or 0.3
+        for e, p in whole.parameters
+        if e is not None
+    }
     return observer_of(kind, {"model": whole, "values": {"k": K, **usual}}, sensing)
 
 

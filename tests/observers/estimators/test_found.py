@@ -8,7 +8,7 @@ import pytest
 
 from observers import Ekf, Mhe, run
 from reference_rig import RigRecording, make_recording
-from symbolic import Model, simulate
+from symbolic import InvalidInputError, Model, effects_named, simulate
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import CLEAN_RIG, columns_of, first_full_slide, found_model
 
@@ -54,6 +54,14 @@ def test_a_torque_zero_does_not_pass_for_friction(
     estimates = run(make(kind, **CLEAN_RIG, **settings), **{**columns, "M_z": columns["M_z"] + 0.3})
 
     assert estimates.mu[-1] == pytest.approx(1.4, abs=0.03)
+
+
+def test_a_drift_of_the_zero_is_the_observers_own() -> None:
+    model = Model(effects=effects_named(["zero_drift"]))
+    make(Ekf, model=model, values={"k": K, "zero_drift.rate": 0.0})
+
+    with pytest.raises(InvalidInputError, match=r"zero_drift\.rate must be 0, .* leave zero_drift out"):
+        make(Ekf, model=model, values={"k": K, "zero_drift.rate": 0.1})
 
 
 @pytest.mark.parametrize(("kind", "settings"), [(Ekf, {}), (Mhe, {"window": 20})])
