@@ -1,7 +1,7 @@
 """What a found model does for friction: the EKF's estimates before and after, recording by recording."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -48,6 +48,9 @@ class FrictionOutcome:
     slide_speed: float | None = None  # That mu_eff belongs to, mean over contact and recordings [m/s].
     slide_rate: float | None = None  # Turning at which it slides so [rad/s].
     load: float | None = None  # That mu_eff by the model found is told at [N]; None: it changes nothing.
+    # Mean mu_eff of each ground by the model without its stand-ins over that with them [1], both fitted
+    # to whole recordings; empty where the diagnosis has no such model.
+    without_stand_ins: Mapping[str, float] = field(default_factory=dict)
 
     def tracks_of(self, label: str = EKF_FOUND) -> dict[str, FrictionTrack]:
         """The tracks of an observer, `EKF_DECLARED`, `EKF_FOUND` or `MHE_FOUND`, by recording."""
@@ -91,6 +94,7 @@ class FrictionOutcome:
                 "spread": {g: friction_spread([stage[n] for n in names]) for g, names in named.items()},
                 "further": {ground: asdict(one) for ground, one in self.further(label).items()},
                 "load": self.load if stage is self.after else None,
+                "without_stand_ins": dict(self.without_stand_ins) if stage is self.after else {},
                 "recordings": {
                     recording: asdict(quality) | usable_part(self.tracks_of(label).get(recording))
                     for recording, quality in stage.items()
@@ -160,6 +164,8 @@ def friction_by_both_models(
     references = {
         at: {r.name: offline_friction(fitted, r, at) for r in recordings} for at in {load, None}
     }
+    labels = dict.fromkeys(r.ground or "" for r in recordings)
+    grounds = {g: tuple(r.name for r in recordings if (r.ground or "") == g) for g in labels}
     runs = {
         MHE_FOUND: (ObserverName.MHE, found, compared),
         EKF_FOUND: (ObserverName.EKF, found, recordings),
@@ -172,11 +178,10 @@ def friction_by_both_models(
             for label, (observer, model, some) in runs.items()
         }
     )
-    labels = dict.fromkeys(r.ground or "" for r in recordings)
     return FrictionOutcome(
         before={r.name: outcomes[EKF_DECLARED][r.name][1] for r in recordings},
         after={r.name: outcomes[EKF_FOUND][r.name][1] for r in recordings},
-        grounds={g: tuple(r.name for r in recordings if (r.ground or "") == g) for g in labels},
+        grounds=grounds,
         holdout=tuple(recording.name for recording in holdout),
         tracks=tuple(
             outcomes[label][r.name][0]
@@ -187,7 +192,28 @@ def friction_by_both_models(
         slide_speed=_mean([r.rig.slide_rate * full_slide_arm(r.rig.a, r.rig.e) for r in recordings]),
         slide_rate=_mean([r.rig.slide_rate for r in recordings]),
         load=load,
+        without_stand_ins=_without_stand_ins(diagnosis, recordings, references[load], grounds, load),
     )
+
+
+def _without_stand_ins(
+    diagnosis: Diagnosis,
+    recordings: Sequence[Recording],
+    told: Mapping[str, float],
+    grounds: Mapping[str, Sequence[str]],
+    load: float | None,
+) -> dict[str, float]:
+    """See `FrictionOutcome.without_stand_ins`."""
+    if diagnosis.without_stand_ins is None:
+        return {}
+    model, values = diagnosis.without_stand_ins
+    found = found_model(replace(diagnosis, model=model, values=values))
+    poorer = replace(found, own=values.own, rig=values.rig)
+    mu = {r.name: offline_friction(poorer, r, load) for r in recordings}
+    return {
+        ground: float(np.mean([mu[n] for n in names]) / np.mean([told[n] for n in names]))
+        for ground, names in grounds.items()
+    }
 
 
 def _observed(

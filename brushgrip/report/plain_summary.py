@@ -66,7 +66,7 @@ def lines_to_send(
     reserved = band_caveats(diagnosis)
     wide = [_differences(told, ground, one) for ground, one in told.further().items()]
     also = [*wide, _weaker(diagnosis, told), *reserved]
-    missing = missing_effects(diagnosis, in_friction=known and not diagnosis.of_car)
+    missing = missing_effects(diagnosis, told if known and not diagnosis.of_car else None)
     provisional = ", provisional" if known and diagnosis.stiffness_ratio != 1 else ""
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []

@@ -122,10 +122,10 @@ def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
     ]
 
 
-def missing_effects(diagnosis: Diagnosis, *, in_friction: bool = False) -> list[str]:
+def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> list[str]:
     """What the assumed model leaves out (`LEFT_OUT`), an item each; empty where nothing is certain.
 
-    With `in_friction` friction was told by the model found.
+    With an outcome its friction, by the model found, was told before.
     """
     if not any(effect.grade in CLEAR for effect in diagnosis.effects):
         return []
@@ -136,23 +136,40 @@ def missing_effects(diagnosis: Diagnosis, *, in_friction: bool = False) -> list[
             told.append(f"{cause} ({_sureness(clearest, cause)})")
         else:
             names = [effect_words(effect.name) for effect in effects]
-            one = len(names) == 1
+            copies = "a correction that is no finding"
+            if len(names) > 1:
+                copies = f"{len(names)} corrections that are no findings"
             told.append(
-                f"a further cause is not known: {listed(names)} only {'copies' if one else 'copy'} its"
-                f" torque{', and the friction above relies on that' * in_friction}"
+                f"a further cause, which these recordings do not tell. The model copies its torque by"
+                f" {copies} ({listed(names)})"
             )
+            if outcome is not None and outcome.without_stand_ins:
+                told[-1] += (
+                    f"; without {'it' if len(names) == 1 else 'them'} {_friction_without(outcome)}"
+                )
     if diagnosis.unexplained.present:
         unknown = "an error beyond noise remains that no effect explains"
         if unexplained_is_larger(diagnosis):
             told.insert(0, unknown)
         elif diagnosis.effects[-1].grade == "stands_in":
-            told[-1] += "; even so part of the error remains"
+            told[-1] += ". Even so part of the error remains"
         else:
             told.append(unknown)
     return [
         f"({i}) " * (len(told) > 1) + sentence(one)
         for i, one in zip(ascii_lowercase, told, strict=False)
     ]
+
+
+def _friction_without(outcome: FrictionOutcome) -> str:
+    """What friction would be without the stand-ins, in words."""
+    changes: dict[str, list[str]] = {}
+    for ground, ratio in outcome.without_stand_ins.items():
+        share = f"{100 * abs(ratio - 1):.0f} %"
+        change = "the same" if share == "0 %" else f"{share} {'higher' if ratio > 1 else 'lower'}"
+        changes.setdefault(change, []).append(ground)
+    told = [f"{change}{f' on {listed(own)}' * any(own)}" for change, own in changes.items()]
+    return f"friction above would be {listed(told)}"
 
 
 def _by_cause(diagnosis: Diagnosis) -> list[tuple[str, list[FoundEffect]]]:

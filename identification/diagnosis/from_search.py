@@ -9,7 +9,7 @@ from identification.diagnosis.error_stages import errors_of
 from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
 from identification.diagnosis.graded_effects import found_effects, notes_on
 from identification.diagnosis.result import Diagnosis
-from identification.diagnosis.result_parts import Candidate, Series, TorqueErrors
+from identification.diagnosis.result_parts import Candidate, FoundEffect, Series, TorqueErrors
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
@@ -79,7 +79,19 @@ def build_diagnosis(
         stiffness_ratio=farthest_stiffness_ratio(fitted, training),
         model_error_before=error_before,
         model_error=error_after,
+        without_stand_ins=_without_stand_ins([*rests.values(), *(s.before for s in steps)], effects),
     )
+
+
+def _without_stand_ins(
+    trials: Sequence[Trial], effects: Sequence[FoundEffect]
+) -> tuple[Model, Values] | None:
+    """The model of all effects but the stand-ins, with its values, if it is among these."""
+    kept = {effect.name for effect in effects if effect.grade != "stands_in"}
+    if len(kept) == len(effects):
+        return None
+    alike = (trial for trial in trials if {effect.name for effect in trial.effects} == kept)
+    return next(((trial.fitted.model, trial.values) for trial in alike), None)
 
 
 BEYOND_RANGE = "full slide is beyond the range of the torque's sensor"

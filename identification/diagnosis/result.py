@@ -60,6 +60,8 @@ class Diagnosis:
         model_error: the same of the final model.
         of_car: whether the recordings are of cars, whose mean wheels these are.
         stiffness_ratio: k over the declared one where that is farthest off [1]; 1 within tolerance.
+        without_stand_ins: the model of all effects but the stand-ins, and its values; None without
+            stand-ins, or where the search had no such model.
     """
 
     recordings: tuple[str, ...]
@@ -83,6 +85,7 @@ class Diagnosis:
     model_error: ModelError | None = None
     of_car: bool = False
     stiffness_ratio: float = 1.0
+    without_stand_ins: tuple[Model, Values] | None = None
 
     def __repr__(self) -> str:
         """One line: the recordings, and the effects that were found."""

@@ -536,6 +536,34 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
     assert "while the angle rises (unproven)." in told
 
 
+@pytest.mark.parametrize(
+    ("odd", "ratios", "told"),
+    [
+        (1, {}, "a correction that is no finding (carcass torsion). Even so"),
+        (1, {"": 1.1}, "(carcass torsion); without it friction above would be 10 % higher. Even so"),
+        (
+            2,
+            {"steel": 0.96, "ice": 1.001, "snow": 0.957},
+            "2 corrections that are no findings (carcass torsion and stribeck); without them friction"
+            " above would be 4 % lower on steel and snow and the same on ice. Even so",
+        ),
+    ],
+)
+def test_how_much_of_friction_rests_on_stand_ins(odd: int, ratios: dict[str, float], told: str) -> None:
+    diagnosis = make_diagnosis()
+    one = replace(diagnosis.effects[0], grade="stands_in")
+    others = (one, replace(one, name="stribeck"))[:odd]
+    clear = replace(
+        diagnosis.effects[0], name="rate_friction", grade="strong", indistinguishable_from=()
+    )
+    left = replace(diagnosis.unexplained, present=True)
+    diagnosis = replace(diagnosis, effects=(clear, *others), unexplained=left)
+
+    assert told in " ".join(
+        missing_effects(diagnosis, replace(make_outcome(), without_stand_ins=ratios))
+    )
+
+
 def test_grounds_that_may_be_one_are_named() -> None:
     """Means of 1.20 and 1.25, or 1.60, with standard deviations of 0.1 of three recordings each."""
     for middle, same in ((1.25, True), (1.6, False)):

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -343,6 +344,20 @@ class TestDemo:
         for track, other in zip(tracks, again.tracks, strict=True):
             assert other.label == track.label
             np.testing.assert_array_equal(other.mu, track.mu)
+
+    @pytest.mark.usefixtures("interpreted")
+    def test_friction_without_stand_ins(self, write_csv: Write, rig: Path) -> None:
+        """The model without them finds half of mu in all that was fitted."""
+        recordings = gather_inputs([str(write_csv("held.csv"))], rig=rig).recordings()
+        found = make_diagnosis(("a",), ("held",))
+        own = {name: {**values, "mu": 0.5 * values["mu"]} for name, values in found.values.own.items()}
+        poorer = found.model, replace(found.values, own=own)
+        outcome = assumed_and_found_friction.friction_by_both_models(
+            [], recordings, replace(found, without_stand_ins=poorer)
+        )
+
+        assert outcome is not None
+        assert outcome.without_stand_ins == pytest.approx({"": 0.5})
 
     def test_missing_recordings_are_said(self, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(bundled_files, "RIG", "elsewhere.toml")

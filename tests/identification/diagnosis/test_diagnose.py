@@ -4,11 +4,13 @@ import json
 from dataclasses import replace
 from inspect import signature
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from identification import Diagnosis, Recording, diagnose, model_text, read_model, smoothed_rate
+from identification.diagnosis import from_search
 from identification.diagnosis.graded_effects import CLEAR_ERRORS, UNRECORDED_LOAD
 from identification.fits.least_squares_problem import begins_at_zero, signals_of
 from reference_rig import Campaign
@@ -40,6 +42,30 @@ def test_all_effects_are_candidates() -> None:
     default = signature(diagnose).parameters["candidates"].default
 
     assert set(default) == set(CANDIDATES) > set(EFFECTS)
+
+
+@pytest.mark.parametrize(
+    ("grades", "at"),
+    [
+        (("strong", "strong"), None),
+        (("strong", "stands_in"), 1),
+        (("stands_in", "ambiguous"), None),
+        (("stands_in", "stands_in"), 0),
+    ],
+)
+def test_the_model_without_its_stand_ins_is_one_that_the_search_had(
+    grades: tuple[str, ...], at: int | None
+) -> None:
+    """Effects "a", then "b" were added."""
+    a, b = (SimpleNamespace(name=name) for name in "ab")
+    trials = [
+        SimpleNamespace(effects=effects, fitted=SimpleNamespace(model=i), values=-i)
+        for i, effects in enumerate(((), (a,), (a, b)))
+    ]
+    found = [SimpleNamespace(name=e.name, grade=g) for e, g in zip((a, b), grades, strict=True)]
+
+    expected = None if at is None else (at, -at)
+    assert from_search._without_stand_ins(trials, found) == expected  # type: ignore[arg-type]
 
 
 @pytest.mark.long
