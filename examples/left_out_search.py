@@ -24,8 +24,8 @@ OPENING = """# The search without the recording that judges
 
 Each of the eight measured recordings is left out in turn, and the whole search runs on the other seven:
 neither the effects nor the shared parameters have seen the recording that judges. Only its own μ is
-fitted to it, and its torque zero or starting twist where the search named one. With "nothing adjusted"
-μ comes from the other recordings on its ground, by their loads.
+fitted to it, and its torque zero, drift of the zero or starting twist where the search named one. With
+"nothing adjusted" μ comes from the other recordings on its ground, by their loads.
 
 Errors are root mean squares of the torque over its range, "before" with the declared structure, "after"
 with the effects named. The library and the rules of the search were designed with all eight in sight."""
