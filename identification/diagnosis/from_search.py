@@ -30,6 +30,7 @@ from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, Effect, Model, parameter_name, units_of
 from symbolic.array_alias import Array
+from symbolic.trajectory_sensitivity import memory_at_full_slide
 
 
 def build_diagnosis(
@@ -110,7 +111,8 @@ def friction_beyond_range(
     for recording in (r for r in recordings if samples_beyond_range(r)[0]):
         found = replaced_rig(recording, values)
         rig, load = found.rig, float(np.median(found.F_N[found.F_N > 0]))
-        theta, memory = model.theta(values.of(recording)), np.zeros(model.memory_size)
+        theta = np.asarray(model.theta(values.of(recording))).ravel()
+        memory = memory_at_full_slide(model, signals_of(found), theta)
         _, torque = model.full_slide(memory, load, theta, [rig.a, rig.e], rig.slide_rate)
         if abs(float(torque)) >= rig.torque_limit:
             least.append(f"{recording.name} {greatest_friction(recording):.2f} or more")

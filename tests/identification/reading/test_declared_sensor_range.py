@@ -10,7 +10,7 @@ from identification.diagnosis.from_search import friction_beyond_range
 from identification.fits.parameter_values import Values, complete_values
 from identification.reading.declared_sensor_range import left_out_note, within_declared_range
 from reference_rig import make_recording
-from symbolic import InvalidInputError, Model
+from symbolic import InvalidInputError, Model, effects_named
 from tests.identification.factories import as_read, recording, with_torque
 
 
@@ -87,6 +87,20 @@ def test_no_lower_bound_is_told_of_a_torque_that_never_came_near_the_range() -> 
     assert friction_beyond_range(model, values, [ample]) == ()
     (note,) = friction_beyond_range(model, values, [with_torque(ample, torque)])
     assert "measured is only one 1." in note
+
+
+@pytest.mark.parametrize(("gain", "beyond"), [(0.0, False), (1.0, True)])
+def test_friction_that_grows_reaches_beyond_the_range_at_the_end(gain: float, beyond: bool) -> None:
+    plain = recording()
+    slide = 10.0 / (0.375 * float(np.median(plain.F_N)) * plain.rig.a)
+    ample = replace(plain, rig=replace(plain.rig, range=10.0))
+    model = Model(effects=effects_named(["friction_drift"]))
+    drift = {"friction_drift.gain": gain, "friction_drift.scale": 0.05}
+    own = {"one": {"mu": 0.75 * slide}}
+    values = complete_values(model, Values(tyre={"k": 2e6, **drift}, own=own), [ample])
+    torque = np.where(np.arange(plain.t.size) == 30, 10.0, plain.M_z)
+
+    assert bool(friction_beyond_range(model, values, [with_torque(ample, torque)])) == beyond
 
 
 def test_torques_left_out_are_counted_among_those_there_are() -> None:
