@@ -41,6 +41,7 @@ MECHANISMS = {
     "friction over time": "friction changes with time or with the angle turned",
     "friction over load": "friction changes with the load",
     "friction over direction": "friction differs by the direction of turning",
+    "contact over load": "the length of the contact follows the load",
     "compliance and contact shape": "the tyre's body yields, or its pressure is spread otherwise",
     "sensor and steering": "sensor and steering add to the torque",
 }

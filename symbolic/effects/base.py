@@ -24,6 +24,7 @@ Family = Literal[
     "friction over load",
     "friction over direction",
     "compliance and contact shape",
+    "contact over load",
     "sensor and steering",
     "other",
 ]

@@ -34,7 +34,7 @@ class ContactLength(Effect):
 
     name: str = "contact_length"
     summary: str = "the length of the contact patch follows the load"
-    family = "compliance and contact shape"
+    family = "contact over load"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="n", unit="1", neutral=0.0, start=0.3, lower=0.0, upper=1.0, scale=0.2),
         Parameter(
