@@ -12,6 +12,7 @@ from identification.selection.criteria import (
     delta_bic,
     distinguishable,
     exchange_justified,
+    family_already_present,
     says_the_zero_twice,
 )
 from symbolic import InvalidInputError, effects_named
@@ -69,6 +70,19 @@ def test_an_objection_stands_where_nothing_held_out_foresees_the_gain(pair: Pair
 )
 def test_a_tared_torque_has_no_other_zero_at_its_start(names: tuple[str, ...], twice: bool) -> None:
     assert says_the_zero_twice(effects_named(names)) == twice
+
+
+@pytest.mark.parametrize(
+    ("names", "present"),
+    [
+        (("patch_width", "carcass_torsion"), True),
+        (("patch_width", "contact_length"), False),
+        (("load_dependent_friction", "contact_length"), False),
+        (("steering_return", "zero_drift"), False),
+    ],
+)
+def test_effects_of_one_mechanism(names: tuple[str, ...], present: bool) -> None:
+    assert family_already_present(effects_named(names)) == present
 
 
 def test_an_exchange_pays_for_its_parameters(pair: Pair) -> None:
