@@ -137,9 +137,9 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
             told.append(f"{cause} ({_sureness(clearest, cause)})")
         else:
             names = [effect_words(effect.name) for effect in effects]
-            copies = "a correction that is no finding"
-            if len(names) > 1:
-                copies = f"{len(names)} corrections that are no findings"
+            copies = ("a correction that is no finding", "corrections that are no findings")[
+                len(names) > 1
+            ]
             told.append(
                 f"a further cause, which these recordings do not tell. The model copies its torque by"
                 f" {copies} ({listed(names)})"

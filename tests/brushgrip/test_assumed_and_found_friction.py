@@ -544,7 +544,7 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
         (
             2,
             {"steel": 0.96, "ice": 1.001, "snow": 0.957},
-            "2 corrections that are no findings (carcass torsion and stribeck); without them friction"
+            "corrections that are no findings (carcass torsion and stribeck); without them friction"
             " above would be 4 % lower on steel and snow and the same on ice. Even so",
         ),
     ],
