@@ -137,17 +137,14 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
             told.append(f"{cause} ({_sureness(clearest, cause)})")
         else:
             names = [effect_words(effect.name) for effect in effects]
-            copies = ("a correction that is no finding", "corrections that are no findings")[
-                len(names) > 1
-            ]
+            many = len(names) > 1
+            copies = "corrections that are no findings" if many else "a correction that is no finding"
             told.append(
-                f"a further cause, which these recordings do not tell. The model copies its torque by"
+                "a further cause, which these recordings do not tell. The model copies its torque by"
                 f" {copies} ({listed(names)})"
             )
             if outcome is not None and outcome.without_stand_ins:
-                told[-1] += (
-                    f"; without {'it' if len(names) == 1 else 'them'} {_friction_without(outcome)}"
-                )
+                told[-1] += f"; without {'them' if many else 'it'} {_friction_without(outcome)}"
     if diagnosis.unexplained.present:
         unknown = "an error beyond noise remains that no effect explains"
         if unexplained_is_larger(diagnosis):
@@ -169,8 +166,8 @@ def _friction_without(outcome: FrictionOutcome) -> str:
         share = f"{100 * abs(ratio - 1):.0f} %"
         change = "the same" if share == "0 %" else f"{share} {'higher' if ratio > 1 else 'lower'}"
         changes.setdefault(change, []).append(ground)
-    told = [f"{change}{f' on {listed(own)}' * any(own)}" for change, own in changes.items()]
-    return f"friction above would be {listed(told)}"
+    told = listed([f"{change}{f' on {listed(own)}' * any(own)}" for change, own in changes.items()])
+    return f"friction above would be {told}; what the cause itself would change is not known"
 
 
 def _by_cause(diagnosis: Diagnosis) -> list[tuple[str, list[FoundEffect]]]:

@@ -540,12 +540,17 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
     ("odd", "ratios", "told"),
     [
         (1, {}, "a correction that is no finding (carcass torsion). Even so"),
-        (1, {"": 1.1}, "(carcass torsion); without it friction above would be 10 % higher. Even so"),
+        (
+            1,
+            {"": 1.1},
+            "(carcass torsion); without it friction above would be 10 % higher; what the cause",
+        ),
         (
             2,
             {"steel": 0.96, "ice": 1.001, "snow": 0.957},
             "corrections that are no findings (carcass torsion and stribeck); without them friction"
-            " above would be 4 % lower on steel and snow and the same on ice. Even so",
+            " above would be 4 % lower on steel and snow and the same on ice; what the cause itself"
+            " would change is not known. Even so",
         ),
     ],
 )
