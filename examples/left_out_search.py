@@ -28,7 +28,9 @@ fitted to it, and its torque zero, drift of the zero or starting twist where the
 "nothing adjusted" μ comes from the other recordings on its ground, by their loads.
 
 Errors are root mean squares of the torque over its range, "before" with the declared structure, "after"
-with the effects named. The library and the rules of the search were designed with all eight in sight."""
+with the effects named. The library and the rules of the search were designed with all eight in sight,
+last that a length which follows the load is a mechanism of its own: before, the means after were 1.43
+and 2.45 %."""
 HEADER = (
     "| left out | before | after | nothing adjusted, before | after | named without it |\n"
     "|---|---:|---:|---:|---:|---|"
