@@ -7,12 +7,12 @@ import numpy as np
 
 from identification.fits.autocorrelation import autocorrelation_time, effective_samples
 from identification.fits.fitting import Fit, last_effect_at_bound
-from identification.fits.least_squares_problem import shares_of_torque_range
+from identification.fits.least_squares_problem import begins_at_zero, shares_of_torque_range
 from identification.fits.loss import influence
 from identification.reading.recordings import Recording
 from identification.residuals.unexplained_residual import MAX_NOISE_RATIO
 from identification.selection.trial import Judgement, Trial
-from symbolic import Effect, InvalidInputError
+from symbolic import Effect, InvalidInputError, Model
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +65,8 @@ class SelectionCriteria:
 
 
 DEFAULT_CRITERIA = SelectionCriteria()
+LOAD_CHANGES = 1.01
+"""Greatest over least load from which on a load changes [1]."""
 WHITE = 1.3
 """Autocorrelation time [samples] that white noise stays below; its estimate is 1.0 to 1.2."""
 
@@ -147,6 +149,20 @@ def says_the_zero_twice(effects: Sequence[Effect]) -> bool:
     """
     at_start = (e for e in effects if e.of_recordings and not e.remembers_torque)
     return any(e.tare for e in effects) and any(at_start)
+
+
+def recordings_allow(effect: Effect, present: Sequence[Effect], training: Sequence[Recording]) -> bool:
+    """Whether an effect may be tried: a tare begins at zero, a length follows a load that changes."""
+    if effect.tare:
+        return all(map(begins_at_zero, training))
+    if effect.of_lengths:
+        loads = np.concatenate([recording.F_N for recording in training])
+        return bool(loads.max() > LOAD_CHANGES * loads.min())
+    if not effect.changes_scopes:
+        return True
+    # It gives every ground its own values, for which it needs a parameter and two grounds.
+    after, before = (Model(effects=tuple(some)).parameters for some in ((*present, effect), present))
+    return after != before and len({recording.ground for recording in training} - {None}) > 1
 
 
 def backward_step_justified(

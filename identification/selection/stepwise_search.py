@@ -11,7 +11,6 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 from identification.fits.fitting import last_effect_at_bound
-from identification.fits.least_squares_problem import begins_at_zero
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
@@ -22,6 +21,7 @@ from identification.selection.criteria import (
     exchange_justified,
     family_already_present,
     forward_step_justified,
+    recordings_allow,
     says_the_zero_twice,
 )
 from identification.selection.journal import Journal
@@ -33,7 +33,7 @@ from identification.selection.search_step import (
     with_effect,
     without_effect,
 )
-from identification.selection.trial import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
+from identification.selection.trial import RANKING, ROUGH, Precision, Trial, with_prior_weight
 from identification.selection.trial_runner import Effects, TrialRunner, job_count, values_for, workers
 from symbolic import CANDIDATES, Effect, effects_named
 
@@ -116,18 +116,10 @@ class Search:
         recent = [step.idle(self.criteria) for step in additions[-self.criteria.idle_steps :]]
         idle = set.intersection(*recent) if len(recent) == self.criteria.idle_steps else set()
         excluded = {*present, *(step.removed_effect for step in steps)}
-        allowed = [e for e in self.candidates if e not in excluded and self._may_be_added(present, e)]
+        training = self.runner.training
+        tried = (e for e in self.candidates if e not in excluded)
+        allowed = [effect for effect in tried if recordings_allow(effect, present, training)]
         return [e for e in allowed if e not in idle], [e for e in allowed if e in idle]
-
-    def _may_be_added(self, present: Effects, effect: Effect) -> bool:
-        """Whether these recordings allow the effect: a tare begins at zero, all else acts on them."""
-        if effect.tare:
-            return all(begins_at_zero(recording) for recording in self.runner.training)
-        if not effect.changes_scopes:
-            return True
-        # It gives every ground its own values, for which it needs a parameter and two grounds.
-        after, before = (model_of(effects).parameters for effects in ((*present, effect), present))
-        return after != before and len({r.ground for r in self.runner.training} - {None}) > 1
 
     def _add(
         self, present: _PresentModel, effects: Sequence[Effect], earlier: Sequence[Trial]

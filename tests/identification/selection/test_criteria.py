@@ -13,9 +13,11 @@ from identification.selection.criteria import (
     distinguishable,
     exchange_justified,
     family_already_present,
+    recordings_allow,
     says_the_zero_twice,
 )
 from symbolic import InvalidInputError, effects_named
+from tests.identification.factories import recording
 from tests.identification.selection.compared import SECONDS, Pair, judgement, trials
 
 BLOCK, LONG_BLOCK = DEFAULT_CRITERIA.block, DEFAULT_CRITERIA.long_block
@@ -83,6 +85,15 @@ def test_a_tared_torque_has_no_other_zero_at_its_start(names: tuple[str, ...], t
 )
 def test_effects_of_one_mechanism(names: tuple[str, ...], present: bool) -> None:
     assert family_already_present(effects_named(names)) == present
+
+
+def test_a_length_follows_only_a_load_that_changes() -> None:
+    plain = recording()
+    still, heavier = (replace(plain, F_N=np.full(plain.t.size, load)) for load in (400.0, 410.0))
+    (length,) = effects_named(["contact_length"])
+
+    assert not recordings_allow(length, (), [still, still])
+    assert recordings_allow(length, (), [still, heavier])
 
 
 def test_an_exchange_pays_for_its_parameters(pair: Pair) -> None:

@@ -1,17 +1,13 @@
 """Effects one at a time, the same in two processes; and what belongs to a ground, where it can show."""
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from identification import Diagnosis, Recording, diagnose, search
-from identification.selection.criteria import DEFAULT_CRITERIA
+from identification.selection.criteria import recordings_allow
 from identification.selection.search_step import SearchStep
-from identification.selection.stepwise_search import Search, silent
-from identification.selection.trial_runner import TrialRunner
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 from symbolic import EFFECTS, GROUND_SCOPES, effects_named
@@ -84,9 +80,7 @@ CREEP = {"steel": 0.07, "emery": 0.03}
 
 def changes(grounds: tuple[str | None, ...], present: list[str], effect: str) -> bool:
     training = [recording(f"r{i}", ground) for i, ground in enumerate(grounds)]
-    runner = cast(TrialRunner, SimpleNamespace(training=training))
-    search: Any = Search(runner, (), DEFAULT_CRITERIA, silent)
-    return bool(search._may_be_added(effects_named(present), (EFFECTS | GROUND_SCOPES)[effect]))
+    return recordings_allow((EFFECTS | GROUND_SCOPES)[effect], effects_named(present), training)
 
 
 def test_grounds_are_tried_where_two_are_named_and_something_is_theirs() -> None:
