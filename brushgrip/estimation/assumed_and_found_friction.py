@@ -138,6 +138,11 @@ def found_model(diagnosis: Diagnosis) -> FoundModel:
     )
 
 
+def _fitted_model(diagnosis: Diagnosis) -> FoundModel:
+    """The model of a diagnosis with what was fitted to each of its recordings."""
+    return replace(found_model(diagnosis), own=diagnosis.values.own, rig=diagnosis.values.rig)
+
+
 def friction_by_both_models(
     training: Sequence[Recording],
     holdout: Sequence[Recording],
@@ -155,7 +160,7 @@ def friction_by_both_models(
         return None
     compared = [*holdout, *training][:MAX_COMPARED]
     found = found_model(diagnosis)
-    fitted = replace(found, own=diagnosis.values.own, rig=diagnosis.values.rig)
+    fitted = _fitted_model(diagnosis)
     on_rig = [r for r in recordings if r.standstills is None]
     stiffness = ((found.values_for_estimation(r.ground)["k"], r) for r in on_rig)
     if any(is_of_other_scale(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):
@@ -192,11 +197,13 @@ def friction_by_both_models(
         slide_speed=_mean([r.rig.slide_rate * full_slide_arm(r.rig.a, r.rig.e) for r in recordings]),
         slide_rate=_mean([r.rig.slide_rate for r in recordings]),
         load=load,
-        without_stand_ins=_without_stand_ins(diagnosis, recordings, references[load], grounds, load),
+        without_stand_ins=_friction_without_stand_ins(
+            diagnosis, recordings, references[load], grounds, load
+        ),
     )
 
 
-def _without_stand_ins(
+def _friction_without_stand_ins(
     diagnosis: Diagnosis,
     recordings: Sequence[Recording],
     told: Mapping[str, float],
@@ -207,8 +214,7 @@ def _without_stand_ins(
     if diagnosis.without_stand_ins is None:
         return {}
     model, values = diagnosis.without_stand_ins
-    found = found_model(replace(diagnosis, model=model, values=values))
-    poorer = replace(found, own=values.own, rig=values.rig)
+    poorer = _fitted_model(replace(diagnosis, model=model, values=values))
     mu = {r.name: offline_friction(poorer, r, load) for r in recordings}
     return {
         ground: float(np.mean([mu[n] for n in names]) / np.mean([told[n] for n in names]))
