@@ -150,7 +150,7 @@ def _step(
         patch = {**patch, "memory_sensitivity": retention * patch["memory_sensitivity"]}
     output = sample.output(x, symbolic_covariance_from_udu(factor), patch["memory"], M_z, test)
     state_next = {
-        **patch, "x": x, "factor": factor, "last": sample.now, "counts": test["counts_next"],
+        **patch, "x": x, "factor": factor, "last": sample.tested(test), "counts": test["counts_next"],
         "monitor": test["monitor_next"], "output": output,
     }  # fmt: skip
     between = {

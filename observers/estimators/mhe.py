@@ -166,7 +166,8 @@ def build_mhe_step(
     # rejected.
     run = 1 if memory_depends_on_tyre(model, measurement_model) else test["run"]
     result, at = ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), sample.at
-    samples = _update_acceptance(samples[:, 1:], result, sample.change)
+    samples = ca.horzcat(samples[:, 1:-1], ca.vertcat(sample.tested(test), samples[len(CLEAN) :, -1]))
+    samples = _update_acceptance(samples, result, sample.change)
     increment = arrival_variance_increment(window, test["reset"], run, sample.change)
     factor = add_variance(factor, at, increment)
     smoother = build_window_smoother(measurement_model, window)

@@ -6,7 +6,7 @@ from typing import Any
 import casadi as ca
 
 from observers.layout import Expression, Layout, Parts, named, outputs_of, symbols
-from observers.measurement.directional_friction import OTHER
+from observers.measurement.directional_friction import CHANGING, EVIDENCE, OTHER
 from observers.measurement.linearisation import build_clean, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import share_of_full_slide
@@ -91,6 +91,13 @@ class StepSample:
             before["monitor"], self.rig, self.tuning,
         )  # fmt: skip
 
+    def tested(self, test: Parts) -> ca.MX:
+        """The sample as the step after it needs it, with the outcome of its test where that matters."""
+        now = ca.MX(self.now)
+        if OTHER in self.measurement_model.states:
+            now[CLEAN.index(EVIDENCE)] = test["evidence"]
+        return now
+
     def output(
         self, x: ca.MX, P: ca.MX, memory: ca.MX, M_z: ca.MX, test: Parts, **conditions: ca.MX
     ) -> ca.MX:
@@ -120,6 +127,7 @@ class StepSample:
         if OTHER in self.measurement_model.states:
             # Without hypotheses a prior far off is left behind within the first independent samples.
             flags["acquiring"] = test["untested"]
+            flags["inconsistent"] = ca.logic_or(test["inconsistent"], test["evidence"] > CHANGING)
         status = sum(
             (ca.if_else(holds, int(Status[name.upper()]), 0) for name, holds in flags.items()), ca.MX(0)
         )

@@ -27,9 +27,17 @@ OTHER = "log_mu_other"
 """The state of the direction that does not load the patch."""
 ASYMMETRY = 0.3
 """Standard deviation of ln mu of one direction about that of the other, where only one is known [1]."""
-FOLLOWED, SIDE, EXCHANGED = "gear_angle", "slip", "dry"
-"""Places of a cleaned sample that are a steering gear's and hold here: the angle less play [rad]; the
-direction that loads the patch, 1, -1 or 0 for none yet; 1 where it is exchanged."""
+FOLLOWED, SIDE, EXCHANGED, EVIDENCE, WALKED, WALKED_OTHER = (
+    *("gear_angle", "slip", "dry", "dry_std", "M_age", "M"),
+)  # fmt: skip
+"""Places of a cleaned sample that belong to a steering torque and hold here: the angle less play [rad];
+the direction that loads the patch, 1, -1 or 0 for none yet; 1 where it is exchanged; after its test, the
+log-likelihood ratio by which the innovations say that friction is changing [1]; what that has added to
+the walk of this stroke, and of the last one the other way, as a time of the usual walk [s]."""
+WIDENING = 3.0
+"""What a log-likelihood ratio of 1 adds to the walk of the direction that slides, in walks [1]."""
+CHANGING = 1.0
+"""Log-likelihood ratio from which on friction that is changing is not usable [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +76,11 @@ class DirectionalFriction(AligningTorque):
         now, imputed = super().clean(sample, last)
         before, side = last[FOLLOWED], last[SIDE]
         followed, side_next = self._direction(now["psi"], now["M_z"], before, side)
-        return {**now, FOLLOWED: followed, SIDE: side_next, EXCHANGED: side_next * side < 0}, imputed
+        exchanged = side_next * side < 0
+        walked = last[WALKED] + (_widened(last) ** 2 - 1) * now["dt"]
+        here, other = ca.if_else(exchanged, 0, walked), ca.if_else(exchanged, walked, last[WALKED_OTHER])
+        own = {FOLLOWED: followed, SIDE: side_next, EXCHANGED: exchanged}
+        return {**now, **own, WALKED: here, WALKED_OTHER: other}, imputed
 
     def directions(self, psi: Array, M_z: Array) -> Array:
         """The direction whose friction mu is at every sample: 1 to positive psi, -1, 0 for none yet.
@@ -99,10 +111,22 @@ class DirectionalFriction(AligningTorque):
     def motion(
         self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, tuning: Parts
     ) -> tuple[Parts, Parts]:
-        """All states are random walks; those of the directions are exchanged first."""
+        """All states are random walks; those of the directions are exchanged first.
+
+        Friction that is changing walks further: a filter of a constant walk lags behind a ramp. What was
+        added so to the last stroke this way is added once more where the next one begins.
+        """
         after, variance = super().motion(x, M_z, last, now, rig, tuning)
         # An empty place of a window has dt = 0: nothing happens there.
         exchanged = ca.logic_and(now[EXCHANGED], now["dt"] > 0)
         here, other = x["log_mu"], x[OTHER]
         pair = {"log_mu": ca.if_else(exchanged, other, here), OTHER: ca.if_else(exchanged, here, other)}
-        return {**after, **pair}, {**variance, OTHER: variance["log_mu"]}
+        walk = variance["log_mu"]
+        begins = last[WALKED_OTHER] * tuning["mu_walk"] ** 2
+        widened = ca.if_else(exchanged, walk + begins, _widened(last) ** 2 * walk)
+        return {**after, **pair}, {**variance, "log_mu": widened, OTHER: walk}
+
+
+def _widened(last: Parts) -> Expression:
+    """Step of the walk of the direction that slides over the usual one, after a sample [1]."""
+    return 1 + WIDENING * last[EVIDENCE]

@@ -28,8 +28,13 @@ REFERENCE = ("reference", "variance", "other_reference", "other_variance", "scor
 variance is 0 begins at the next sample."""
 STEADY_WALK = 0.033
 """Random walk of ln mu from stroke to stroke the same way where nobody changes it [1/sqrt(s)]."""
+STROKE_CHANGE = 0.3
+"""Change of ln mu that the innovations are watched for, in place of `innovation_monitor.CHANGE` [1]."""
 TINY = 1e-12
 """Divisor of the ratio before the first sample that counts."""
+TOLD = 0.5
+"""J V from which on a stroke is compared: it tells friction almost as well as its reference does. A peak
+where the patch breaks away is no change [1]."""
 
 
 def change_monitor_fields(measurement_model: MeasurementModel) -> tuple[str, ...]:
@@ -72,9 +77,10 @@ def update_reference(reference: Parts, difference: Expression, slope: Expression
 def has_changed(reference: Parts, tuning: Expression) -> Expression:
     """Whether the log-likelihood ratio says that friction of this direction has changed: 0 or 1."""
     limits, J = named(TUNING_FIELDS, tuning), reference["information"]
-    ratio = reference["score"] ** 2 / (2 * ca.fmax(J + J**2 * reference["variance"], TINY))
+    told = J * reference["variance"]
+    ratio = reference["score"] ** 2 / (2 * ca.fmax(J * (1 + told), TINY))
     watched = ca.logic_and(limits["gate"] < SENSIBLE, limits["alarm"] < SENSIBLE)
-    return ca.logic_and(watched, ratio > limits["alarm"])
+    return ca.logic_and(watched, ca.logic_and(told > TOLD, ratio > limits["alarm"]))
 
 
 def reset_reference(reference: Parts, reset: Expression) -> Expression:

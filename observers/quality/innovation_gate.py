@@ -18,13 +18,14 @@ from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.quality.friction_change_detection import (
+    STROKE_CHANGE,
     change_monitor_fields,
     has_changed,
     predicted_reference,
     reset_reference,
     update_reference,
 )
-from observers.quality.innovation_monitor import MIN_SAMPLES, MONITOR, build_innovation_monitor
+from observers.quality.innovation_monitor import CHANGE, MIN_SAMPLES, MONITOR, build_innovation_monitor
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 
@@ -73,8 +74,9 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     gate, or a reset;
     reset: the ground has changed; run, samples in a row beyond the gate, this one included, 1 at an
     alarm of the monitor, which is a reset too; counts_next as `COUNTS`; inconsistent: the model does
-    not explain the torque; untested: too few independent samples to say so; monitor_next as
-    `change_monitor_fields`. What is a question is answered by 0 or 1.
+    not explain the torque; untested: too few independent samples to say so; evidence: log-likelihood
+    ratio of a change that is no alarm yet; monitor_next as `change_monitor_fields`. What is a question
+    is answered by 0 or 1.
     """
     measurement = build_linearised_measurement(measurement_model)
     n = len(measurement_model.states)
@@ -98,13 +100,15 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     variance = innovation_variance(H_P_H, weight, huber_scale)
     at, monitor = state_index(measurement_model), inputs["monitor"]
     share, quiet = independent * ca.logic_not(missing), accepted * ca.logic_not(reset)
-    alarm, inconsistent, monitor_next = build_innovation_monitor()(
+    change = STROKE_CHANGE if OTHER in measurement_model.states else CHANGE
+    alarm, inconsistent, monitor_next = build_innovation_monitor(change)(
         innovation, H[at], variance, share, quiet, monitor[: len(MONITOR)], tuning
     )
     if OTHER in measurement_model.states:
         kept = predicted_reference(monitor[len(MONITOR) :], x[at], inputs["P"][at, at], now)
         about = innovation + H[at] * (x[at] - kept["reference"])
-        counted = huber_weight(about, huber_scale, kept["variance"] * H[at] ** 2) * accepted
+        # An outlier is one to the estimate; to the reference, a change would be one.
+        counted = huber_weight(innovation, huber_scale, H_P_H) * accepted
         kept = update_reference(kept, about, H[at], counted * weight, share * accepted)
         alarm = ca.logic_or(alarm, has_changed(kept, tuning))
         sums = ca.logic_not(alarm) * monitor_next[:2]
@@ -120,6 +124,7 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         "counts_next": counts_next,
         "inconsistent": inconsistent,
         "untested": monitor_next[MONITOR.index("samples")] < MIN_SAMPLES,
+        "evidence": ca.fmax(monitor_next[0], monitor_next[1]),
         "monitor_next": monitor_next,
     }
     return named_function("innovation", inputs, results)

@@ -37,8 +37,8 @@ MAX_NORMALISED_SQUARE = 25.0
 
 
 @cache
-def build_innovation_monitor() -> ca.Function:
-    """One sample of the monitor.
+def build_innovation_monitor(change: float = CHANGE) -> ca.Function:
+    """One sample of the monitor, which looks for a change of ln mu [1].
 
     (innovation, slope, variance, independent, accepted, monitor, tuning) -> (alarm, inconsistent,
     monitor_next). slope is that of the measurement by ln mu, variance the one of the innovation,
@@ -51,7 +51,7 @@ def build_innovation_monitor() -> ca.Function:
     )  # fmt: skip
     innovation, slope, variance, independent, accepted, monitor, tuning = inputs.values()
     past, limits = named(MONITOR, monitor), named(TUNING_FIELDS, tuning)
-    share, shift = accepted * independent, CHANGE * slope
+    share, shift = accepted * independent, change * slope
     scale = share / (variance * (1 + ca.fmax(0, past["squares"] - past["samples"]) / FORGETTING_SAMPLES))
     # No single sample raises an alarm, as none makes a reset.
     most = limits["alarm"] / limits["reset_after"]

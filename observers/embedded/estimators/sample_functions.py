@@ -68,23 +68,24 @@ def clean_and_patch_signals(observer: ModelObserver) -> list[ca.Function]:
 def retentions(
     observer: ModelObserver, constants: Constants, factor: ca.MX, variances: ca.MX, *, predicted: bool
 ) -> ca.Function:
-    """(factor, now) -> shares of the memory's derivative by mu that a walk of mu and a new ground leave.
+    """(factor, last, now) -> share of the memory's derivative by mu after its walk, and after a reset.
 
     factor is the symbol of a covariance in the form that the estimator has, variances that covariance;
     predicted: the variance of ln mu on a new ground adds to that after the walk.
     """
     model, n = observer.measurement_model, len(observer.states)
-    now, rig = ca.MX.sym("now", len(CLEAN)), ca.MX.sym("rig", len(RIG))
+    last, now = ca.MX.sym("last", len(CLEAN)), ca.MX.sym("now", len(CLEAN))
+    rig = ca.MX.sym("rig", len(RIG))
     tuning, x = ca.MX.sym("tuning", len(TUNING_FIELDS)), ca.MX.zeros(n)
     # Neither the states nor the torque matter to the walk of ln mu.
     slopes = ca.DM.zeros(len(slope_states(model)))
-    _, _, Q, _ = build_linearised_motion(model)(x, 0, slopes, ca.MX.zeros(len(CLEAN)), now, rig, tuning)
+    _, _, Q, _ = build_linearised_motion(model)(x, 0, slopes, last, now, rig, tuning)
     at = state_index(model)
     walk = sensitivity_retention(model, variances, Q, x, now)
     variance = variances[at, at] + Q[at] if predicted else variances[at, at]
     change = reset_retention(ca.MX(1), variance, log_mu_change_variance(named(TUNING_FIELDS, tuning)))
     function = function_of_symbols(
-        "retentions", [factor, now, rig, tuning], retention=ca.vertcat(walk, change)
+        "retentions", [factor, last, now, rig, tuning], retention=ca.vertcat(walk, change)
     )
     return constants.fill("retentions", function)
 

@@ -31,7 +31,7 @@ from observers.estimators.mhe_recursions import (
 )
 from observers.estimators.step_terms import StepSample, clip_to_bounds
 from observers.layout import Layout, named, outputs_of
-from observers.measurement.directional_friction import OTHER
+from observers.measurement.directional_friction import EVIDENCE, OTHER
 from observers.measurement.linearisation import build_linearised_motion, slope_states
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.update import slopes_by_states
@@ -76,6 +76,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
             "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row,
             "test": test_outputs(model),
             "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
+            "evidence": [(EVIDENCE, CLEAN.index(EVIDENCE))] if OTHER in states else [],
             "stiffness": stiffness_ratio(model, "x"),
             "stiffness_newest": stiffness_ratio(model, "newest"),
             "stiffness_corrected": stiffness_ratio(model, "state->x[at]"),
@@ -94,7 +95,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
 
 def test_outputs(model: MeasurementModel) -> tuple[str, ...]:
     """Names of what a test gives."""
-    return (*TEST, "untested") if OTHER in model.states else TEST
+    return (*TEST, "untested", "evidence") if OTHER in model.states else TEST
 
 
 def elimination_parts(model: MeasurementModel) -> Layout:

@@ -84,3 +84,21 @@ def test_a_change_alarms_in_its_stroke_at_any_rate(
     last = np.searchsorted(t, end - 0.02)
     level = (1.2 if ahead else 0.8) * factor
     assert found.mu[last] == pytest.approx(level, rel=0.1)
+
+
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
+def test_friction_that_falls_within_every_stroke_is_followed(kind: Any) -> None:
+    t = np.arange(0, 12, 0.01)
+    psi, phase = 0.25 * np.sin(np.pi * t), np.mod(t - 0.5, 1)
+    mu = 0.4 + 0.8 * np.exp(-3 * np.maximum(4 * phase - 1, 0) ** 2)
+    tuning = {"noise": 0.005, "error": 0.09, "error_travel": 0.03, "explained": 2.5, "alarm": 7.0}
+    observer = directed(kind, mu_walk=0.133, **tuning)
+    found = run(observer, t, psi, np.full(t.size, F_N), torque(psi, mu, mu, 100))
+    # Until the patch slides, nothing shows that friction is not that of the end of the last stroke.
+    slides = (t > 4) & (phase > 0.25)
+    usable = slides & found.usable
+
+    assert usable.sum() > 0.7 * slides.sum()
+    assert (np.abs(found.mu - mu) < 3 * found.mu_std)[usable].mean() > 0.95
+    late = (t > 4) & (phase > 0.8)
+    assert found.mu[late] == pytest.approx(mu[late], rel=0.1)

@@ -146,7 +146,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% endif
     predict(state->x[last], torque, state->P_newest, state->last, now${constants_at}, newest, P);
 %% if follows_mu
-    retentions(state->P_newest, now${constants_at}, retention);
+    retentions(state->P_newest, state->last, now${constants_at}, retention);
 %% endif
 %% if not advances_at_corrected_state
     /* The patch at the angle of the sample. */
@@ -167,6 +167,10 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     torque_at(state, at, newest, torque);
 %% endif
     test_innovation(newest, torque, now, P, state->counts, state->monitor${constants_at}, test, counts, monitor);
+%% for name, place in evidence
+    now[${place}] = test[TEST_EVIDENCE]; /* how far mu walks to the next sample */
+    state->row[at][ROW_${name|upper}] = now[${place}];
+%% endfor
 %% if follows_mu
     /* Deformation that depends on the old friction does not fit samples of a new ground: they stay rejected. */
     test[TEST_RUN] = 1.0;
