@@ -10,8 +10,8 @@ Then observers run along the twelve runs. Friction without a model is the median
 quarter of each stroke; the estimate is the median of mu_eff there. Prints, for each observer: scatter
 of estimate over force on the constant runs; how often it is within 10 % (of the mean ratio there) while
 actuators pull; alarms within a stroke whose force differs from that of the last one the same way by more
-than 25 %; alarms on the constant runs; the share of strokes whose band holds. Units are those of
-`second_rig.py`.
+than 25 %; alarms on the constant runs; the share of strokes whose band holds; and the share of samples
+that is usable. Units are those of `second_rig.py`.
 """
 
 import argparse
@@ -41,13 +41,16 @@ OBSERVERS = {
 
 
 class Stroke(NamedTuple):
-    """One way of the damper: when it begins [s], friction of force and estimate [1], alarm or not."""
+    """One way of the damper: when it begins [s], friction of force and estimate [1], alarm or not, and the
+    share of its samples that is usable.
+    """
 
     begin: float
     force: float
     mu: float
     std: float
     alarm: bool
+    usable: float
 
 
 def model_of(folder: Path, path: Path) -> FoundModel:
@@ -83,12 +86,13 @@ def strokes(recording: Recording, found: Estimates) -> list[Stroke]:
         force = np.median(np.abs(recording.M_z[late])) / (0.375 * LOAD * RIG.a)
         mu, std = np.median(found.mu_eff[late]), np.median(found.mu_eff_std[late])
         alarm = bool((found.status[a:b] & Status.RESET).any())
-        rows.append(Stroke(recording.t[a], float(force), float(mu), float(std), alarm))
+        usable = float(found.usable[a:b].mean())
+        rows.append(Stroke(recording.t[a], float(force), float(mu), float(std), alarm, usable))
     return rows
 
 
 def figures(runs: Mapping[str, Sequence[Stroke]]) -> list[str]:
-    """Scatter, share within 10 %, alarms, false alarms, and shares of strokes in the band."""
+    """Scatter, share within 10 %, alarms, false alarms, shares of strokes in the band, and usable."""
     still = [stroke for name in CONSTANT for stroke in runs[name]]
     ratio = float(np.mean([s.mu / s.force for s in still]))
     scatter = float(np.std([s.mu / s.force for s in still])) / ratio
@@ -103,10 +107,11 @@ def figures(runs: Mapping[str, Sequence[Stroke]]) -> list[str]:
         [abs(s.mu - ratio * s.force) < 1.96 * s.std for name in names for s in runs[name]]
         for names in (CONSTANT, CHANGED)
     ]
+    usable = [[s.usable for name in names for s in runs[name]] for names in (CONSTANT, CHANGED)]
     return [
         f"{100 * scatter:.1f} %", f"{100 * np.mean(followed):.0f} % of {len(followed)}",
         f"{sum(alarms)} of {len(alarms)}", f"{sum(s.alarm for s in still)} of {len(still)}",
-        *(f"{100 * np.mean(band):.0f} %" for band in bands),
+        *(f"{100 * np.mean(share):.0f} %" for share in (*bands, *usable)),
     ]  # fmt: skip
 
 
@@ -140,7 +145,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         found = replace(found, error=replace(found.error, friction_walk=options.walk))
     print(f"friction walk {(found.error and found.error.friction_walk) or np.nan:.3f}/sqrt(s)")
     runs = {name: at_rate(name, raw(folder, name), options.rate) for name in (*CONSTANT, *CHANGED)}
-    print("observer             scatter  within 10 %  alarms  false  band, constant, changed")
+    print("observer             scatter  within 10 %  alarms  false  band, constant, changed  usable")
     along = {name: (runs[name], {o: observed(found, o, runs[name]) for o in OBSERVERS}) for name in runs}
     for observer in OBSERVERS:
         rows = {name: strokes(recording, by[observer]) for name, (recording, by) in along.items()}
