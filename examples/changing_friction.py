@@ -41,9 +41,7 @@ OBSERVERS = {
 
 
 class Stroke(NamedTuple):
-    """One way of the damper: when it begins [s], friction of force and estimate [1], alarm or not, and the
-    share of its samples that is usable.
-    """
+    """One way of the damper: when it begins [s], friction of force and estimate, what is usable [1]."""
 
     begin: float
     force: float

@@ -71,12 +71,11 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> the outputs of
     `build_linearised_measurement`; H_P_H, the part of the innovation's variance that the states cause;
     nis, innovation^2 over `innovation_variance`, NaN where it is missing; missing; accepted: within the
-    gate, or a reset;
-    reset: the ground has changed; run, samples in a row beyond the gate, this one included, 1 at an
-    alarm of the monitor, which is a reset too; counts_next as `COUNTS`; inconsistent: the model does
-    not explain the torque; untested: too few independent samples to say so; evidence: log-likelihood
-    ratio of a change that is no alarm yet; monitor_next as `change_monitor_fields`. What is a question
-    is answered by 0 or 1.
+    gate, or a reset; reset: the ground has changed; run, samples in a row beyond the gate, this one
+    included, 1 at an alarm of the monitor, which is a reset too; counts_next as `COUNTS`; inconsistent:
+    the model does not explain the torque; untested: too few independent samples to say so; evidence:
+    log-likelihood ratio of a change that is no alarm yet; monitor_next as `change_monitor_fields`. What
+    is a question is answered by 0 or 1.
     """
     measurement = build_linearised_measurement(measurement_model)
     n = len(measurement_model.states)
@@ -88,11 +87,9 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     results = outputs_of(measurement, *given.values())
     innovation, H, weight = (results[name] for name in ("innovation", "H", "weight"))
     huber_scale, independent = results["huber_scale"], results["independent"]
+    change = CHANGE
     if OTHER in measurement_model.states:
-        # What counts as in a row lasts for so many samples of 10 ms at any rate above.
-        longer = ca.fmax(1, JITTER * REFERENCE_STEP / now[CLEAN.index("dt")])
-        tuning = ca.MX(tuning)
-        tuning[TUNING_FIELDS.index("reset_after")] *= longer
+        change, tuning = STROKE_CHANGE, _streak_at_any_rate(tuning, now[CLEAN.index("dt")])
     H_P_H, missing = ca.dot(H, inputs["P"] @ H), weight <= 0
     accepted, reset, run, counts_next = build_innovation_gate()(
         innovation, H_P_H, weight, huber_scale, inputs["counts"], tuning
@@ -100,7 +97,6 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     variance = innovation_variance(H_P_H, weight, huber_scale)
     at, monitor = state_index(measurement_model), inputs["monitor"]
     share, quiet = independent * ca.logic_not(missing), accepted * ca.logic_not(reset)
-    change = STROKE_CHANGE if OTHER in measurement_model.states else CHANGE
     alarm, inconsistent, monitor_next = build_innovation_monitor(change)(
         innovation, H[at], variance, share, quiet, monitor[: len(MONITOR)], tuning
     )
@@ -108,8 +104,8 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         kept = predicted_reference(monitor[len(MONITOR) :], x[at], inputs["P"][at, at], now)
         about = innovation + H[at] * (x[at] - kept["reference"])
         # An outlier is one to the estimate; to the reference, a change would be one.
-        counted = huber_weight(innovation, huber_scale, H_P_H) * accepted
-        kept = update_reference(kept, about, H[at], counted * weight, share * accepted)
+        weight = weight * accepted * huber_weight(innovation, huber_scale, H_P_H)
+        kept = update_reference(kept, about, H[at], weight, share * accepted)
         alarm = ca.logic_or(alarm, has_changed(kept, tuning))
         sums = ca.logic_not(alarm) * monitor_next[:2]
         monitor_next = ca.vertcat(sums, monitor_next[2:], reset_reference(kept, reset + alarm))
@@ -128,6 +124,13 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         "monitor_next": monitor_next,
     }
     return named_function("innovation", inputs, results)
+
+
+def _streak_at_any_rate(tuning: ca.MX, dt: ca.MX) -> ca.MX:
+    """The tuning with `reset_after` as long as so many samples of 10 ms at any rate above."""
+    longer = ca.MX(tuning)
+    longer[TUNING_FIELDS.index("reset_after")] *= ca.fmax(1, JITTER * REFERENCE_STEP / dt)
+    return longer
 
 
 def innovation_variance(H_P_H: Expression, weight: Expression, huber_scale: Expression) -> Expression:

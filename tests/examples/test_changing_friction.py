@@ -26,17 +26,18 @@ def test_a_stroke_is_judged_by_its_last_quarter() -> None:
     assert [round(row.begin, 1) for row in rows] == [0.5, 1.5, 2.5, 3.5, 4.5]
     assert [row.alarm for row in rows] == [False, True, False, False, False]
     for row in rows:
-        assert (row.force, row.mu, row.std) == pytest.approx((0.8, 0.9, 0.1))
+        assert (row.force, row.mu, row.std, row.usable) == pytest.approx((0.8, 0.9, 0.1, 0))
 
 
 def test_figures_of_strokes_that_are_known() -> None:
-    still = [Stroke(i, 1.0, 1.1 if i % 2 else 0.9, 0.06, i == 3) for i in range(4)]
+    still = [Stroke(i, 1.0, 1.1 if i % 2 else 0.9, 0.06, i == 3, i / 4) for i in range(4)]
     forces = [1.0, 0.5, 1.0, 0.5, 1.3, 0.5, 1.4, 0.5]
     off = [1.0, 1.0, 1.0, 1.0, 1.05, 1.0, 1.2, 1.0]
     changed = [
-        Stroke(i, f, f * o, 0.1 * f, i == 4) for i, (f, o) in enumerate(zip(forces, off, strict=True))
+        Stroke(i, f, f * o, 0.1 * f, i == 4, 0.25)
+        for i, (f, o) in enumerate(zip(forces, off, strict=True))
     ]
     found = figures(dict.fromkeys(CONSTANT, still) | dict.fromkeys(CHANGED, changed))
 
     # Strokes after 3 s are judged: 4 in each run, of which one is 20 % off; one is a change by 30 %.
-    assert found == ["10.0 %", "75 % of 24", "6 of 6", "6 of 24", "100 %", "88 %"]
+    assert found == ["10.0 %", "75 % of 24", "6 of 6", "6 of 24", "100 %", "88 %", "38 %", "25 %"]
