@@ -163,7 +163,7 @@ def not_separable(effect: FoundEffect) -> str:
     """That recordings do not settle which of several effects it is."""
     rivals = effect.indistinguishable_from or tuple(e.rival for e in (effect.experiment,) if e)
     others = listed([effect_words(name) for name in rivals], "or")
-    return f"more recordings on this rig would not tell {effect_words(effect.name)} from {others}"
+    return f"a usual manoeuvre, repeated, would not tell {effect_words(effect.name)} from {others}"
 
 
 def what_experiments_separate(diagnosis: Diagnosis) -> str:

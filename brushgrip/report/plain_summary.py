@@ -114,8 +114,8 @@ def _doubt_of_stiffness(
         times, wrong = max(ratio, 1 / ratio), "high" if ratio > 1 else "low"
         told_else = (
             f"but {if_wrong[0]} if the {read} reads {times:.2f} times too {wrong}, as it may: specify"
-            f" nothing before the {whole} is checked (± and {read} together leave"
-            f" {_possible(outcome, ratio)})"
+            f" nothing before the {whole} is checked (± and {read} together reach from"
+            f" {_possible(outcome, ratio)}; other errors come on top)"
         )
     doubt = (
         f"Not sure before the {whole} is checked{', so specify nothing until then' * (not told_else)}:"
@@ -140,6 +140,8 @@ def _friction(outcome: FrictionOutcome, else_friction: str = "") -> str:
         counts = [str(one.recordings) for one in bands]
         count = listed(counts) if len(set(counts)) > 1 else counts[0]
         of, more = "mean of", f"{' each' * (len(bands) > 1)}; ± holds one further recording"
+    if outcome.slide_rate:
+        more = f", turning at {outcome.slide_rate:.2g} rad/s{more}"
     line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{more})"
     line += f", all told{at_common_load(outcome)}, as friction changes with it" * (
         outcome.load is not None

@@ -138,11 +138,10 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
         else:
             names = [effect_words(effect.name) for effect in effects]
             many = len(names) > 1
-            copies = "corrections that are no findings" if many else "a correction that is no finding"
-            told.append(
-                "a further cause, which these recordings do not tell. The model copies its torque by"
-                f" {copies} ({listed(names)})"
-            )
+            copies = f"Corrections that are no findings ({listed(names)}) stand in for it"
+            if not many:
+                copies = f"A correction that is no finding ({listed(names)}) stands in for it"
+            told.append(f"a further cause, unknown. {copies}")
             if outcome is not None and outcome.without_stand_ins:
                 told[-1] += f"; without {'them' if many else 'it'} {_friction_without(outcome)}"
     if diagnosis.unexplained.present:
@@ -167,7 +166,7 @@ def _friction_without(outcome: FrictionOutcome) -> str:
         change = "the same" if share == "0 %" else f"{share} {'higher' if ratio > 1 else 'lower'}"
         changes.setdefault(change, []).append(ground)
     told = listed([f"{change}{f' on {listed(own)}' * any(own)}" for change, own in changes.items()])
-    return f"friction above would be {told}; what the cause itself would change is not known"
+    return f"friction above would be {told}, but the cause itself may change it by more"
 
 
 def _by_cause(diagnosis: Diagnosis) -> list[tuple[str, list[FoundEffect]]]:

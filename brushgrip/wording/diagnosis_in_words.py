@@ -128,7 +128,10 @@ def mechanism(effect: FoundEffect) -> str:
 def explained_grade(effect: FoundEffect) -> str:
     """Why an effect has its grade, in one sentence."""
     errors, rivals = effect.standard_errors, rivals_of(effect)
-    fall = "The gain is practically not chance" + f" ({errors or 0:.1f} standard errors)" * bool(errors)
+    fall = (
+        "That it improves the model is hardly chance"
+        + f" ({errors or 0:.1f} standard errors)" * bool(errors)
+    )
     match effect.grade:
         case "stands_in":
             if effect.at_bound:

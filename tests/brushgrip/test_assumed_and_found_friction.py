@@ -232,7 +232,7 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     far = replace(torsion.experiment, times=None)
     unsettled = replace(clear, effects=(replace(torsion, grade="ambiguous", experiment=far),))
     assert next_steps(unsettled, known) == [
-        "nothing; more recordings on this rig would not tell carcass torsion from patch width"
+        "nothing; a usual manoeuvre, repeated, would not tell carcass torsion from patch width"
     ]
 
 
@@ -426,7 +426,9 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         assert f", but {ways[0]} if the torque reads {high}, as it may: specify nothing before" in told
         # From the lower end over the ratio to the upper end: 1.20 with a band of 0.51.
         ends = "0.43 to 1.71" if ratio > 1 else "0.69 to 3.42"
-        assert told.endswith(f" checked (± and torque together leave {ends} on ice).")
+        assert told.endswith(
+            f" checked (± and torque together reach from {ends} on ice; other errors come on top)."
+        )
         times = f"{ratio:.2f} times as stiff"
         assert sure.startswith(f"Not sure before the rig is checked: the tyre comes out {times} as decl")
         assert (how, why) == ("How sure", "Provisional because")
@@ -444,7 +446,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     assert "sure: Not sure before the rig is checked, so specify nothing until then: the tyre" in unnamed
     other_ground = replace(tracks[0], name="d")
     two = replace(outcome, tracks=(*tracks, other_ground), grounds={**outcome.grounds, "snow": ("d",)})
-    assert "together leave 0.69 to 3.42 on ice)" in mail(diagnosis, two), "snow has no band"
+    assert "together reach from 0.69 to 3.42 on ice;" in mail(diagnosis, two), "snow has no band"
     for ratio in (0.625, 1.6):
         car = replace(diagnosis, of_car=True, stiffness_ratio=np.float64(ratio))
         told = mail(car, outcome)
@@ -539,18 +541,18 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
 @pytest.mark.parametrize(
     ("odd", "ratios", "told"),
     [
-        (1, {}, "a correction that is no finding (carcass torsion). Even so"),
+        (1, {}, "A correction that is no finding (carcass torsion) stands in for it. Even so"),
         (
             1,
             {"": 1.1},
-            "(carcass torsion); without it friction above would be 10 % higher; what the cause",
+            "stands in for it; without it friction above would be 10 % higher, but the cause itself may",
         ),
         (
             2,
             {"steel": 0.96, "ice": 1.001, "snow": 0.957},
-            "corrections that are no findings (carcass torsion and stribeck); without them friction"
-            " above would be 4 % lower on steel and snow and the same on ice; what the cause itself"
-            " would change is not known. Even so",
+            "Corrections that are no findings (carcass torsion and stribeck) stand in for it; without"
+            " them friction above would be 4 % lower on steel and snow and the same on ice, but the"
+            " cause itself may change it by more. Even so",
         ),
     ],
 )

@@ -127,7 +127,7 @@ def test_what_is_unexplained_goes_first_where_it_is_the_larger(
 @pytest.mark.parametrize(
     ("grade", "words"),
     [
-        ("strong", "not chance (1.4 standard errors), and no other effect"),
+        ("strong", "hardly chance (1.4 standard errors), and no other effect"),
         ("weak", "may be chance (a gain of 1.4 standard errors; 3 of each are asked for)"),
         ("ambiguous", "but patch width would explain as much"),
         ("stands_in", "may make up for a flaw of another effect, unproven"),
