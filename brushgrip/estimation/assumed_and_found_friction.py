@@ -83,6 +83,10 @@ class FrictionOutcome:
             if own
         }
 
+    def bands(self) -> dict[str, GroundFriction]:
+        """Those of `further` by the model found that have a band for a further recording."""
+        return {ground: one for ground, one in self.further().items() if one.further is not None}
+
     def to_dict(self) -> dict[str, Any]:
         """The content of `friction` in `diagnosis.json`."""
         named = {ground: names for ground, names in self.grounds.items() if ground}

@@ -222,7 +222,7 @@ class Session:
         for point in points:
             self._see(point)
         if self._recorder is not None:
-            self._write(self.ring.since(begin))
+            self._write(self._recorder, self.ring.since(begin))
 
     def _see(self, point: Point) -> None:
         """Count a sample; the newest one counts, where torques come more slowly that with the last."""
@@ -260,16 +260,14 @@ class Session:
                 self._recorder = Recorder(name, self.estimator.columns)
             except InvalidInputError as error:
                 self._fault, self.recording = f"not recorded: {error}", False
-                return
-            self._write(self.ring.since(0, self._stretch))
+            else:
+                self._write(self._recorder, self.ring.since(0, self._stretch))
 
-    def _write(self, points: RingPoints) -> None:
-        if self._recorder is None:
-            return
+    def _write(self, recorder: Recorder, points: RingPoints) -> None:
         said = points.fields[:, -len(ESTIMATE) :]
         rows = np.hstack([points.recorded[:, : len(self.estimator.columns)], said])
         try:
-            self._recorder.write(rows)
+            recorder.write(rows)
         except OSError as error:
             self._fault, self.recording = f"the recording broke off: {error}", False
             self._recorder = None

@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis: loops, residuals and what they follow, candidates, experiments."""
+"""Pictures of a diagnosis: loops, residuals, what they follow, candidates, mechanisms, experiments."""
 
 import re
 from collections.abc import Sequence
@@ -6,6 +6,7 @@ from math import ceil
 from pathlib import Path
 from textwrap import fill
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
@@ -29,7 +30,7 @@ from brushgrip.wording.formatting import (
     percent,
     signed,
 )
-from identification import Candidate, Diagnosis, Proposal, Series, Signatures
+from identification import Candidate, Curve, Diagnosis, FoundFamily, Proposal, Series, Signatures
 from identification.loop_plot import matplotlib_text
 
 Stage = tuple[Signatures, str, str]
@@ -41,6 +42,8 @@ _MAX_COLUMNS = 4
 """Most small loops in a row."""
 _INDISTINGUISHABLE = "#9cc3e0"
 """Colour of effects that are indistinguishable from an added one."""
+_DECADE = 10.0
+"""Ratio of greatest to least place from which an axis is logarithmic [1]."""
 _TITLE_WIDTH = 130
 """Letters of a title that fit above the picture of an experiment."""
 
@@ -229,6 +232,35 @@ def _key(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artis
         label = f"no effect: {baseline:.2f} %"
         key.append(axes.axvline(baseline, color=BEFORE, lw=1.4, label=label))
     return key
+
+
+def draw_mechanisms(path: Path, diagnosis: Diagnosis) -> None:
+    """Draw the curve of each mechanism with its band of two standard deviations."""
+    drawn = [(family, family.curve) for family in diagnosis.families if family.curve]
+    rows = ceil(len(drawn) / 2)
+    with picture(path, 0.6 + 3.6 * rows) as figure:
+        for number, (family, curve) in enumerate(drawn):
+            artists = _curve(figure.add_subplot(rows, min(2, len(drawn)), number + 1), family, curve)
+        legend_above(figure, artists)
+
+
+def _curve(axes: Axes, family: FoundFamily, curve: Curve) -> list[Artist]:
+    artists: list[Artist] = []
+    artists += axes.plot(curve.x, curve.declared, color=BEFORE, label="assumed law, same parameters")
+    artists += axes.plot(curve.x, curve.y, color=AFTER, label="found, with two standard deviations")
+    known = np.isfinite(curve.std)
+    if curve.x.min() > 0 and curve.x.max() > _DECADE * curve.x.min():
+        axes.set_xscale("log")
+    # A loop folds back, so that its band is drawn leg by leg.
+    for leg in np.split(np.arange(curve.x.size), 1 + np.flatnonzero(np.diff(np.sign(np.diff(curve.x))))):
+        at = leg[known[leg]]
+        low, high = curve.y[at] - 2 * curve.std[at], curve.y[at] + 2 * curve.std[at]
+        axes.fill_between(curve.x[at], low, high, color=AFTER, alpha=0.25, lw=0)
+    unit = "" if curve.y_unit == "1" else f" [{curve.y_unit}]"
+    axes.set(xlabel=f"{curve.x_name} [{curve.x_unit}]", ylabel=f"{curve.y_name}{unit}")
+    laws = listed([effect_words(name) for name in family.effects])
+    axes.set_title(f"{effect_words(family.name)}: {laws}")
+    return artists
 
 
 def draw_experiment(path: Path, proposal: Proposal) -> None:

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from io import BytesIO
 from math import ceil
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -31,7 +30,7 @@ _DPI = 110
 _SOURCE, _BEGINNING = "brushgrip", 1024
 """Mark of our pictures, and the bytes within which it stands."""
 _LETTERS_ACROSS, _LETTERS_PER_SYMBOL = 55, 8
-_VECTORS: ContextVar[dict[str, bytes] | None] = ContextVar("_VECTORS", default=None)
+_VECTORS: ContextVar[bool] = ContextVar("_VECTORS", default=False)
 _NO_METADATA: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _STYLE: dict[Any, Any] = {
     "svg.hashsalt": "brushgrip",
@@ -59,25 +58,21 @@ def picture(path: Path, height: float, width: float = WIDTH) -> Iterator[Figure]
         yield figure
         # `savefig` would draw everything once more, to lay it out.
         FigureCanvasAgg(figure).print_png(path, metadata={"Software": None, "Source": _SOURCE})  # type: ignore[no-untyped-call]
-        collected = _VECTORS.get()
-        if collected is not None:
+        if _VECTORS.get():
             figure.set_layout_engine("none")  # Everything is in its place by now.
-            drawing = BytesIO()
-            FigureCanvasSVG(figure).print_svg(drawing, metadata=_NO_METADATA)  # type: ignore[no-untyped-call]
-            collected[path.name] = drawing.getvalue()
+            FigureCanvasSVG(figure).print_svg(path.with_suffix(".svg"), metadata=_NO_METADATA)  # type: ignore[no-untyped-call]
 
 
 def drawn(
     draw: Callable[..., None], name: str, content: Sequence[Any], wanted: bool
 ) -> tuple[bytes, bytes | None]:
     """A picture as PNG and, where wanted, as SVG: what `draw` makes of a path and the content."""
-    drawings: dict[str, bytes] = {}
-    token = _VECTORS.set(drawings if wanted else None)
+    token = _VECTORS.set(wanted)
     try:
         with TemporaryDirectory() as folder:
             path = Path(folder) / name
             draw(path, *content)
-            return path.read_bytes(), drawings.get(name)
+            return path.read_bytes(), path.with_suffix(".svg").read_bytes() if wanted else None
     finally:
         _VECTORS.reset(token)
 

@@ -65,7 +65,7 @@ def widest_causes(outcome: FrictionOutcome) -> str:
         "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
         f" {'; '.join(parts)} (these do not add up to 100 %)."
     )
-    if any(one.further is not None for one in outcome.further().values()):
+    if outcome.bands():
         line = f"The ± of a ground also covers how its recordings differ. {line}"
     measurable = min(1.0, sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD)))
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
@@ -153,9 +153,9 @@ def note_on_changing_friction(diagnosis: Diagnosis) -> str:
 
 def grounds_alike(outcome: FrictionOutcome) -> str:
     """Which grounds these recordings do not tell apart, in a sentence; empty for none."""
-    further = outcome.further()
-    pairs = list(combinations([g for g, one in further.items() if one.further is not None], 2))
-    same = [f"{a} from {b}" for a, b in pairs if not further[a].differs_from(further[b], len(pairs))]
+    bands = outcome.bands()
+    pairs = list(combinations(bands, 2))
+    same = [f"{a} from {b}" for a, b in pairs if not bands[a].differs_from(bands[b], len(pairs))]
     told = f" These recordings do not tell {listed(same, 'or')}: the difference may be chance."
     return told * bool(same)
 

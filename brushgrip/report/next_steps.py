@@ -181,13 +181,12 @@ def what_experiments_separate(diagnosis: Diagnosis) -> str:
 def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
     """What the bands of grounds are without what a remedy addresses; empty where none has a band."""
     changes = []
-    for ground, one in outcome.further().items():
+    for ground, one in outcome.bands().items():
         squares = [float(track.mu_std[at]) ** 2 for track, at in outcome.known_tracks(ground)]
-        if one.further is not None:
-            shares = band_shares(outcome, ground)
-            share = sum(shares.get(cause, 0.0) for cause in causes)
-            best = sqrt(max(0.0, one.further**2 - share * BAND_95**2 * fmean(squares)))
-            digits, where = band_decimals(one.further), f" on {ground}" * bool(ground)
-            old, new = f"± {one.further:.{digits}f}", f"± {best:.{digits}f}"
-            changes += [f"{old} to {new}{where}"] * (best < TOLD * one.further and old != new)
+        shares, half = band_shares(outcome, ground), one.further or 0.0
+        share = sum(shares.get(cause, 0.0) for cause in causes)
+        best = sqrt(max(0.0, half**2 - share * BAND_95**2 * fmean(squares)))
+        digits = band_decimals(half)
+        old, new = f"± {half:.{digits}f}", f"± {best:.{digits}f}"
+        changes += [f"{old} to {new} on {ground}"] * (best < TOLD * half and old != new)
     return f"; that lowers {listed(changes)} at best" * bool(changes)

@@ -17,11 +17,11 @@ from brushgrip.pictures.diagnosis import (
     draw_candidates,
     draw_experiment,
     draw_loops,
+    draw_mechanisms,
     draw_residuals,
     draw_signatures,
 )
 from brushgrip.pictures.friction import draw_friction, draw_overview
-from brushgrip.pictures.mechanism_curves import draw_mechanisms
 from brushgrip.pictures.style import drawn, is_drawn_by_us
 from brushgrip.report import (
     friction_summary,

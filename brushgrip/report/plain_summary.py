@@ -40,11 +40,11 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
     notes: list[str] = []
     if outcome is None:
         return known, notes
-    further = outcome.further()
+    further, bands = outcome.further(), outcome.bands()
     for ground in filter(None, outcome.grounds):
-        one = further.get(ground)
-        line = further_recording(ground + at_common_load(outcome), one, len(outcome.grounds[ground]))
-        (known if one and one.further is not None else notes).append(line)
+        names = outcome.grounds[ground]
+        line = further_recording(ground + at_common_load(outcome), further.get(ground), len(names))
+        (known if ground in bands else notes).append(line)
     return known, notes
 
 
@@ -134,9 +134,9 @@ def _filled(parts: dict[str, list[str]]) -> Parts:
 def _friction(outcome: FrictionOutcome, else_friction: str = "") -> str:
     """Friction of every ground, what it may be else, and which grounds may be one."""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
-    bands = list(outcome.further().values())
+    bands = outcome.bands().values()
     count, of, more = str(len(outcome.before)), "from", ""
-    if bands and len(bands) == len(outcome.grounds) and all(one.further is not None for one in bands):
+    if bands and len(bands) == len(outcome.grounds):
         counts = [str(one.recordings) for one in bands]
         count = listed(counts) if len(set(counts)) > 1 else counts[0]
         of, more = "mean of", f"{' each' * (len(bands) > 1)}; ± holds one further recording"
@@ -152,8 +152,7 @@ def _friction(outcome: FrictionOutcome, else_friction: str = "") -> str:
 
 def _if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """Friction of each ground if the torque, then if the half-length makes the stiffness what it is."""
-    bands = {g: one for g, one in outcome.further().items() if g and one.further is not None}
-    ratio = diagnosis.stiffness_ratio
+    bands, ratio = outcome.bands(), diagnosis.stiffness_ratio
     single = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) == 1
     if not bands or not single:
         return []
@@ -167,12 +166,10 @@ def _if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> li
 def _possible(outcome: FrictionOutcome, ratio: float) -> str:
     """Friction of each ground with a band, from end to end of it and of the same over a ratio."""
     told = []
-    for ground, one in outcome.further().items():
-        if one.further is None:
-            continue
+    for ground, one in outcome.bands().items():
         # The figures as they are told, so that whoever does the sum finds the same.
-        digits = band_decimals(one.further)
-        value, half = round(one.mu_eff, digits), round(one.further, digits)
+        digits = band_decimals(one.further or 0.0)
+        value, half = round(one.mu_eff, digits), round(one.further or 0.0, digits)
         ends = [max(0.0, (value + side * half) / of) for side in (-1, 1) for of in (1.0, ratio)]
         told.append(f"{min(ends):.{digits}f} to {max(ends):.{digits}f} on {ground}")
     return listed(told)
@@ -180,16 +177,15 @@ def _possible(outcome: FrictionOutcome, ratio: float) -> str:
 
 def _holds(outcome: FrictionOutcome, read: str) -> list[str]:
     """How often the ± of grounds and of recordings that are named holds; what is read gives both."""
-    further = outcome.further()
-    bands = [one.further is not None for one in further.values()]
+    bands = outcome.bands()
     lines = [
         "The ± of a ground is where one more recording like these would come out, in 95 of 100 cases;"
         " it is no bound of the true friction, which was not measured in another way."
     ]
-    lines *= any(bands)
-    if len(further) < len(outcome.grounds) or not all(bands):
+    lines *= bool(bands)
+    if len(bands) < len(outcome.grounds):
         lines.append(
-            f"{'Where a recording is named, t' if any(bands) else 'T'}he truth lies within ± in 95 of"
+            f"{'Where a recording is named, t' if bands else 'T'}he truth lies within ± in 95 of"
             " 100 cases, if model and tolerances are right."
         )
     lines.append(
@@ -230,11 +226,11 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
 
 def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
-    where, further = f" on {ground}" * bool(ground), outcome.further().get(ground)
-    if further and further.further is not None:
-        by, count = further.recordings, len(outcome.grounds[ground])
+    where = f" on {ground}" * bool(ground)
+    if band := outcome.bands().get(ground):
+        by, count = band.recordings, len(outcome.grounds[ground])
         some = f" (by {by} of {count} recordings)" * (by < count)
-        return f"{prediction_band(further)}{where}{some}"
+        return f"{prediction_band(band)}{where}{some}"
     known = sorted(outcome.known_tracks(ground), key=lambda own: own[0].mu[own[1]])
     values = [f"{last_usable_friction(track)} ({track.name})" for track, _ in known]
     if len(values) > MAX_LISTED:

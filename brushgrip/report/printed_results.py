@@ -27,7 +27,7 @@ from brushgrip.wording.formatting import (
     candidate_parameters,
     candidate_reason,
     effect_words,
-    judged_error_percentages,
+    judged_errors,
     listed,
     parameter_list,
     percent,
@@ -113,10 +113,10 @@ def print_diagnosis(
 def rejected_user_effects(diagnosis: Diagnosis) -> list[str]:
     """A line for each effect of the user's own that was not added: what it is worth, and why not."""
     added = {effect.name for effect in diagnosis.effects}
-    before = judged_error_percentages(diagnosis)[1]
+    _, before, _ = judged_errors(diagnosis)
     return [
         f"{effect_words(c.name)}, of your own, was not added. In the refitted model, without the effects"
-        f" found: {candidate_parameters(c) or 'by recording'}; error {before} →"
+        f" found: {candidate_parameters(c) or 'by recording'}; error {percent(before)} →"
         f" {percent(c.holdout_nrmse)} of range with it alone, ΔBIC {signed(c.delta_bic)};"
         f" {candidate_reason(diagnosis, c)}"
         for c in diagnosis.candidates

@@ -64,8 +64,7 @@ def friction_by_recording(friction: FrictionOutcome, diagnosis: Diagnosis) -> Re
     return ReportTable(
         caption="Last usable friction μ_eff of each recording by the model found, ± 95 % band (if model"
         " and tolerances are right), and when it is usable"
-        + "; for a further recording the ± of the ground counts"
-        * any(one.further is not None for ground, one in friction.further().items() if ground)
+        + "; for a further recording the ± of the ground counts" * bool(friction.bands())
         + "; a dash where none is, or too much contradicts it later" * any(r[-2] == "–" for r in rows)
         + f"; all told{at_common_load(friction)}, as friction changes with it"
         * (friction.load is not None)

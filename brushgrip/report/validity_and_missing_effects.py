@@ -17,7 +17,6 @@ from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, unexplai
 from brushgrip.wording.formatting import (
     effect_words,
     judged_error_name,
-    judged_error_percentages,
     listed,
     percent,
     sentence,
@@ -70,13 +69,7 @@ def demo_recordings_warning(provenance: Mapping[str, Any] | None) -> str:
 
 
 def validity(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float | None) -> str:
-    """What friction is valid for, and what not (after “Valid for”).
-
-    Args:
-        diagnosis: with the loads.
-        slide_rate: turning that friction is told for [rad/s]; None for not told.
-        slide_speed: sliding of the contact at that rate [m/s].
-    """
+    """What friction at a rate of turning [rad/s] and of sliding [m/s] is valid for; None: not told."""
     loads = [series.F_N[np.isfinite(series.F_N)] for series in diagnosis.series]
     known = np.concatenate(loads) if loads else np.empty(0)
     at = ""
@@ -279,14 +272,14 @@ def adjusted_values(diagnosis: Diagnosis) -> str:
 def error_to_quote(diagnosis: Diagnosis) -> str:
     """The torque error stage by stage in a sentence: with nothing adjusted, if that is known."""
     bare = diagnosis.after.unrefitted
-    kind, count = judged_error_percentages(diagnosis)[0], len(bare or diagnosis.holdout)
+    (kind, judging), count = judged_error_name(diagnosis), len(bare or diagnosis.holdout)
     judged = {
         "validation": f"{count} recording{'s' * (count != 1)} to which no shared value was fitted, but"
         " by which the effects were chosen (no independent test)",
         "left-out": "each recording with the parameters that the others gave",
         "training": "the recordings that it was fitted to, as none was left to judge it",
     }[kind]
-    figure = "holdout_torque_nrmse_unrefitted" if bare else judged_error_name(diagnosis)[1]
+    figure = "holdout_torque_nrmse_unrefitted" if bare else judging
     stages = [diagnosis.declared, diagnosis.before, *[diagnosis.after] * bool(diagnosis.effects)]
     assumed, refitted, *found = [percent(errors.summary()[figure]) for errors in stages]
     told = (

@@ -26,20 +26,15 @@ def cluster_or_local_executor(
             yield pool
         return
     client = _client(address)
-    try:
-        yield client.get_executor()
-    except _client_errors() as error:
-        raise BrushgripError(f"--scheduler {address}: {error}") from error
-    finally:
-        client.close()
-
-
-def _client_errors() -> tuple[type[Exception], ...]:
-    """What Dask raises where work cannot be done: workers keep dying, or the connection is lost."""
     from distributed import KilledWorker
     from distributed.comm.core import CommClosedError
 
-    return KilledWorker, CommClosedError
+    try:
+        yield client.get_executor()
+    except (KilledWorker, CommClosedError) as error:  # Workers keep dying; the connection is lost.
+        raise BrushgripError(f"--scheduler {address}: {error}") from error
+    finally:
+        client.close()
 
 
 def _client(address: str) -> Any:

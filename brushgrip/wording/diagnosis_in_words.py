@@ -6,7 +6,6 @@ from string import ascii_uppercase
 
 from brushgrip.wording.formatting import (
     effect_words,
-    judged_error_percentages,
     judged_errors,
     listed,
     percent,
@@ -41,7 +40,8 @@ COMMON_NAMES = {
 
 def headline(diagnosis: Diagnosis) -> str:
     """The result of a diagnosis in one sentence; what is unexplained goes first if it is the larger."""
-    kind, before, after = judged_error_percentages(diagnosis)
+    kind, *errors = judged_errors(diagnosis)
+    before, after = map(percent, errors)
     if not diagnosis.effects:
         beside = " beside its stiffness" * (diagnosis.stiffness_ratio != 1)
         verdict = (

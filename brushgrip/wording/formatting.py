@@ -123,12 +123,6 @@ def candidate_parameters(candidate: Candidate) -> str:
     return "; ".join(texts)
 
 
-def judged_error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
-    """The error that judges the model: its name, and its size before and after."""
-    kind, before, after = judged_errors(diagnosis)
-    return kind, percent(before), percent(after)
-
-
 def judged_errors(diagnosis: Diagnosis) -> tuple[str, float, float]:
     """The error that judges the model: its name, and its size before and after [1], NaN for unknown."""
     kind, key = judged_error_name(diagnosis)
