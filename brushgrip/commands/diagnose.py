@@ -69,7 +69,6 @@ class DiagnoseRequest(RecordingRequest):
             self._diagnose(executor)
 
     def _diagnose(self, executor: "Executor | None") -> None:
-        import identification
         from brushgrip.estimation.suspicious_recordings import doubtful_inputs
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import say, warn
@@ -82,6 +81,7 @@ class DiagnoseRequest(RecordingRequest):
             thinning_note,
         )
         from brushgrip.running.unfinished_search import trial_journal
+        from identification import LEAST_SQUARES, Huber
         from identification.reading.shortened_recordings import thin_recordings
         from symbolic import CANDIDATES
         from symbolic.vehicle.candidate_effects import CAR_EFFECTS
@@ -98,8 +98,7 @@ class DiagnoseRequest(RecordingRequest):
         for line in suspected:
             warn(line)
         library = CAR_EFFECTS if self.vehicle else CANDIDATES
-        least_squares, huber = identification.LEAST_SQUARES, identification.Huber
-        loss = least_squares if self.robust is None else huber(threshold=self.robust)
+        loss = LEAST_SQUARES if self.robust is None else Huber(threshold=self.robust)
         with trial_journal(self.out) as journal, staged_directory(self.out) as folder:
             used, shortened = thin_recordings(read)
             for line in filter(None, (shortened, thinning_note(used))):

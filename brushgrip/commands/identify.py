@@ -2,19 +2,12 @@
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from brushgrip.commands.options import ChannelMap, OutJson, RigFile, VehicleFile, file_option, option
 
-if TYPE_CHECKING:
-    from identification.steering.full_slide_calibration import TyresResult
-    from identification.steering.gear_friction_on_plates import PlatesResult
-    from symbolic import Vehicle
-
 USUAL_TOLERANCE = 0.05
 """Of the friction of a ground that is called known, as a share of it [1]."""
-DOUBTFUL = 2.0
-"""Standard deviations of a slide factor by what is declared, beyond which the command warns."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,14 +103,15 @@ class IdentifyRequest:
         """Write what recordings on plates, or on ground of known friction, tell of a car."""
         from brushgrip.inputs.command_inputs import gather_inputs, require_brakes_known
         from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
-        from brushgrip.outputs.console import print_table, say, show_json
+        from brushgrip.outputs.console import say, show_json
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text
-        from brushgrip.wording.formatting import json_text, listed, percent, value_with_std
+        from brushgrip.report.printed_results import print_car_result
+        from brushgrip.wording.formatting import json_text, listed
         from identification import read_vehicle
         from identification.reading.car_recordings import read_rack
         from identification.steering.full_slide_calibration import TyresResult, identify_tyres
-        from identification.steering.gear_friction_on_plates import identify_on_plates
+        from identification.steering.gear_friction_on_plates import PlatesResult, identify_on_plates
         from symbolic import InvalidInputError
 
         written = self.write_vehicle
@@ -126,7 +120,6 @@ class IdentifyRequest:
             raise InvalidInputError(f"{written}: --write-vehicle and --out must name different files")
         inputs = gather_inputs(recordings, vehicle=vehicle, channel_map=self.channel_map)
         inputs.refuse_overwriting(finals)
-        key, title = ("plates", "Steering, wheels on plates") if self.plates else ("tyres", "Tyres")
         car = read_vehicle(vehicle)
         with staged_files(finals) as stages:
             if self.plates:
@@ -136,7 +129,7 @@ class IdentifyRequest:
                 read, mu = inputs.recordings(), self.ground_friction or 0.0
                 require_brakes_known(inputs.vehicle, read)
                 result = identify_tyres(read, car, friction=mu, tolerance=self._tolerance())
-            document = {key: asdict(result), KEY: inputs.provenance()}
+            document = {"plates" if self.plates else "tyres": asdict(result), KEY: inputs.provenance()}
             if self.out:
                 write_utf8(stages[0], json_text(document))
             if written:
@@ -144,41 +137,10 @@ class IdentifyRequest:
                 held_for = {"slide_factor": f"{on}, load {car.front_axle_load:g} N"}
                 text = identified_vehicle_text(vehicle, car, result, {} if self.plates else held_for)
                 write_utf8(stages[-1], text)
-        rows = [(name, value_with_std(one)) for name, one in result.parameters.items()]
-        if isinstance(result, TyresResult):
-            rows.append(("unexplained, of full slide (rms)", percent(result.rest)))
-        print_table(title, ("", "value ± standard deviation"), rows)
-        self._say_assumed(car, result)
+        print_car_result(result, car)
         if finals:
             say(f"wrote {listed(list(map(str, finals)))}")
         show_json(document)
-
-    def _say_assumed(self, car: "Vehicle", result: "PlatesResult | TyresResult") -> None:
-        """Print what a result rests on, and what it holds for."""
-        from brushgrip.outputs.console import say, warn
-        from identification.steering.full_slide_calibration import TyresResult
-        from identification.steering.gear_friction_on_plates import PLATE_FRICTION, full_slide_rack_force
-
-        if not isinstance(result, TyresResult):
-            if result.damping.value < -2 * (result.damping.std or 0.0):
-                warn("damping is below zero, as if gear friction fell with speed: the file gets 0")
-            say(
-                f"friction of the turntables is taken to be {PLATE_FRICTION:g} at most; each 0.01 more,"
-                f" as of greased plates, is told as {0.01 * full_slide_rack_force(car):.0f} N of gear"
-            )
-            return
-        say(
-            f"slide_factor holds for a front axle load of {car.front_axle_load:g} N, these tyres and"
-            " this pressure; declare another load where passengers or cargo change it, and identify"
-            " anew where by more than a tenth"
-        )
-        if abs(result.deviations) > DOUBTFUL:
-            warn(
-                f"slide_factor {result.slide_factor.value:.2f} is"
-                f" {abs(result.deviations):.1f} standard deviations from what the vehicle file"
-                " declares: check --ground-friction, front_axle_load and half_length; if the ground"
-                " is wrong by a share, all later friction is wrong by it"
-            )
 
     def _tolerance(self) -> float:
         """Of the ground's friction, either way [1]."""

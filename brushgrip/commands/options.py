@@ -56,15 +56,6 @@ def folder_option(flag: str = "--out", help: str = "Folder to write to.") -> Any
     return option(flag, "DIR", help, callback=valid_folder_name)
 
 
-RecordingNames = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="REC...",
-        help="Recordings: files (.csv, .mat, .mf4, .tdms, .parquet, .h5, .blf and more), or names of"
-        " published ones, such as fem1.",
-        show_default=False,
-    ),
-]
 RigFile = Annotated[
     Path | None,
     option("--rig", "R", "Rig file (TOML). May be left out where the recordings know a, e and k."),
@@ -132,23 +123,8 @@ EffectModules = Annotated[
         " imported. May be repeated; several may be separated by commas.",
     ),
 ]
-OutFile = Annotated[Path, file_option("--out", "OUT.csv")]
 OutJson = Annotated[
     Path | None, file_option("--out", "OUT.json", "File to write; left out, the tables here suffice.")
-]
-From = Annotated[
-    float | None, option("--from", "T", "Use samples from this time on, as the recording counts it [s].")
-]
-To = Annotated[float | None, option("--to", "T", "Use samples up to this time [s].")]
-SteeringRatio = Annotated[
-    float | None,
-    option(
-        "--steering-ratio",
-        "RATIO",
-        "Angle of the steering wheel over that of the wheel, such as 15: psi and psi_dot are"
-        " divided by it. A torque from the steering wheel's shaft needs its own"
-        " factor: --map M_z=-15*Torque.",
-    ),
 ]
 OutFolder = Annotated[Path, folder_option()]
 Jobs = Annotated[
@@ -169,12 +145,32 @@ Scheduler = Annotated[
 class RecordingRequest:
     """What commands that read recordings have in common."""
 
-    recordings: RecordingNames
+    recordings: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="REC...",
+            help="Recordings: files (.csv, .mat, .mf4, .tdms, .parquet, .h5, .blf and more), or names of"
+            " published ones, such as fem1.",
+            show_default=False,
+        ),
+    ]
     rig: RigFile = None
     channel_map: ChannelMap = None
-    steering_ratio: SteeringRatio = None
-    begin: From = None
-    end: To = None
+    steering_ratio: Annotated[
+        float | None,
+        option(
+            "--steering-ratio",
+            "RATIO",
+            "Angle of the steering wheel over that of the wheel, such as 15: psi and psi_dot are"
+            " divided by it. A torque from the steering wheel's shaft needs its own"
+            " factor: --map M_z=-15*Torque.",
+        ),
+    ] = None
+    begin: Annotated[
+        float | None,
+        option("--from", "T", "Use samples from this time on, as the recording counts it [s]."),
+    ] = None
+    end: Annotated[float | None, option("--to", "T", "Use samples up to this time [s].")] = None
     effects: EffectModules = None
 
     def inputs(self, more: Sequence[str] = (), **options: Any) -> "Inputs":

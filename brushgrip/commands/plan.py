@@ -21,8 +21,8 @@ from brushgrip.commands.options import (
 from brushgrip.inputs.option_choices import ModelObserverName, TorqueChannel
 
 if TYPE_CHECKING:
-    from identification import SignalSource
     from observers import Plan
+    from symbolic import Vehicle
 
 Least = StrEnum("Least", {"TRAVEL": "travel", "TIME": "time", "ANGLE": "angle"})
 OverPrior = StrEnum("OverPrior", {"WORST": "worst", "MEAN": "mean"})
@@ -97,10 +97,11 @@ class PlanRequest:
             wheel_load,
         )
         from brushgrip.outputs.atomic import write_utf8
-        from brushgrip.outputs.console import progress
-        from brushgrip.outputs.plan_texts import plan_csv
+        from brushgrip.outputs.console import progress, say
+        from brushgrip.outputs.plan_texts import plan_csv, turning_instruction
         from brushgrip.pictures.plan import draw_plan_and_forecast
         from observers import AligningTorque, plan
+        from observers.interfaces.factory import read_vehicle_file
         from observers.planning.noisy_forecast import assumed_noise
         from observers.planning.plan import MUS
 
@@ -113,7 +114,8 @@ class PlanRequest:
         observer = chosen_observer(self.observer, self.torque, inputs, tuning)
         if self.vehicle is None and observer.channel == "M_z":
             observer = replace(observer, measurement_model=AligningTorque(stiffness=True))
-        F_N = wheel_load(self.vehicle, self.load)
+        car = read_vehicle_file(self.vehicle) if self.vehicle else None
+        F_N = wheel_load(car, self.load)
         finals = [] if self.out is None else [self.out, self.out.with_suffix(".png")]
         settings = {
             "target": target, "limits": vars(limits), "load": F_N, "mu": list(mus),
@@ -126,33 +128,31 @@ class PlanRequest:
                 progress=report,
             )  # fmt: skip
             if stages:
-                write_utf8(stages[0], plan_csv(planned, self.vehicle, F_N))
+                write_utf8(stages[0], plan_csv(planned, car, F_N))
                 draw_plan_and_forecast(stages[1], planned)
-        self._say(planned, finals, inputs.signals.of("psi"), assumed_noise(observer, F_N))
+        say(turning_instruction(planned, car, inputs.signals.of("psi")))
+        self._say(planned, finals, car, assumed_noise(observer, F_N))
 
-    def _say(self, planned: "Plan", finals: list[Path], angle: "SignalSource", noise: float) -> None:
+    def _say(self, planned: "Plan", finals: list[Path], car: "Vehicle | None", noise: float) -> None:
         """Print what the plan tells on each ground; a target that is missed on one is a fault."""
         from brushgrip.estimation.friction_budget import declared_values_in_words
         from brushgrip.outputs.console import print_table, say, show_json
-        from brushgrip.outputs.plan_texts import plan_document, rows_by_ground, turning_instruction
-        from observers.interfaces.factory import read_vehicle_file
+        from brushgrip.outputs.plan_texts import plan_document, rows_by_ground
         from observers.planning.noisy_forecast import ENOUGH, RUNS
         from symbolic import BrushgripError
 
-        say(turning_instruction(planned, self.vehicle, angle))
-        of, unit = ("handwheel, ", "deg") if self.vehicle else ("", "rad")
+        of, unit = ("handwheel, ", "deg") if car else ("", "rad")
         headings = ("mu", f"{of}travel [{unit}]", "time [s]", f"{of}angle [{unit}]", "sigma/mu")
         title = f"until sigma/mu is {planned.target:.1%} (95 % band ± {2 * planned.target:.0%} of mu)"
-        print_table(title, headings, rows_by_ground(planned, self.vehicle), right=True)
+        print_table(title, headings, rows_by_ground(planned, car), right=True)
         say("one path for all grounds: on most its first turns do; stop once friction is as good")
         if not planned.reasons:
-            of_torque = "" if self.vehicle else f" of {noise:.2g} N m"
+            of_torque = "" if car else f" of {noise:.2g} N m"
             say(f"this is enough in {ENOUGH} of {RUNS} simulated runs, noise{of_torque} on the torque")
-        if self.vehicle is None and self.torque is TorqueChannel.GROUND:
+        if car is None and self.torque is TorqueChannel.GROUND:
             say("k counts as a state: estimate with --stiffness-state")
-        if self.vehicle:
-            vehicle = read_vehicle_file(self.vehicle)
-            if declared := declared_values_in_words(vehicle, brakes=vehicle.brakes):
+        if car:
+            if declared := declared_values_in_words(car, brakes=car.brakes):
                 say(declared)
             say("this is for a car as declared; off within its tolerances it may take more")
         elif self.model is None:

@@ -1,9 +1,10 @@
 """`brushgrip simulate`."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
-from brushgrip.commands.options import GroundRequest, OutFile, option
+from brushgrip.commands.options import GroundRequest, file_option, option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,7 +16,7 @@ class SimulateRequest(GroundRequest):
     Several recordings go to OUT_<recording>.csv.
     """
 
-    out: OutFile
+    out: Annotated[Path, file_option("--out", "OUT.csv")]
     mu: Annotated[
         float | None,
         option(

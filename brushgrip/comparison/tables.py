@@ -8,7 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.comparison.error_and_calculation_time import PUBLISHED, CaseScores, MethodSummary
+from brushgrip.comparison.error_and_calculation_time import (
+    PUBLISHED,
+    CaseScores,
+    MethodSummary,
+    figures_of_method,
+)
 from brushgrip.comparison.recordings_with_reference_friction import SETTLED
 from brushgrip.outputs.console import print_table, print_text
 from symbolic.compilation.operating_system import processor_description
@@ -35,11 +40,11 @@ def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) ->
     recordings = ("method", *(result.case.recording.name for result in results))
     errors = (
         ("declared μ", *(f"{result.case.declared:g}" for result in results)),
-        *((row.method, *map(_error, _figures(results, row, "rmse"))) for row in rows),
+        *((row.method, *map(_error, figures_of_method(results, row.method, "rmse"))) for row in rows),
     )
     times = (
         ("length [s]", *(f"{_duration(result):.1f}" for result in results)),
-        *((row.method, *map(_time, _figures(results, row, "theta"))) for row in rows),
+        *((row.method, *map(_time, figures_of_method(results, row.method, "theta"))) for row in rows),
     )
     return [
         (f"Mean over {len(results)} recordings", means, (*published, *own)),
@@ -101,14 +106,6 @@ def _cells(name: str, row: MethodSummary) -> Cells:
     beyond = "in part" if row.works_beyond_five_zones is None else _yes(row.works_beyond_five_zones)
     errors = map(_error, (row.rmse, row.spread))
     return (name, *errors, _time(row.theta), beyond, _yes(row.gives_deviation))
-
-
-def _figures(results: Sequence[CaseScores], row: MethodSummary, name: str) -> list[float | None]:
-    """A figure of one method on every case; None where the method has none."""
-    return [
-        next((getattr(score, name) for score in result.scores if score.method == row.method), None)
-        for result in results
-    ]
 
 
 def _duration(result: CaseScores) -> float:

@@ -76,12 +76,13 @@ def declared_values_in_words(vehicle: Vehicle, *, brakes: bool) -> str:
         "front_axle_load": f"front_axle_load {vehicle.front_axle_load:.0f} N",
         "half_length": f"half_length {1e3 * vehicle.a:.0f} mm",
         "slide_factor": f"slide_factor {vehicle.slide_factor or 1:.2f}",
-        "geometry": "geometry",
-        "gear_load_share": "gear_load_share",
-        "force_scale": "force_scale",
     }
     ranked = sorted(shares, key=lambda name: -shares[name])
-    named = [f"{values[name]} ({shares[name]:.1%})" for name in ranked if shares[name] >= LEAST_SHARE]
+    named = [
+        f"{values.get(name, name)} ({shares[name]:.1%})"
+        for name in ranked
+        if shares[name] >= LEAST_SHARE
+    ]
     if not named:
         return ""
     follows = "half_length" in shares and vehicle.half_length is None

@@ -1,6 +1,6 @@
 """What commands share: locate the inputs, read them, refuse to write over them, stage tables."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,8 +21,7 @@ from brushgrip.inputs.user_effects import effect_files, user_effects
 from brushgrip.outputs.atomic import staged_files, write_utf8
 from brushgrip.outputs.provenance import (
     Provenance,
-    files_of_model,
-    is_one_of,
+    files_behind_model,
     provenance_file,
     provenance_of,
     warn_of_another_rig,
@@ -78,7 +77,8 @@ class Inputs:
         )
         read = [read_one(path, nominal, vehicle=vehicle) for path in self.paths.values()]
         if torque_required:
-            self._require_distinct(read, shares_samples, ", either for training or held out")
+            where = ", either for training or held out"
+            _require_distinct(self.paths.values(), read, shares_samples, where)
         return [
             trimmed(
                 replace(recording, name=label, ground=self.grounds.get(label, recording.ground)),
@@ -91,17 +91,8 @@ class Inputs:
         """The free vibrations in order."""
         nominal = None if self.rig is None else read_rig(self.rig)
         read = [read_decay(path, nominal, signals=self.signals) for path in self.paths.values()]
-        self._require_distinct(read, lambda one, other: np.array_equal(one.psi, other.psi))
+        _require_distinct(self.paths.values(), read, lambda a, b: np.array_equal(a.psi, b.psi))
         return [replace(decay, name=name) for name, decay in zip(self.paths, read, strict=True)]
-
-    def _require_distinct(
-        self, read: Sequence[Content], same: Callable[[Content, Content], bool], where: str = ""
-    ) -> None:
-        for (one, first), (other, second) in combinations(
-            zip(self.paths.values(), read, strict=True), 2
-        ):
-            if same(first, second):
-                raise _twice(one, other, where)
 
     def found(self) -> FoundModel | None:
         """The model that a diagnosis found; None for the declared one.
@@ -111,8 +102,9 @@ class Inputs:
         """
         if self.model is None:
             return None
-        found, files = read_model(self.model, effects=self.effects), files_of_model(self.model)
-        same = {label for label in self.paths.keys() & found.own if is_one_of(self.paths[label], files)}
+        found = read_model(self.model, effects=self.effects)
+        named = {label: path for label, path in self.paths.items() if label in found.own}
+        same = files_behind_model(self.model, named)
         own, rig = ({n: v for n, v in of.items() if n in same} for of in (found.own, found.rig))
         return replace(found, own=own, rig=rig)
 
@@ -172,8 +164,7 @@ def gather_inputs(
     warn_of_another_rig(rig, model)
     own = user_effects(effects)
     located = [locate_recording(name, of_car=vehicle is not None) for name in recordings]
-    if twice := next((two for two in combinations(located, 2) if two[0].samefile(two[1])), None):
-        raise _twice(*twice)
+    _require_distinct(located, located, Path.samefile)
     signals = SignalMap() if (described := rig or vehicle) is None else read_signals(described)
     if channel_map is not None:
         signals = signals.updated(parse_maps(channel_map))
@@ -199,8 +190,17 @@ def gather_inputs(
     )
 
 
-def _twice(one: Path, other: Path, where: str = "") -> InvalidInputError:
-    return InvalidInputError(f"{other}: is the same recording as {one}; each is allowed once{where}")
+def _require_distinct(
+    paths: Iterable[Path],
+    read: Sequence[Content],
+    same: Callable[[Content, Content], bool],
+    where: str = "",
+) -> None:
+    for (one, first), (other, second) in combinations(zip(paths, read, strict=True), 2):
+        if same(first, second):
+            raise InvalidInputError(
+                f"{other}: is the same recording as {one}; each is allowed once{where}"
+            )
 
 
 @contextmanager

@@ -2,13 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from observers import SteeringLimits, Tuning, profile
-from observers.interfaces.factory import read_vehicle_file
 from observers.tuning import TUNING_FIELDS
-from symbolic import InvalidInputError
+from symbolic import InvalidInputError, Vehicle
 
 OF_STATES = {
     "stiffness_std": "k is no state of the observers that commands run; from Python:"
@@ -100,7 +98,7 @@ def parse_frictions(text: str) -> tuple[float, ...]:
     return tuple(sorted({parse_number(f"--mu {text}", part) for part in text.split(",")}))
 
 
-def wheel_load(vehicle: Path | None, load: float | None) -> float:
+def wheel_load(vehicle: Vehicle | None, load: float | None) -> float:
     """The load of a wheel [N]: that of a car is in its file, that of a rig has to be given."""
     if (vehicle is None) == (load is None):
         raise InvalidInputError(
@@ -108,4 +106,4 @@ def wheel_load(vehicle: Path | None, load: float | None) -> float:
             if load is None
             else "--load is that of a rig; that of a car is in its file, leave it out"
         )
-    return read_vehicle_file(vehicle).wheel_load if load is None and vehicle else float(load or 0)
+    return vehicle.wheel_load if vehicle else float(load or 0)

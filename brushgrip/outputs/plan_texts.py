@@ -1,18 +1,18 @@
 """A plan as a table, as rows of text and as a document."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from brushgrip.wording.formatting import csv_text
 from identification import SignalSource
 from observers import Plan
-from observers.interfaces.factory import read_vehicle_file
+from symbolic import Vehicle
 from symbolic.array_alias import Array
 from symbolic.vehicle.steering import mean_angle
 
 
-def plan_csv(plan: Plan, vehicle: Path | None, F_N: float) -> str:
+def plan_csv(plan: Plan, vehicle: Vehicle | None, F_N: float) -> str:
     """The CSV of a path: angle, travel and load over time, and usable deviations for each friction."""
     path = plan.path
     columns = {"t": path.t, "psi": path.psi, "psi_dot": path.psi_dot, "travel": path.travel}
@@ -22,20 +22,16 @@ def plan_csv(plan: Plan, vehicle: Path | None, F_N: float) -> str:
         columns["handwheel"] = handwheel_angle(path.psi, vehicle)
     for mu, forecast in zip(plan.mus, plan.forecasts, strict=True):
         columns[f"deviation_{mu:g}"] = np.where(forecast.usable, forecast.deviation, np.nan)
-    table = np.column_stack([*columns.values()])
-    lines = [",".join(columns)]
-    lines += [",".join("" if v != v else f"{v:.6g}" for v in row) for row in table.tolist()]
-    return "\n".join(lines) + "\n"
+    return csv_text(columns, digits=6)
 
 
-def handwheel_angle(psi: Array, vehicle: Path) -> Array:
+def handwheel_angle(psi: Array, car: Vehicle) -> Array:
     """The angle of the handwheel [rad] at which the wheels of a car have an angle [rad]."""
-    car = read_vehicle_file(vehicle)
     ways = np.linspace(-car.rack_travel, car.rack_travel, 2001)
     return np.interp(psi, mean_angle(car, ways), ways) / car.rack_gain
 
 
-def turning_instruction(plan: Plan, vehicle: Path | None, angle: SignalSource) -> str:
+def turning_instruction(plan: Plan, vehicle: Vehicle | None, angle: SignalSource) -> str:
     """Where the wheel, and what is read or held in its place, turns back, and how fast it may turn."""
     turns = ", ".join(f"{turn:.3f}" for turn in plan.turns)
     turned = f"{turns} rad at {plan.path.rate:.3f} rad/s at most"
@@ -51,7 +47,7 @@ def turning_instruction(plan: Plan, vehicle: Path | None, angle: SignalSource) -
     return f"turn {channel} to {places} {unit}; that turns the wheel, as below, to {turned}"
 
 
-def rows_by_ground(plan: Plan, vehicle: Path | None = None) -> list[list[str]]:
+def rows_by_ground(plan: Plan, vehicle: Vehicle | None) -> list[list[str]]:
     """Rows by ground, turns of the wheel [rad] or of a car's handwheel [deg]; a dash for never."""
     table, digits = [], dict(zip(_REACHED, (3, 3, 3) if vehicle is None else (0, 1, 0), strict=True))
     for row in plan_document(plan, vehicle)["grounds"]:
@@ -64,7 +60,7 @@ def rows_by_ground(plan: Plan, vehicle: Path | None = None) -> list[list[str]]:
 _REACHED = ("travel", "time", "angle")
 
 
-def plan_document(plan: Plan, vehicle: Path | None = None) -> dict[str, Any]:
+def plan_document(plan: Plan, vehicle: Vehicle | None = None) -> dict[str, Any]:
     """The plan as JSON values, turns of the wheel [rad] or of a handwheel [deg]; None for never."""
     path, grounds = plan.path, []
     turn = np.append(path.begin, path.psi)

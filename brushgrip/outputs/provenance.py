@@ -95,18 +95,14 @@ def require_same_run(document: Path, provenance: Provenance, *, force: bool) -> 
     return tuple(n for n in plain_names if Path(n).name == n and n not in ("", "..") and n.isprintable())
 
 
-def files_of_model(model: Path) -> frozenset[tuple[str, str]]:
-    """Names and digests of what a model was found from; empty where its file does not tell them."""
+def files_behind_model(model: Path, files: Mapping[str, Path]) -> set[str]:
+    """Labels of the files that a model was found from, by name and content; none if it tells none."""
     try:
         told = json.loads(model.read_bytes())[KEY]["inputs"]
-        return frozenset((file["name"], file["sha256"]) for file in told)
+        known = {(file["name"], file["sha256"]) for file in told}
     except (ValueError, LookupError, TypeError):
-        return frozenset()
-
-
-def is_one_of(path: Path, files: frozenset[tuple[str, str]]) -> bool:
-    """Whether a file is one of these, by its name and its content."""
-    return (printable(path.name), digest_of(path)) in files
+        return set()
+    return {n for n, path in files.items() if (printable(path.name), digest_of(path)) in known}
 
 
 def warn_of_another_rig(file: Path | None, model: Path | None) -> None:

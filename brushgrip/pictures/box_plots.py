@@ -9,7 +9,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from brushgrip.comparison.error_and_calculation_time import AUTHOR, CaseScores
+from brushgrip.comparison.error_and_calculation_time import AUTHOR, CaseScores, figures_of_method
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification.loop_plot import matplotlib_text
 
@@ -60,9 +60,7 @@ def _over_recordings(
 ) -> None:
     """One box per method over the recordings; where there is one recording, its value."""
     for place, (name, colour) in enumerate(colours.items()):
-        values = [
-            getattr(score, quantity) for one in compared for score in one.scores if score.method == name
-        ]
+        values = figures_of_method(compared, name, quantity)
         known = np.array([value for value in values if value is not None])
         if known.size:
             _box(axes, known, place, _BOXES_WIDTH, colour)

@@ -72,7 +72,8 @@ def drawn(
         with TemporaryDirectory() as folder:
             path = Path(folder) / name
             draw(path, *content)
-            return path.read_bytes(), path.with_suffix(".svg").read_bytes() if wanted else None
+            lines = path.with_suffix(".svg")
+            return path.read_bytes(), lines.read_bytes() if lines.exists() else None
     finally:
         _VECTORS.reset(token)
 

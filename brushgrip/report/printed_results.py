@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
-from brushgrip.outputs.console import print_table, print_text, say
+from brushgrip.outputs.console import print_table, print_text, say, warn
 from brushgrip.report.friction_summary import (
     how_estimated,
     note_on_changing_friction,
@@ -37,12 +37,20 @@ from brushgrip.wording.formatting import (
     value_with_std,
 )
 from identification import Diagnosis, FoundModel, FreeDecay, ParameterEstimate
+from identification.steering.full_slide_calibration import TyresResult
+from identification.steering.gear_friction_on_plates import (
+    PLATE_FRICTION,
+    PlatesResult,
+    full_slide_rack_force,
+)
 from identification.thesis import DecrementFit
-from symbolic import CANDIDATES
+from symbolic import CANDIDATES, Vehicle
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 
 FEW = 3
 """Recordings that a line names."""
+DOUBTFUL = 2.0
+"""Standard deviations of a slide factor by what is declared, beyond which it is doubted."""
 
 
 def say_ground_values(grounds: Mapping[str, str | None], found: FoundModel | None) -> None:
@@ -154,3 +162,32 @@ def print_free_decay(result: FreeDecay, decrement: DecrementFit) -> None:
         print_text(f"The ends of the patch slide as with μ F_N = {', '.join(forces)}.")
     for line in result.identifiability:
         print_text(line)
+
+
+def print_car_result(result: PlatesResult | TyresResult, car: Vehicle) -> None:
+    """Print what was identified of a car, what that rests on, and what it holds for."""
+    rows = [(name, value_with_std(one)) for name, one in result.parameters.items()]
+    headings = ("", "value ± standard deviation")
+    if isinstance(result, PlatesResult):
+        print_table("Steering, wheels on plates", headings, rows)
+        if result.damping.value < -2 * (result.damping.std or 0.0):
+            warn("damping is below zero, as if gear friction fell with speed: the file gets 0")
+        say(
+            f"friction of the turntables is taken to be {PLATE_FRICTION:g} at most; each 0.01 more,"
+            f" as of greased plates, is told as {0.01 * full_slide_rack_force(car):.0f} N of gear"
+        )
+        return
+    rows.append(("unexplained, of full slide (rms)", percent(result.rest)))
+    print_table("Tyres", headings, rows)
+    say(
+        f"slide_factor holds for a front axle load of {car.front_axle_load:g} N, these tyres and"
+        " this pressure; declare another load where passengers or cargo change it, and identify"
+        " anew where by more than a tenth"
+    )
+    if abs(result.deviations) > DOUBTFUL:
+        warn(
+            f"slide_factor {result.slide_factor.value:.2f} is"
+            f" {abs(result.deviations):.1f} standard deviations from what the vehicle file"
+            " declares: check --ground-friction, front_axle_load and half_length; if the ground"
+            " is wrong by a share, all later friction is wrong by it"
+        )

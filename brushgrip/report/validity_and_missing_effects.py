@@ -201,10 +201,8 @@ def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     if effect.name == "asymmetric_friction" and len(ratios) == 1:
         # Of friction at rising over that at falling angle.
         ratio = ratios[0].value
-        less, (way, back) = (
-            weaker_share({ASYMMETRY_RATIO: ratio}),
-            ("rises", "falls")[:: 1 if ratio < 1 else -1],
-        )
+        less = weaker_share({ASYMMETRY_RATIO: ratio})
+        way, back = ("rises", "falls")[:: 1 if ratio < 1 else -1]
         summary += f", lower while the angle {way} than while it {back}"
         summary += f" ({100 * less:.0f} % below the mean of both)"
     return f"{'looks like: ' * (effect.grade == 'stands_in')}{summary}"

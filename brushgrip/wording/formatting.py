@@ -224,17 +224,19 @@ def _power_of_ten(size: float) -> int:
     return 0 if 1e-3 <= size < 1e5 else math.floor(math.log10(size))
 
 
-def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:
-    """Columns of equal length under their names; floats round-trip, truth is 0 or 1, NaN empty."""
-    lists = [[_field(value) for value in values.tolist()] for values in columns.values()]
+def csv_text(columns: Mapping[str, NDArray[Any]], digits: int = 0) -> str:
+    """Columns under their names: floats that round-trip or have so many digits, 0 or 1, NaN empty."""
+    lists = [[_field(value, digits) for value in values.tolist()] for values in columns.values()]
     rows = [",".join(columns), *(",".join(row) for row in zip(*lists, strict=True))]
     return "\n".join(rows) + "\n"
 
 
-def _field(value: float) -> str:
+def _field(value: float, digits: int) -> str:
     if isinstance(value, int):
         return str(int(value))
-    return "" if math.isnan(value) else repr(float(value))
+    if math.isnan(value):
+        return ""
+    return f"{value:.{digits}g}" if digits else repr(float(value))
 
 
 def json_text(content: Any) -> str:
