@@ -71,7 +71,7 @@ class LiveView:
         state = self._session.state()
         new = self._session.ring.since(max(self._at, self._session.ring.end - 20 * SHOWN))
         self._at = new.end
-        if len(new.fields):
+        if len(new.values):
             self.newest = float(new.t[-1])
             self.points.stream(self._columns(new), SHOWN)
             usable = np.asarray(self.points.data["usable_high"], dtype=float)
@@ -83,7 +83,7 @@ class LiveView:
     def _columns(self, new: RingPoints) -> dict[str, Any]:
         """The last point of every `GRID`, the newest one among them."""
         last = np.diff(np.floor(new.t / GRID), append=np.inf) != 0
-        new = RingPoints(new.end, new.fields[last], new.recorded[last])
+        new = RingPoints(new.end, new.values[last])
         mu_eff, std = new.of("mu_eff"), new.of("mu_eff_std")
         known = np.isfinite(mu_eff)
         mu, std = np.where(known, mu_eff, new.of("mu")), np.where(known, std, new.of("mu_std"))

@@ -111,7 +111,6 @@ class Session:
             t=self._t,
             estimate=estimate,
             usable=bool(estimate and estimate.usable and age < OLD and self.plausible),
-            age=age,
             status=self._words(estimate, age),
             advice=self._adviser.text if self._adviser and not idle else "",
             counts={name: number for name, number in counts.items() if number},
@@ -244,7 +243,7 @@ class Session:
             return
         self._looked = self._done
         points = self.ring.since(self.ring.end - MAX_QUEUED_SAMPLES, self._stretch)
-        recorded = points.recorded[:, : len(self.estimator.columns)]
+        recorded = points.values[:, : len(self.estimator.columns)]
         self._implausible = self.estimator.implausible(recorded)
         self._outside = self.estimator.outside(recorded)
         if not self.plausible:
@@ -264,8 +263,8 @@ class Session:
                 self._write(self._recorder, self.ring.since(0, self._stretch))
 
     def _write(self, recorder: Recorder, points: RingPoints) -> None:
-        said = points.fields[:, -len(ESTIMATE) :]
-        rows = np.hstack([points.recorded[:, : len(self.estimator.columns)], said])
+        values, columns = points.values, len(self.estimator.columns)
+        rows = np.hstack([values[:, :columns], values[:, -len(ESTIMATE) :]])
         try:
             recorder.write(rows)
         except OSError as error:

@@ -15,7 +15,6 @@ class State:
     t: float  # Of the newest sample [s].
     estimate: Estimate | None  # After it; None before any.
     usable: bool  # Whether a controller may act on it now: usable, and not old.
-    age: float  # Since its sample came [s].
     status: str  # What is wrong and what mends it.
     advice: str  # What to do next.
     counts: dict[str, int]  # Samples by what became of them.

@@ -50,8 +50,7 @@ class Interruptions:
         if self._waits:
             self._interrupt()
 
-    def _heard(self, number: int, frame: FrameType | None) -> None:
-        del number
+    def _heard(self, _number: int, frame: FrameType | None) -> None:
         if self.is_over:
             return
         if not self._waits and hasattr(signal, "setitimer") and _is_in_import_or_casadi(frame):
@@ -59,8 +58,7 @@ class Interruptions:
         else:
             self._interrupt()
 
-    def _look_again(self, number: int, frame: FrameType | None) -> None:
-        del number
+    def _look_again(self, _number: int, frame: FrameType | None) -> None:
         if self.is_over or not _is_in_import_or_casadi(frame):
             self._interrupt()
 

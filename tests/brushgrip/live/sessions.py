@@ -43,9 +43,7 @@ def session_of(
 def state_of(estimate: Estimate | None = None, **more: Any) -> State:
     """A state of a session, not usable and without a word."""
     silent: dict[str, Any] = {"status": "", "advice": "", "recording": "", "counts": {}}
-    return State(
-        **{"t": 1.0, "estimate": estimate, "usable": False, "age": 0.0, "ended": False} | silent | more
-    )
+    return State(**{"t": 1.0, "estimate": estimate, "usable": False, "ended": False} | silent | more)
 
 
 class ListSource:
