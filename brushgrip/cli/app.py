@@ -3,6 +3,7 @@
 import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextvars import copy_context
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
@@ -122,8 +123,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"brushgrip: {foreign}", file=sys.stderr)
         raise SystemExit(FAILED)
     if arguments is not None:
-        raise SystemExit(_run(arguments))
-    status = _run(sys.argv[1:])
+        raise SystemExit(copy_context().run(_run, arguments))
+    status = copy_context().run(_run, sys.argv[1:])
     fault = stdout_fault()
     if fault and not status:
         _print_error(f"standard output: cannot be written: {fault}")
@@ -131,11 +132,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _run(arguments: Sequence[str]) -> int:
-    """The exit status of a command line; what went wrong is said."""
+    """The exit status of a command line, in a context of its own; what went wrong is said."""
     # A command line without anything asks what there is.
     given = flags_first(repeat_lists(arguments)) or ["--help"]
-    said_by, speech = COMMAND_LINE.set(tuple(arguments)), SPEECH.set(SPEECH.get())
-    remarks = REMARKS.set(set())
+    COMMAND_LINE.set(tuple(arguments))
+    REMARKS.set(set())
     try:
         status = app(args=given, prog_name="brushgrip", standalone_mode=False)
     except (typer.Abort, BrokenPipeError):
@@ -149,10 +150,6 @@ def _run(arguments: Sequence[str]) -> int:
         return FAILED
     except Exception as error:
         return _said(error)
-    finally:
-        REMARKS.reset(remarks)
-        SPEECH.reset(speech)
-        COMMAND_LINE.reset(said_by)
     return status or 0
 
 

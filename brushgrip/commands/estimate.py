@@ -140,11 +140,9 @@ class EstimateRequest(GroundRequest):
             raise InvalidInputError(f"{self.summary}: --summary and --out must name different files")
         with staged_tables(inputs, finals, settings, tables) as stages:
             if alone:
-                staged = dict(zip(finals, stages, strict=True))
-                picture = next((path for path in finals if path != self.out), None)
-                tasks = [
-                    replace(tasks[0], out=staged.get(self.out), picture=staged.get(picture))  # type: ignore[arg-type]
-                ]
+                # There may be a picture without a table, but no table without its picture.
+                own = dict(zip(("picture", "out"), reversed(stages), strict=False))
+                tasks = [replace(tasks[0], out=own.get("out"), picture=own.get("picture"))]
             with task_submission(inputs, tasks, self.jobs, self.scheduler) as (submit, report):
                 outcomes = estimate_all(tasks, submit, report)
             if alone and (fault := outcomes[0].fault):

@@ -121,6 +121,7 @@ class IdentifyRequest:
         inputs = gather_inputs(recordings, vehicle=vehicle, channel_map=self.channel_map)
         inputs.refuse_overwriting(finals)
         car = read_vehicle(vehicle)
+        comments: dict[str, str] = {}
         with staged_files(finals) as stages:
             if self.plates:
                 racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
@@ -128,24 +129,20 @@ class IdentifyRequest:
             else:
                 read, mu = inputs.recordings(), self.ground_friction or 0.0
                 require_brakes_known(inputs.vehicle, read)
-                result = identify_tyres(read, car, friction=mu, tolerance=self._tolerance())
+                told = self.friction_tolerance
+                off = USUAL_TOLERANCE * mu if told is None else told
+                result = identify_tyres(read, car, friction=mu, tolerance=off)
+                on = f"on ground of mu {mu:g} ± {off:g}"
+                comments["slide_factor"] = f"{on}, load {car.front_axle_load:g} N"
             document = {"plates" if self.plates else "tyres": asdict(result), KEY: inputs.provenance()}
             if self.out:
                 write_utf8(stages[0], json_text(document))
             if written:
-                on = f"on ground of mu {self.ground_friction or 0:g} ± {self._tolerance():g}"
-                held_for = {"slide_factor": f"{on}, load {car.front_axle_load:g} N"}
-                text = identified_vehicle_text(vehicle, car, result, {} if self.plates else held_for)
-                write_utf8(stages[-1], text)
+                write_utf8(stages[-1], identified_vehicle_text(vehicle, car, result, comments))
         print_car_result(result, car)
         if finals:
             say(f"wrote {listed(list(map(str, finals)))}")
         show_json(document)
-
-    def _tolerance(self) -> float:
-        """Of the ground's friction, either way [1]."""
-        share = USUAL_TOLERANCE * (self.ground_friction or 0.0)
-        return share if self.friction_tolerance is None else self.friction_tolerance
 
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Mapping
+from functools import lru_cache
 from math import inf
 
 from identification.reading.channels_by_name import map_hint, match_channel
@@ -38,7 +39,8 @@ class MappedColumns:
         self._needed = ("t",) if car else ("t", "psi", "F_N")
         self._units: dict[str, str] = {}
         self._said: set[str] = set()
-        self._plans: dict[tuple[str, ...], tuple[tuple[str, str, float], ...]] = {}
+        # A source whose names change with every line is no reason to remember them all.
+        self._plan_of = lru_cache(maxsize=10)(self._plan)
 
     def find(self, units: Mapping[str, str], *, by_part: bool = False) -> dict[str, tuple[str, float]]:
         """Name and factor to SI of each column, by the unit of each name; its last part may do."""
@@ -62,15 +64,14 @@ class MappedColumns:
 
     def __call__(self, values: Mapping[str, float]) -> dict[str, float]:
         """The columns of values by name; a line may hold some of the names that others hold."""
-        names = tuple(values)
-        if (plan := self._plans.get(names)) is None:
-            own = {name: unit_of_name(name) for name in names[:MAX_NAMES]}
-            self._units = dict([*self._units.items(), *own.items()][:MAX_NAMES])
-            try:
-                found = self.find(own)
-            except InvalidInputError:
-                found = self.find(self._units)
-            plan = tuple((column, *of) for column, of in found.items() if of[0] in values)
-            # A source whose names change with every line is no reason to remember them all.
-            self._plans = {**dict(list(self._plans.items())[-9:]), names: plan}
-        return {column: values[name] * factor for column, name, factor in plan}
+        plan = self._plan_of(tuple(values))
+        return {column: values[name] * factor for column, (name, factor) in plan.items()}
+
+    def _plan(self, names: tuple[str, ...]) -> dict[str, tuple[str, float]]:
+        own = {name: unit_of_name(name) for name in names[:MAX_NAMES]}
+        self._units = dict([*self._units.items(), *own.items()][:MAX_NAMES])
+        try:
+            found = self.find(own)
+        except InvalidInputError:
+            found = self.find(self._units)
+        return {column: of for column, of in found.items() if of[0] in names}

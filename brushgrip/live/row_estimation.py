@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from math import inf, isfinite, nan
 from pathlib import Path
 from typing import NamedTuple
@@ -119,9 +120,8 @@ class WheelRowEstimator(RowEstimator):
         signals: SignalMap = NO_MAP,
     ) -> None:
         """Begin; `observer_of` gives the observer for a torque, M_z or M; messages name the source."""
-        self._observer_of, self._adviser = observer_of, adviser
+        self._observer_of, self._adviser = cache(observer_of), adviser
         self._path, self._signals = Path(where), signals
-        self._observers: dict[str, Observer] = {}
         self.reset()
 
     def reset(self) -> None:
@@ -163,9 +163,7 @@ class WheelRowEstimator(RowEstimator):
         torque = there[0] if there else torques[0]
         rate = ("psi_dot",) if isfinite(row.get("psi_dot", nan)) else ()
         self.columns = ("t", "psi", "F_N", torque, *rate)
-        observer = self._observers.get(torque) or self._observer_of(torque)
-        self._observers[torque] = observer
-        self._stretch = _Stretch(observer, self._adviser)
+        self._stretch = _Stretch(self._observer_of(torque), self._adviser)
 
 
 class CarStandstillEstimator(RowEstimator):

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
+from contextvars import ContextVar, copy_context
 from math import ceil
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -67,15 +67,13 @@ def drawn(
     draw: Callable[..., None], name: str, content: Sequence[Any], wanted: bool
 ) -> tuple[bytes, bytes | None]:
     """A picture as PNG and, where wanted, as SVG: what `draw` makes of a path and the content."""
-    token = _VECTORS.set(wanted)
-    try:
-        with TemporaryDirectory() as folder:
-            path = Path(folder) / name
-            draw(path, *content)
-            lines = path.with_suffix(".svg")
-            return path.read_bytes(), lines.read_bytes() if lines.exists() else None
-    finally:
-        _VECTORS.reset(token)
+    context = copy_context()
+    context.run(_VECTORS.set, wanted)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        context.run(draw, path, *content)
+        lines = path.with_suffix(".svg")
+        return path.read_bytes(), lines.read_bytes() if lines.exists() else None
 
 
 def is_drawn_by_us(path: Path) -> bool:

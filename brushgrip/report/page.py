@@ -90,8 +90,6 @@ def write_report(
         compared=len({track.name for track in friction}),
         model=found_model(diagnosis),
         tables=tables,
-        strong=diagnosis.criteria.strong,
-        clear=diagnosis.criteria.clear,
     )
     path = folder / PAGE
     path.write_text(text, encoding="utf-8", newline="\n")
