@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import copyfile
 from typing import Annotated
 
 import typer
@@ -27,8 +28,6 @@ class DemoRequest:
 
     def run(self) -> None:
         """Diagnose the embedded recordings and write all results; or write the examples alone."""
-        from shutil import copyfile
-
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.provenance import require_same_run
         from brushgrip.published.bundled_files import RIG, copy_examples, demo_inputs

@@ -1,7 +1,8 @@
 """`brushgrip live`."""
 
+import time
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -105,8 +106,6 @@ class LiveRequest:
             self._run(self._session(tuple(senders)))
 
     def _run(self, session: "Session") -> None:
-        import time
-
         from brushgrip.live.session_state_in_words import state_line
         from brushgrip.outputs.console import say, show_json
 
@@ -131,8 +130,6 @@ class LiveRequest:
                 show_json({"counts": state.counts, "wrote": [str(path) for path in session.recorded]})
 
     def _session(self, senders: "tuple[FrictionSender, ...]") -> "Session":
-        from dataclasses import replace
-
         from brushgrip.estimation.observe_recording import observer_factory
         from brushgrip.inputs.command_inputs import gather_inputs
         from brushgrip.inputs.option_values import chosen_limits, chosen_tuning, parse_share

@@ -1,6 +1,5 @@
 """Friction at one load, where a found model's friction depends on the load."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from statistics import median_low
@@ -44,9 +43,8 @@ def at_load(estimates: Estimates, found: FoundModel, recording: Recording, load:
     return replace(estimates, mu_eff=ratio * estimates.mu_eff, mu_eff_std=ratio * estimates.mu_eff_std)
 
 
-def load_of_friction(found: FoundModel, recording: Recording, at: int | None) -> str:
+def load_of_friction(found: FoundModel, recording: Recording, at: int) -> str:
     """The load that mu_eff of a sample belongs to, where it changes with the load; else empty."""
-    load = math.nan if at is None else float(recording.F_N[at])
-    if at is None or np.abs(friction_ratio(found, recording, load) - 1).max() < LEAST_CHANGE:
-        return ""
-    return f"{OVER_LOAD}: mu_eff is that at {load:.0f} N"
+    load = float(recording.F_N[at])
+    changes = np.abs(friction_ratio(found, recording, load) - 1).max() >= LEAST_CHANGE
+    return f"{OVER_LOAD}: mu_eff is that at {load:.0f} N" * bool(changes)

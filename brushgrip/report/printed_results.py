@@ -134,21 +134,19 @@ def rejected_user_effects(diagnosis: Diagnosis) -> list[str]:
 
 def print_free_decay(result: FreeDecay, decrement: DecrementFit) -> None:
     """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
-    k, b_t, rough_k, with_J_A, as_printed = (
-        value_with_std(ParameterEstimate(value=value, std=std, unit=unit))
-        for value, std, unit in (
-            (result.k.value, result.k.std, result.k.unit),
-            (result.b_t.value, result.b_t.std, result.b_t.unit),
-            (decrement.k, None, result.k.unit),
-            (decrement.b_t, None, result.b_t.unit),
-            (decrement.b_t_printed, None, "1/s"),
+    rough_k, with_J_A, as_printed = (
+        value_with_std(ParameterEstimate(value=value, std=None, unit=unit))
+        for value, unit in (
+            (decrement.k, result.k.unit),
+            (decrement.b_t, result.b_t.unit),
+            (decrement.b_t_printed, "1/s"),
         )
     )
     print_table(
         f"From {len(result.vibrations)} free vibrations",
         ("", "k", "b_t"),
         [
-            ("maximum likelihood", k, b_t),
+            ("maximum likelihood", value_with_std(result.k), value_with_std(result.b_t)),
             ("FFT and decrement, (5.8) with J_A", rough_k, with_J_A),
             ("FFT and decrement, (5.8) as printed", rough_k, as_printed),
         ],

@@ -217,7 +217,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         doubts.append(slope_of_car(factory, recording, at))
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
-        at_load = load_of_friction(found, recording, at)
+        at_load = "" if at is None else load_of_friction(found, recording, at)
         far = load_outside(recording.F_N, found.basis.loads if found.basis else None)
         doubts += [stiffness_note(values["k"], recording), far, at_load]
         if at is not None and not by_direction:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from identification import Candidate, Diagnosis, FreeDecay, ParameterEstimate, TorqueErrors
 from identification.diagnosis.graded_effects import UNRECORDED_LOAD
+from identification.free_decay.results import IdentifiedParameter
 from identification.residuals.partial_correlations import MIN_STRUCTURE_SHARE
 from identification.thesis import DecrementFit
 from symbolic import EFFECTS
@@ -80,7 +81,7 @@ def signed(value: float) -> str:
     return f"{value:+.1f}".replace("-", "−")
 
 
-def value_with_std(estimate: ParameterEstimate) -> str:
+def value_with_std(estimate: ParameterEstimate | IdentifiedParameter) -> str:
     """Value ± standard deviation with the unit, rounded to the deviation's second digit."""
     unit = (
         "" if estimate.unit in ("", "1") else f" {estimate.unit}".replace("^2", "²").replace("^3", "³")
