@@ -117,14 +117,6 @@ def summarise(results: Sequence[CaseScores], methods: Sequence[Method]) -> list[
     return summaries
 
 
-def figures_of_method(results: Sequence[CaseScores], method: str, name: str) -> list[float | None]:
-    """A figure of one method on every case, `rmse` or `theta` [1]; None where the method has none."""
-    return [
-        next((getattr(score, name) for score in result.scores if score.method == method), None)
-        for result in results
-    ]
-
-
 def _score(case: Case, method: str, mu: Array, theta: float | None) -> MethodScore:
     return MethodScore(
         method=method, rmse=case.rmse(mu), spread=case.spread(mu), theta=theta, mu=mu[case.settled]

@@ -8,12 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.comparison.error_and_calculation_time import (
-    PUBLISHED,
-    CaseScores,
-    MethodSummary,
-    figures_of_method,
-)
+from brushgrip.comparison.error_and_calculation_time import PUBLISHED, CaseScores, MethodSummary
 from brushgrip.comparison.recordings_with_reference_friction import SETTLED
 from brushgrip.outputs.console import print_table, print_text
 from symbolic.compilation.operating_system import processor_description
@@ -106,6 +101,14 @@ def _cells(name: str, row: MethodSummary) -> Cells:
     beyond = "in part" if row.works_beyond_five_zones is None else _yes(row.works_beyond_five_zones)
     errors = map(_error, (row.rmse, row.spread))
     return (name, *errors, _time(row.theta), beyond, _yes(row.gives_deviation))
+
+
+def figures_of_method(results: Sequence[CaseScores], method: str, name: str) -> list[float | None]:
+    """A figure of one method on every case, `rmse` or `theta` [1]; None where the method has none."""
+    return [
+        next((getattr(score, name) for score in result.scores if score.method == method), None)
+        for result in results
+    ]
 
 
 def _duration(result: CaseScores) -> float:

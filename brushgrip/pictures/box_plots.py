@@ -9,7 +9,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from brushgrip.comparison.error_and_calculation_time import AUTHOR, CaseScores, figures_of_method
+from brushgrip.comparison.error_and_calculation_time import AUTHOR, CaseScores
+from brushgrip.comparison.tables import figures_of_method
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification.loop_plot import matplotlib_text
 
