@@ -148,7 +148,7 @@ class IdentifyRequest:
         """Write k and b_t from free vibrations, and a picture of the fit."""
         import identification
         from brushgrip.inputs.command_inputs import gather_inputs
-        from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
+        from brushgrip.outputs.atomic import is_same_file, staged_files, with_picture, write_utf8
         from brushgrip.outputs.console import say, show_json
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import declared_rig, identified_rig_text
@@ -159,11 +159,7 @@ class IdentifyRequest:
         from symbolic import BrushgripError, InvalidInputError
 
         written = self.write_rig
-        results = [self.out, self.out.with_suffix(".png")] if self.out else []
-        if len(set(results)) == 1:
-            raise InvalidInputError(
-                f"{self.out}: the result needs a name such as .json; .png is its picture"
-            )
+        results = with_picture(self.out)
         if written and any(is_same_file(written, other) for other in results):
             raise InvalidInputError(f"{written}: --write-rig and --out must name different files")
         finals = [*results, *([written] if written else [])]

@@ -96,7 +96,7 @@ class PlanRequest:
             parse_share,
             wheel_load,
         )
-        from brushgrip.outputs.atomic import write_utf8
+        from brushgrip.outputs.atomic import with_picture, write_utf8
         from brushgrip.outputs.console import progress, say
         from brushgrip.outputs.plan_texts import plan_csv, turning_instruction
         from brushgrip.pictures.plan import draw_plan_and_forecast
@@ -116,7 +116,7 @@ class PlanRequest:
             observer = replace(observer, measurement_model=AligningTorque(stiffness=True))
         car = read_vehicle_file(self.vehicle) if self.vehicle else None
         F_N = wheel_load(car, self.load)
-        finals = [] if self.out is None else [self.out, self.out.with_suffix(".png")]
+        finals = with_picture(self.out)
         settings = {
             "target": target, "limits": vars(limits), "load": F_N, "mu": list(mus),
             "least": self.least.value, "over": self.over.value, "observer": self.observer.value,

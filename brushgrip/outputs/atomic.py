@@ -77,6 +77,19 @@ def check_png_name(picture: Path) -> None:
         raise InvalidInputError(f"{picture}: the picture needs a name that ends in .png")
 
 
+def with_picture(out: Path | None) -> list[Path]:
+    """A table or result, and its picture of the same name with .png; nothing where there is no table.
+
+    Raises:
+        InvalidInputError: the name ends in .png itself.
+    """
+    if out and out.suffix.lower() == ".png":
+        raise InvalidInputError(
+            f"{out}: the result needs a name such as .csv or .json; .png is its picture"
+        )
+    return [out, out.with_suffix(".png")] if out else []
+
+
 def is_same_file(one: Path, other: Path) -> bool:
     """Whether what is written to one path would replace the file at the other, see `file_keys`."""
     return not file_keys(one).isdisjoint(file_keys(other))

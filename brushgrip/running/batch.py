@@ -40,7 +40,7 @@ from brushgrip.estimation.suspicious_recordings import (
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.option_values import ChosenTuning
-from brushgrip.outputs.atomic import check_png_name, staged_files, write_utf8
+from brushgrip.outputs.atomic import check_png_name, staged_files, with_picture, write_utf8
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
@@ -121,12 +121,9 @@ def other_outputs(
         if picture is not None:
             raise InvalidInputError("--picture is that of one recording without --summary; leave it out")
         return [summary] if summary else []
-    if out and out.suffix.lower() == ".png":
-        raise InvalidInputError(f"{out}: the table needs a name such as .csv; .png is its picture")
-    image = picture or (out and out.with_suffix(".png"))
-    if image:
-        check_png_name(image)
-    return [path for path in (out, image) if path]
+    if picture:
+        check_png_name(picture)
+    return [*with_picture(out)[: 1 if picture else 2], *([picture] if picture else [])]
 
 
 @contextmanager

@@ -204,7 +204,8 @@ ROWS: list[tuple[str, ...]] = [
       for name in ("stdint", "features")),
     *((f"codegen --name {name}", "name must not be that of a function of C")
       for name in ("printf", "cosf")),
-    ("estimate run.csv --out mu.png", "mu.png: the table needs a name such as .csv"),
+    ("estimate run.csv --out mu.png", "mu.png: the result needs a name such as .csv"),
+    ("plan --rig rig.toml --load 400 --out p.png", "p.png: the result needs a name such as .csv"),
     ("estimate run.csv --picture mu.pdf", "mu.pdf", ".png"),
     ("compare run.csv --picture boxes.pdf", "boxes.pdf", ".png"),
     ("compare run.csv --table new.json", "must be different files"),
