@@ -118,7 +118,8 @@ _REMEDIES = {
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
     Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: find"
     " what the model lacks (brushgrip diagnose), check units, a, F_N and k, declare the torque's noise"
-    " ([sensor] noise), or raise error of the tuning to 0.1: with more, friction is hardly acquired",
+    " ([sensor] noise), try --by-direction, or raise error of the tuning to 0.1: with more, friction is"
+    " hardly acquired",
     Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor and"
     " its declared range, or raise the limits of the tuning",
     Status.ACQUIRING: "friction is being acquired: turn on, or turn back once, and where that does not"

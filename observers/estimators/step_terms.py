@@ -8,7 +8,7 @@ import casadi as ca
 from observers.layout import Expression, Layout, Parts, named, outputs_of, symbols
 from observers.measurement.directional_friction import CHANGING, EVIDENCE, OTHER
 from observers.measurement.linearisation import build_clean, state_index
-from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
+from observers.measurement.measurement_model import CLEAN, MAX_ZERO_DEVIATIONS, RIG, MeasurementModel
 from observers.measurement.torque_error import share_of_full_slide
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
@@ -112,9 +112,10 @@ class StepSample:
         # Dry friction in the bearings cannot be told from that of the ground.
         slide, zero = full_slide_torque(F_N, rig["a"]), ca.MX(0)
         dry = share_of_full_slide(rig["dry_friction"], slide, DRY_FRICTION)
+        zero_std = share_of_full_slide(rig["zero_std"], slide, tuning["zero_std"])
         if OTHER in self.measurement_model.states and "M_0" not in self.measurement_model.states:
             # A zero that is no state adds to friction one way and takes from it the other way.
-            zero = share_of_full_slide(rig["zero_std"], slide, tuning["zero_std"])
+            zero = zero_std
         std = ca.sqrt(mu**2 * (P[self.at, self.at] + tuning["mu_floor"] ** 2) + dry**2 + zero**2)
         given = (mu, std, memory, F_N, self.theta, self.rig[: len(GEOMETRY)], rig["slide_rate"])
         effective = outputs_of(build_effective_friction(self.model), *given)
@@ -124,6 +125,12 @@ class StepSample:
             "reset": test["reset"], "bound": bound, "inconsistent": test["inconsistent"],
             "held": self.imputed, **conditions,
         }  # fmt: skip
+        if "M_0" in self.measurement_model.states:
+            # A zero so far off is something else, such as friction that differs by direction.
+            i = state_index(self.measurement_model, "M_0")
+            at_first = full_slide_torque(self.now[CLEAN.index("F_N_first")], rig["a"])
+            off = ca.fabs(x[i]) - MAX_ZERO_DEVIATIONS * zero_std * at_first
+            flags["inconsistent"] = ca.logic_or(test["inconsistent"], off > 2 * ca.sqrt(P[i, i]))
         if OTHER in self.measurement_model.states:
             # Without hypotheses a prior far off is left behind within the first independent samples.
             flags["acquiring"] = test["untested"]

@@ -48,6 +48,8 @@ CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel", "gear_angle", "slip", "dry", "
 load of the first sample [N]; turn since the last sample without its sign [rad];
 angle that a steering gear has followed [rad], its presliding, -1 to 1, and the torque of its declared
 dry friction with the standard deviation that presliding leaves to it [N m]."""
+MAX_ZERO_DEVIATIONS = 3.0
+"""Limit of the torque's zero in its standard deviations before the first sample [1]."""
 ROWS = (*CLEAN, "accepted", "jump")
 """Rows of a window's samples: a cleaned sample, whether it is accepted, and what a change of the
 ground adds to the variance of ln mu before it."""

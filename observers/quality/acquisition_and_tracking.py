@@ -19,7 +19,12 @@ from typing import Any
 import casadi as ca
 
 from observers.layout import Expression, Layout, Parts, named, symbols_like, vector_of
-from observers.measurement.measurement_model import MIN_LOAD_SHARE, MeasurementModel, has_gear_friction
+from observers.measurement.measurement_model import (
+    MAX_ZERO_DEVIATIONS,
+    MIN_LOAD_SHARE,
+    MeasurementModel,
+    has_gear_friction,
+)
 from observers.measurement.torque_error import is_known
 from observers.patch.patch_protocol import EQUIVALENT, split_theta_rig_tuning
 from observers.protocol import OUTPUT, SAMPLE, Status
@@ -62,8 +67,6 @@ from symbolic.casadi_functions import named_function, output_if
 MAY_HAVE_MOVED = 3.0
 """Factor on the deviations of s and of the zero where friction is acquired anew as an innovation lasted:
 what moved shows as another ground does [1]."""
-MAX_ZERO_DEVIATIONS = 3.0
-"""Limit of the torque's zero in its standard deviations before the first sample [1]."""
 CONFIRMS = 0.5
 """Least turn of an informative branch, over the turn at which the patch begins to slide [1]."""
 BESIDE = 2

@@ -16,7 +16,13 @@ from observers.embedded.scalar_type import Real
 from observers.embedded.tunable_constants import Constants, Tunable
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, symbols, vector_of
-from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG, has_gear_friction
+from observers.measurement.measurement_model import (
+    CLEAN,
+    MAX_ZERO_DEVIATIONS,
+    MIN_LOAD_SHARE,
+    RIG,
+    has_gear_friction,
+)
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import (
     acquisition,
@@ -174,7 +180,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "failed": repr(float(acquisition.FAILED)), "failed_for_long": repr(acquisition.FAILED_FOR_LONG),
         "over": repr(float(acquisition.OVER)), "proved": repr(float(acquisition.PROVED)),
         "afterwards": repr(acquisition_and_tracking.AFTERWARDS),
-        "most_zero": repr(acquisition_and_tracking.MAX_ZERO_DEVIATIONS),
+        "most_zero": repr(MAX_ZERO_DEVIATIONS),
         "moved": repr(acquisition_and_tracking.MAY_HAVE_MOVED),
         "verdict": hypotheses_verdict.VERDICT,
         "block": len(model.torque_state), "handover": len(handover_names(states_handed_over(states))),

@@ -1,5 +1,6 @@
 """Friction by direction, against bristles whose limits differ by direction."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -186,3 +187,18 @@ def test_directions_are_exchanged_where_the_torque_changes_sign() -> None:
     # Not by noise, not before the patch is unloaded; where no torque is known, at once.
     assert seen == [ahead, ahead, ahead, ahead, turned, turned, ahead]
     np.testing.assert_allclose(variance, np.array([0.01, 0.04]) + 7 * 0.01 * 0.2**2)
+
+
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    ("back", "zero", "usable"), [(1.2, 0.1, True), (0.9, 0.1, False), (0.6, None, False)]
+)
+def test_friction_by_direction_is_no_zero_beyond_what_is_declared(
+    kind: Any, back: float, zero: float | None, usable: bool
+) -> None:
+    M_z = torque(psi, np.full(t.size, FORTH), np.full(t.size, back))
+    rig = replace(RIG, tolerances=replace(RIG.tolerances, zero=zero))
+    found = run(kind(model=Model(), values={"k": K}, rig=rig), t, psi, np.full(t.size, F_N), M_z)
+
+    assert found.usable[t > 10].all() == usable
+    assert usable or not found.usable[t > 10].any()
