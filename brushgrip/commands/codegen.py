@@ -74,6 +74,9 @@ class CodegenRequest:
     real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C
     torque: TorqueMeasured = TorqueChannel.GROUND
+    stiffness_state: Annotated[
+        bool, typer.Option("--stiffness-state", help="k is estimated beside friction; takes M_z.")
+    ] = False
     tunable: Annotated[
         RunTime | None,
         option(
@@ -106,7 +109,10 @@ class CodegenRequest:
         inputs = gather_inputs(
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
-        observer = chosen_observer(self.observer, self.torque, inputs, tuning, self.ground, **window)
+        observer = chosen_observer(
+            self.observer, self.torque, inputs, tuning, self.ground,
+            stiffness_state=self.stiffness_state, **window,
+        )  # fmt: skip
         found = inputs.found()
         if self.ground is not None and not (found and found.grounds):
             raise InvalidInputError(f"--ground {self.ground}: this model knows no grounds; leave it out")

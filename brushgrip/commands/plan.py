@@ -1,6 +1,6 @@
 """`brushgrip plan`."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -100,7 +100,7 @@ class PlanRequest:
         from brushgrip.outputs.console import progress, say
         from brushgrip.outputs.plan_texts import plan_csv, turning_instruction
         from brushgrip.pictures.plan import draw_plan_and_forecast
-        from observers import AligningTorque, plan
+        from observers import plan
         from observers.interfaces.factory import read_vehicle_file
         from observers.planning.noisy_forecast import assumed_noise
         from observers.planning.plan import MUS
@@ -111,9 +111,8 @@ class PlanRequest:
         inputs = gather_inputs(
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
-        observer = chosen_observer(self.observer, self.torque, inputs, tuning)
-        if self.vehicle is None and observer.channel == "M_z":
-            observer = replace(observer, measurement_model=AligningTorque(stiffness=True))
+        of_wheel = self.vehicle is None and self.torque == "M_z"
+        observer = chosen_observer(self.observer, self.torque, inputs, tuning, stiffness_state=of_wheel)
         car = read_vehicle_file(self.vehicle) if self.vehicle else None
         F_N = wheel_load(car, self.load)
         finals = with_picture(self.out)

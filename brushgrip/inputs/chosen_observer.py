@@ -42,12 +42,17 @@ def chosen_observer(
     inputs: Inputs,
     chosen: ChosenTuning | None,
     ground: str | None = None,
+    *,
+    stiffness_state: bool = False,
     **settings: Any,
 ) -> ModelObserver:
     """The observer of this name for a torque, "M_z" or "M"; settings are further fields of it."""
+    if stiffness_state and (inputs.vehicle is not None or torque != "M_z"):
+        raise InvalidInputError("--stiffness-state needs M_z of a wheel on a rig; leave it out")
     kind, described, (tuning, by_hand) = KINDS[name], rig_or_vehicle_file(inputs), chosen or (None, None)
     if inputs.vehicle is None:
-        measured = AligningTorque() if torque == "M_z" else SteeringTorque()
+        usual = AligningTorque(stiffness=stiffness_state)
+        measured = usual if torque == "M_z" else SteeringTorque()
         return from_files(
             kind, described, inputs.model, effects=inputs.effects, measurement_model=measured,
             ground=ground, tuning=tuning, by_hand=by_hand, **settings,

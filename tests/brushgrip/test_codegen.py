@@ -171,6 +171,16 @@ def test_says_what_a_step_costs(codegen: Run, out: Path) -> None:
     assert "a tenth of it spread evenly from ice on: until friction is acquired" in said[1]
 
 
+def test_k_may_be_a_state(codegen: Run, out: Path) -> None:
+    fixed = json.loads(codegen("--json").out)["cost"]
+    cost = json.loads(codegen("--stiffness-state", "--json").out)["cost"]
+
+    assert fixed["instructions"] < cost["instructions"] < 1.5 * fixed["instructions"]
+    assert "stiffness" in (out / "grip.c").read_text()
+    refused = codegen("--stiffness-state", "--torque", "M")
+    assert (refused.status, "needs M_z of a wheel" in refused.err) == (2, True)
+
+
 def test_whoever_reads_the_first_line_alone_has_the_files(rig: Path, out: Path) -> None:
     command = [sys.executable, "-m", "brushgrip", "codegen", "--rig", str(rig), "--observer", "ekf"]
     with subprocess.Popen(

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -11,12 +12,14 @@ from symbolic import (
     EFFECTS,
     GEOMETRY,
     SIGNALS,
+    Effect,
     InvalidInputError,
     Model,
     Parameter,
     effects_named,
     simulate,
 )
+from symbolic.elements_in_series import deflection_of
 from tests.symbolic.oracles import GO, Path, constant, random_path, run, straight
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -143,3 +146,32 @@ def test_delay_is_a_time_at_any_sampling_rate(rate: int) -> None:
     shifted = torque(Model(), {}, 0.2 * (1 - np.cos(3 * np.maximum(t - delay, 0))))
 
     assert np.max(np.abs(late - shifted)) < 2e-3 * np.ptp(shifted)
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_memory_depends_on_mu_over_k_alone_with_nothing_in_series(effect: Effect) -> None:
+    model = Model(effects=(effect,), bristles=8)
+    values = {f"{effect.name}.{p.name}": p.start for p in effect.parameters}
+    theta, geometry = model.theta({"mu": 1.2, "k": 2.4e6, **values}), ca.DM([0.045, 0.009])
+    _, _, at, _ = given = [ca.MX.sym(f"in{i}", *model.step.size_in(i)) for i in range(4)]
+    both = ca.vertcat(at[:2], ca.MX(at.numel() - 2, 1))
+    by_both = ca.jtimes(ca.vertcat(*model.step(*given)), at, both)
+    derivative, rng = ca.Function("derivative", given, [by_both]), np.random.default_rng(1)
+    psi = np.cumsum(rng.uniform(-0.06, 0.06, 200))
+    memory, off = model.initial([psi[0], 0, 400, 0.01], theta, geometry), 0.0
+    for turned, turn in zip(psi[1:], np.diff(psi), strict=True):
+        signals = ca.DM([turned, turn / 0.01, rng.uniform(350, 450), 0.01])
+        steps = [
+            model.step(memory, signals, ca.vertcat(c * theta[:2], theta[2:]), geometry)
+            for c in (1, 2, 3)
+        ]
+        # The torque of the patch is proportional to k; what the effects add to it stays.
+        once, twice, thrice = (np.asarray(ca.vertcat(*step)).ravel() for step in steps)
+        expected = twice - once
+        by_both = np.asarray(derivative(memory, signals, theta, geometry)).ravel()
+        off = max(off, *np.abs(expected[:-1]), *np.abs(thrice - twice - expected))
+        off = max(off, np.abs(by_both - expected).max())
+        memory = steps[0][0]
+
+    assert (off < 1e-11) == (deflection_of(model) is None)
+    assert off < 1e-11 or off > 1e-3

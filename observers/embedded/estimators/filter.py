@@ -23,6 +23,7 @@ from observers.layout import Layout
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import angle_is_state, slope_states, state_index
 from observers.measurement.measurement_model import CLEAN
+from observers.patch.update import tyre_states
 from observers.udu import symbolic_covariance_from_udu
 
 PATCH = ("M_z", "slopes")
@@ -67,7 +68,8 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
             "first": [f"first->{name}" for name in names],
             "before": [f"before->{name}{'[0]' * (name == 'M_z')}" for name in names],
             "after": [f"after->{name}" for name in names if name not in PATCH],
-            "stiffness_before": before, "stiffness_after": stiffness_ratio(model, "after->x"),
+            "walk": len(tyre_states(model)) ** 2, "stiffness_before": before,
+            "stiffness_after": stiffness_ratio(model, "after->x"),
             "memory": [given[name] for name in memory], "slopes": list(by_state.values()), "window": 0,
             "newest_x": "state->filter[state->now].x", "newest_last": "state->filter[state->now].last",
             "x": "filter->x", "P": "filter->factor",

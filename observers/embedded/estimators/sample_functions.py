@@ -70,6 +70,8 @@ def retentions(
 ) -> ca.Function:
     """(factor, last, now) -> share of the memory's derivative by mu after its walk, and after a reset.
 
+    With k a state too the first share is a matrix, column by column, for derivatives by ln mu and k.
+
     factor is the symbol of a covariance in the form that the estimator has, variances that covariance;
     predicted: the variance of ln mu on a new ground adds to that after the walk.
     """
@@ -77,7 +79,7 @@ def retentions(
     last, now = ca.MX.sym("last", len(CLEAN)), ca.MX.sym("now", len(CLEAN))
     rig = ca.MX.sym("rig", len(RIG))
     tuning, x = ca.MX.sym("tuning", len(TUNING_FIELDS)), ca.MX.zeros(n)
-    # Neither the states nor the torque matter to the walk of ln mu.
+    # Neither the states nor the torque matter to the walk of ln mu. At ln mu = 0, d mu / d ln mu is 1.
     slopes = ca.DM.zeros(len(slope_states(model)))
     _, _, Q, _ = build_linearised_motion(model)(x, 0, slopes, last, now, rig, tuning)
     at = state_index(model)
@@ -85,7 +87,7 @@ def retentions(
     variance = variances[at, at] + Q[at] if predicted else variances[at, at]
     change = reset_retention(ca.MX(1), variance, log_mu_change_variance(named(TUNING_FIELDS, tuning)))
     function = function_of_symbols(
-        "retentions", [factor, last, now, rig, tuning], retention=ca.vertcat(walk, change)
+        "retentions", [factor, last, now, rig, tuning], retention=ca.vertcat(ca.vec(walk), change)
     )
     return constants.fill("retentions", function)
 

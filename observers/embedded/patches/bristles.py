@@ -1,9 +1,10 @@
 """The bristle patch in compact C, `templates/patches/bristles.c`: tables, and the effects.
 
-One loop over the bristles advances them, with their derivatives by mu. What the effects change enters
-as C of their own expressions (`symbolic.Effect`): once a sample what is the same for all bristles, and
-for each bristle its pressure, where the patch grows, and the factors on its limit. An effect of a user's
-own needs nothing else. Where nothing depends on the sample, pressure is a table.
+One loop over the bristles advances them, with their derivatives by mu and, where it is a state, by k.
+What the effects change enters as C of their own expressions (`symbolic.Effect`): once a sample what is
+the same for all bristles, and for each bristle its pressure, where the patch grows, and the factors on
+its limit. An effect of a user's own needs nothing else. Where nothing depends on the sample, pressure is
+a table.
 """
 
 from dataclasses import replace
@@ -23,7 +24,7 @@ from symbolic import Model
 from symbolic.bristle_patch import SPAN
 from symbolic.compilation.scalar_c import c_function, c_records
 from symbolic.deformation import full_slide_arm
-from symbolic.elements_in_series import BALANCE_STEPS
+from symbolic.elements_in_series import BALANCE_STEPS, deflection_of
 from symbolic.slip_at_friction_limit import REFERENCE_SPEED, REST_SPEED
 
 OMEGA = (-12, 24)
@@ -36,9 +37,17 @@ MAX_GROUP_SIZE, MIN_GROUPS = 5, 16
 
 
 def has_bristles(observer: ModelObserver) -> bool:
-    """True for a model that needs bristles, k being known."""
+    """True for a model that needs bristles; with k a state for a filter, nothing in series with them.
+
+    The memory of such bristles depends on mu and k only by their ratio, and what the effects add to
+    their torque on neither.
+    """
     model = observer.model
-    return type(model) is Model and not model.exact and "stiffness" not in observer.states
+    if type(model) is not Model or model.exact:
+        return False
+    return "stiffness" not in observer.states or (
+        not window_of(observer) and deflection_of(model) is None
+    )
 
 
 def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
@@ -54,15 +63,16 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
         functions["deflection"] = deflection
     written = [c_function(name, function, real.c_type) for name, function in functions.items()]
     table = bristle_constants(effects, terms)
-    arrays = (4 if terms["relaxation"] else 2) + terms["compliant"]
-    numbers = effects.own + 7 + terms["compliant"] * (2 + terms["relaxation"])
+    by_k = terms["by_k"]
+    arrays = (2 + by_k) * len(terms["parts"]) + terms["compliant"]
+    numbers = effects.own + 7 + by_k + terms["compliant"] * (2 + terms["relaxation"])
     kept = ["M_z", "by_mu", "mu"]
     kept += ["angle", "by_angle"] if angle_is_state(observer.measurement_model) else []
     tried = tried_bristles_code(table, terms["coarse"], real) if terms["coarse"] else ""
     return PatchCode(
         observer=observer,
         real=real,
-        torque_model=LinearisedPatch(by_stiffness=False, slides=True),
+        torque_model=LinearisedPatch(by_stiffness=by_k, slides=True),
         functions="\n".join([c_records("bristle", table, real.c_type), tried, *written]),
         templates=("patches/bristles.c", *(("patches/bristles_window.c",) if window else ())),
         type_template="patches/bristles_type.c",
@@ -86,6 +96,7 @@ def bristle_placeholders(effects: EffectExpressions, real: Real) -> dict[str, An
     return {
         "bristles": patch.bristles, "rig_at_run_time": False, "effects": True, "own": effects.own,
         "angle_is_state": angle_is_state(effects.observer.measurement_model),
+        "by_k": "stiffness" in effects.observer.states, "parts": ["q", *["branch"] * branched],
         "a": repr(float(rig.a)), "terms": TERMS,
         "gained": "(1.0 + terms[TERM_GAIN]) * " if branched else "",
         "shared": " * limits->share" if branched else "",

@@ -25,11 +25,11 @@ where fewer than three places are free, as in `symbolic.zone_patch`: up to 29 ar
 
 
 def has_corners(observer: ModelObserver) -> bool:
-    """True for the declared model, or under effects that leave the patch exact and its k known."""
+    """True for the declared model, or under effects that leave the patch exact, with none in series."""
     model = observer.model
     if type(model) is not Model or not model.exact:
         return False
-    return not model.effects or ("stiffness" not in observer.states and deflection_of(model) is None)
+    return deflection_of(model) is None
 
 
 def exact_patch_code(observer: ModelObserver, real: Real, *, rig_at_run_time: bool = False) -> PatchCode:

@@ -1,5 +1,6 @@
 """Generated C estimates what Python does: bit for bit in double, to rounding in single precision."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
     DECLARED,
-    MODELS,
     assert_same,
     cases,
     needs_compiler,
@@ -60,7 +60,8 @@ def rows(name: str, recording: RigRecording, steered: SteeringRecording) -> Arra
     cases(
         "ekf declared steering; ekf few aligning; mhe declared aligning; mhe few steering",
         "ekf declared aligning; ekf few steering; mhe declared steering; mhe few aligning; "
-        "ekf few direction; mhe few direction; ekf effects direction; ekf found direction; " + OTHERS,
+        "ekf few direction; mhe few direction; ekf effects direction; ekf found direction; "
+        "ekf measured aligning,k; " + OTHERS,
     ),
 )
 def test_double_is_the_same(generated: Generate, name: str, rows: Array) -> None:
@@ -73,7 +74,7 @@ def test_double_is_the_same(generated: Generate, name: str, rows: Array) -> None
     "name",
     cases(
         "ekf declared steering; mhe declared aligning",
-        "ekf declared aligning; mhe declared steering; " + OTHERS,
+        "ekf declared aligning; mhe declared steering; ekf measured aligning,k; " + OTHERS,
     ),
 )
 def test_single_precision_rounds(generated: Generate, name: str, rows: Array) -> None:
@@ -164,13 +165,19 @@ def test_outliers_and_changes_of_the_ground(
 
 
 # The bristles turn with the wheel, or less than it behind a compliance: the code of either is its own.
-@pytest.mark.parametrize("model", ["few", "relaxing"])
-@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=LONG)])
-def test_a_change_of_the_ground_under_bristles(generated: Generate, kind: Any, model: str) -> None:
+@pytest.mark.parametrize(
+    "name",
+    cases(
+        "ekf few aligning; ekf relaxing aligning; ekf relaxing aligning,k",
+        "mhe few aligning; mhe relaxing aligning",
+    ),
+)
+def test_a_change_of_the_ground_under_bristles(generated: Generate, name: str) -> None:
     t, psi, F_N, M_z = change_of_ground()
     rows = np.column_stack([psi, np.full(t.size, np.nan), M_z, F_N, np.full(t.size, 0.01)])[:1000]
-    tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3)
-    observer = kind(**MODELS[model], rig=RIG, tuning=tuning)
+    walks = {"stiffness_std": 0.1, "stiffness_walk": 0.03} if name.endswith("k") else {}
+    tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3, **walks)
+    observer = replace(observer_named(name), tuning=tuning)
     expected = python_estimates(observer, rows)
 
     np.testing.assert_allclose(generated(observer, DOUBLE).run(rows), expected, rtol=1e-7, atol=1e-9)

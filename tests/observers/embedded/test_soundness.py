@@ -33,7 +33,7 @@ each_case = pytest.mark.parametrize(
     cases(
         "ekf declared aligning; mhe few aligning",
         "ekf declared steering,k,M_0; ekf few steering; ekf effects steering; mhe declared aligning,k;"
-        " mhe declared steering; mhe effects aligning",
+        " mhe declared steering; mhe effects aligning; ekf relaxing aligning,k",
     ),
 )
 each_real = pytest.mark.parametrize(

@@ -31,7 +31,7 @@ pytestmark = needs_compiler
 USABLE, STATUS = ESTIMATE.index("usable"), ESTIMATE.index("status")
 CASES = cases(
     "ekf declared aligning; ekf declared steering; mhe declared aligning; ekf few aligning",
-    "mhe declared steering; mhe few aligning",
+    "mhe declared steering; mhe few aligning; ekf relaxing aligning,k",
 )
 
 

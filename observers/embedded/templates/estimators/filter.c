@@ -14,7 +14,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} output[OUTPUTS], now[${clean}], signals[4], torque[TORQUES] = {0}, slide[2] = {0}, imputed = 0.0;
     const ${real} mu = state->output[OUT_MU];
 %% if follows_mu
-    ${real} retention[2];
+    ${real} retention[${walk + 1}];
 %% else
     const ${real} retention[1] = {1.0};
 %% endif
@@ -26,11 +26,16 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% endif
 %% if follows_mu
     retentions(before->factor, before->last, now${constants_at}, retention);
+%% if walk > 1
+    /* From ln mu to mu. */
+    retention[1] /= mu;
+    retention[2] *= mu;
+%% endif
 %% endif
 %% if not advances_at_corrected_state
     /* The patch at the angle of the sample; the states that its torque depends on only walk until then. */
     patch_signals(before->x, now, signals);
-    advance_patch(&state->patch, signals, ${mu_now}, ${stiffness_before}, retention[0], torque, slide);
+    advance_patch(&state->patch, signals, ${mu_now}, ${stiffness_before}, retention, torque, slide);
 %% endif
     {
         const ${real} memory[${memory|length}] = {${memory|join(", ")}};
@@ -40,7 +45,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     if (is_known(output[OUT_MU])) {
         /* The patch follows the corrected angle; its torque is for the next sample. */
         patch_signals(after->x, now, signals);
-        advance_patch(&state->patch, signals, output[OUT_MU], ${stiffness_after}, retention[0], torque, slide);
+        advance_patch(&state->patch, signals, output[OUT_MU], ${stiffness_after}, retention, torque, slide);
         after->M_z[0] = torque[M_Z];
 %% for slope in slopes
         after->slopes[${loop.index0}] = ${slope};
@@ -54,7 +59,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% include "estimators/refuse.c"
 %% if follows_mu
     if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) {
-        forget_sensitivity(&state->patch, retention[1]);
+        forget_sensitivity(&state->patch, retention[${walk}]);
     }
 %% endif
     state->now = 1 - state->now;

@@ -54,7 +54,7 @@ typedef struct {
 /* Limits of the bristles: those of the sample, or the pressure times a scale. share: of the spring in the stiffness
    of spring and Maxwell branch. */
 typedef struct {
-    ${real} scale, over_mu${", share" if relaxation else ""};
+    ${real} scale, over_mu${", mu_over_k" if by_k}${", share" if relaxation else ""};
 %% if creep
     ${real} rest_scale, offset, least_slip, knots_per_scale, creep_scale;
 %% endif
@@ -140,18 +140,23 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
 %% endif
 }
 
-/* How the memory follows mu, to first order: share of its derivative that a walk of mu leaves, change of mu.
+/* How the memory follows mu${" and k" if by_k}, to first order: share of its derivative that a walk of mu leaves, change of mu.
+%% if by_k
+   With k, which is over its nominal value, the shares are a matrix, by which the derivatives by mu and k are multiplied.
+%% endif
 %% if compliant
    What the last sample's turn still lacked, and its derivative by mu: the next sample adds it, in the same loop.
 %% endif
    */
 typedef struct {
-    ${real} retention, change${", further, further_by_mu" if compliant}${", gain" if compliant and relaxation};
+    ${real} retention, change${", mu_from_k, k_from_mu, k_retention, k_change" if by_k}${", further, further_by_mu" if compliant}${", gain" if compliant and relaxation};
 } follow_t;
 
-/* A bristle${" and its Maxwell branch" if relaxation}: stress, and its derivative by mu. */
+/* A bristle${" and its Maxwell branch" if relaxation}: stress, and its derivative by mu${" and by k" if by_k}. */
 typedef struct {
-    ${real} q, q_by_mu${", branch, branch_by_mu" if relaxation};
+%% for part in parts
+    ${real} ${part}, ${part}_by_mu${", %s_by_k" % part if by_k};
+%% endfor
 } stress_t;
 
 /* A bristle at the mu of the sample. */
@@ -165,12 +170,14 @@ static inline stress_t follow_friction(const ${name}_patch_t *restrict patch, co
     now.branch = patch->branch[i] - follow->gain * patch->follows[i] * follow->further + now.branch_by_mu * follow->change;
 %% endif
 %% else
-    now.q_by_mu = patch->q_by_mu[i] * follow->retention;
-    now.q = patch->q[i] + now.q_by_mu * follow->change;
-%% if relaxation
-    now.branch_by_mu = patch->branch_by_mu[i] * follow->retention;
-    now.branch = patch->branch[i] + now.branch_by_mu * follow->change;
+%% for part in parts
+    now.${part}_by_mu = patch->${part}_by_mu[i] * follow->retention;
+%% if by_k
+    now.${part}_by_mu += patch->${part}_by_k[i] * follow->mu_from_k;
+    now.${part}_by_k = patch->${part}_by_mu[i] * follow->k_from_mu + patch->${part}_by_k[i] * follow->k_retention;
 %% endif
+    now.${part} = patch->${part}[i] + now.${part}_by_mu * follow->change${" + now.%s_by_k * follow->k_change" % part if by_k};
+%% endfor
 %% endif
     return now;
 }
@@ -248,12 +255,13 @@ static ${real} balanced_torque(${real} rigid, ${real} slope, ${real} F_N) {
 static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu) {
     int32_t i;
     for (i = 0; i < BRISTLES; ++i) {
-        patch->q[i] = 0.0;
-        patch->q_by_mu[i] = 0.0;
-%% if relaxation
-        patch->branch[i] = 0.0;
-        patch->branch_by_mu[i] = 0.0;
+%% for part in parts
+        patch->${part}[i] = 0.0;
+        patch->${part}_by_mu[i] = 0.0;
+%% if by_k
+        patch->${part}_by_k[i] = 0.0;
 %% endif
+%% endfor
 %% if compliant
         patch->follows[i] = 0.0;
 %% endif
@@ -269,18 +277,21 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
     patch->angle_by_mu = 0.0;
     patch->retained = 1.0;
     patch->mu = mu;
+%% if by_k
+    patch->stiffness = 1.0;
+%% endif
     patch->M_z = 0.0;
     patch->M_z_by_mu = 0.0;
     patch->slope = ${stiff};
 }
 
 /* Every bristle after a turn, its derivative by mu at that turn${", and by how much it follows the turn" if compliant}.
-   sums: torque, its derivative by the turn and by mu. */
+   sums: torque at the nominal k, its derivative by the turn and by mu${" and, through the bristles, by k" if by_k}. */
 static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *follow, " if coarse or not compliant}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *sums) {
 %% if relaxation
     const ${real} gain = terms[TERM_GAIN];
 %% endif
-    ${real} total = 0.0, by_turn = 0.0, by_mu = 0.0;
+    ${real} total = 0.0, by_turn = 0.0, by_mu = 0.0${", by_k = 0.0" if by_k};
     int32_t i;
 %% if not relaxation
     (void)terms;
@@ -296,14 +307,20 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
 %% if relaxation
         const ${real} branch = was.branch * terms[TERM_DECAY] + gain * stretch;
         const ${real} branch_by_mu = was.branch_by_mu * terms[TERM_DECAY];
+%% if by_k
+        const ${real} branch_by_k = was.branch_by_k * terms[TERM_DECAY];
+%% endif
 %% endif
         const ${real} pressure = limit_over_scale(limits, i);
         const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
-        ${real} slip = 0.0, slip_by_mu = 0.0, follow_turn = 1.0;
+        ${real} slip = 0.0, slip_by_mu = 0.0, ${"slip_by_k = 0.0, " if by_k}follow_turn = 1.0;
         if (fabs(q${branched}) > rest_limit) {
             const slip_t now = slip_of(q${branched}, pressure, rest_limit, limits, i);
             slip = now.slip;
             slip_by_mu = now.by_stress${shared} * (was.q_by_mu${branched_by_mu}) + now.by_mu;
+%% if by_k
+            slip_by_k = now.by_stress${shared} * (was.q_by_k${" + branch_by_k" if relaxation}) - now.by_mu * limits->mu_over_k;
+%% endif
             follow_turn -= now.by_stress;
         }
         patch->q[i] = q - slip;
@@ -321,18 +338,28 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
         total += bristle_of[i].moment * patch->q[i];
         by_mu += bristle_of[i].moment * patch->q_by_mu[i];
 %% endif
+%% if by_k
+        patch->q_by_k[i] = was.q_by_k - slip_by_k;
+%% if relaxation
+        patch->branch_by_k[i] = branch_by_k - gain * slip_by_k;
+%% endif
+        by_k += bristle_of[i].moment * (patch->q_by_k[i]${" + patch->branch_by_k[i]" if relaxation});
+%% endif
         by_turn -= bristle_of[i].moment * follow_turn;
     }
     sums[0] = total;
     sums[1] = ${gained}by_turn;
     sums[2] = by_mu;
+%% if by_k
+    sums[3] = by_k;
+%% endif
 }
 
 /* Advances the patch to the signals of a sample: angle, rate, load, time. torque: M_z [N m] and its derivatives, see
    TORQUES; slide: effective friction over mu, and what is beside it. */
-static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} stiffness, ${real} retention, ${real} *torque, ${real} *slide) {
+static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} stiffness, const ${real} *retention, ${real} *torque, ${real} *slide) {
     limits_t limits;
-    ${real} terms[TERMS], sums[3], turn;
+    ${real} terms[TERMS], sums[${4 if by_k else 3}], turn;
 %% if compliant
     ${real} M_z, slope, by_torque = 0.0, deflected = 0.0, further, turn_by_mu, goal;
 %% endif
@@ -343,11 +370,19 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% if compliant and not coarse or own
     int32_t i;
 %% endif
+    follow.retention = retention[0] * patch->retained;
+    follow.change = mu - patch->mu;
+%% if by_k
+    follow.mu_from_k = retention[1] * patch->retained;
+    follow.k_from_mu = retention[2] * patch->retained;
+    follow.k_retention = retention[3] * patch->retained;
+    follow.k_change = stiffness - patch->stiffness;
+    patch->stiffness = stiffness;
+%% else
     (void)stiffness;
     torque[BY_STIFFNESS] = 0.0;
-    follow.retention = retention * patch->retained;
+%% endif
     patch->retained = 1.0;
-    follow.change = mu - patch->mu;
 %% if compliant
     follow.further = patch->further;
     follow.further_by_mu = patch->further_by_mu;
@@ -355,9 +390,9 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     follow.gain = patch->gain;
 %% endif
 %% endif
-    patch->angle_by_mu *= retention;
+    patch->angle_by_mu *= retention[0];
     patch->angle += patch->angle_by_mu * follow.change;
-    patch->M_z += patch->M_z_by_mu * retention * follow.change;
+    patch->M_z += patch->M_z_by_mu * retention[0] * follow.change;
     patch->mu = mu;
     sample_terms(signals, ${"patch->own, " if own else ""}terms${", own_next" if own else ""});
 %% if own
@@ -365,7 +400,14 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
         patch->own[i] = own_next[i];
     }
 %% endif
+%% if by_k
+    /* Limits of stress over k depend on mu over k: their derivative by k follows from that by mu. */
+    find_limits(terms, mu / stiffness, &limits);
+    limits.over_mu = 1.0 / mu;
+    limits.mu_over_k = mu / stiffness;
+%% else
     find_limits(terms, mu, &limits);
+%% endif
 %% if compliant
     /* Newton's steps from the slope of the last sample; after the last one the patch is taken as linear. */
     goal = terms[TERM_PSI] - patch->angle;
@@ -427,8 +469,13 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     patch->M_z = sums[0];
     patch->slope = sums[1];
     patch->angle += turn;
-    torque[BY_MU] = sums[2];
-    torque[BY_ANGLE] = sums[1] + terms[TERM_TORQUE_BY_PSI];
+%% if by_k
+    torque[BY_STIFFNESS] = sums[0] + stiffness * sums[3];
+    patch->M_z *= stiffness;
+    patch->slope *= stiffness;
+%% endif
+    torque[BY_MU] = sums[2]${" * stiffness" if by_k};
+    torque[BY_ANGLE] = patch->slope + terms[TERM_TORQUE_BY_PSI];
 %% endif
     torque[M_Z] = patch->M_z + terms[TERM_TORQUE];
     patch->M_z_by_mu = torque[BY_MU];

@@ -1,6 +1,12 @@
 /* The contact patch: deformation of the bristles over the half-length, see the code. */
 typedef struct {
     ${real} q[${bristles}], q_by_mu[${bristles}];
+%% if by_k
+    ${real} stiffness; /* k over its nominal value */
+%% for part in parts
+    ${real} ${part}_by_k[${bristles}];
+%% endfor
+%% endif
 %% if relaxation
     ${real} branch[${bristles}], branch_by_mu[${bristles}]; /* stress of the Maxwell branches */
 %% endif

@@ -31,7 +31,7 @@ static void begin_kept(${name}_state_t *state, const ${real} *signals) {
 /* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
 static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, ${real} retention, ${real} *slide) {
     ${real} torque[TORQUES];
-    advance_patch(&state->patch, signals, mu, stiffness, retention, torque, slide);
+    advance_patch(&state->patch, signals, mu, stiffness, &retention, torque, slide);
     state->M_z[at] = torque[M_Z];
     state->by_mu[at] = torque[BY_MU];
     state->mu[at] = mu;

@@ -1,6 +1,6 @@
 
 /* Advances the patch to the signals of a sample; torque: M_z [N m] and its derivatives, see TORQUES. */
-static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} stiffness, ${real} retention, ${real} *torque, ${real} *slide) {
+static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} stiffness, const ${real} *retention, ${real} *torque, ${real} *slide) {
     const ${real} k = ${k} * stiffness, scale = mu / k;
     ${real} moment[3], beside[2] = {0.0, 0.0};
     (void)retention;
