@@ -45,6 +45,9 @@ def friction_of_directions(
     for way, sign in DIRECTIONS.items():
         loads = (side == sign) & (-sign * estimates.M_z_predicted > estimates.M_slide / 2)
         own = np.flatnonzero((loads & estimates.usable)[begin : at + 1])
+        since = "never usable"
+        if begin and (loads & estimates.usable)[:begin].any():
+            since = f"not usable since the ground changed at {estimates.t[begin]:.4g} s,"
         if own.size:
             i = int(begin + own[-1])
             mu, std = float(estimates.mu_eff[i]), float(estimates.mu_eff_std[i])
@@ -52,7 +55,7 @@ def friction_of_directions(
             mu_of[way] = mu
             told.append(f"{with_95_band(mu, std)} turning to {way} psi, at {estimates.t[i]:.4g} s")
         else:
-            told.append(f"never usable turning to {way} psi")
+            told.append(f"{since} turning to {way} psi")
     line = f"mu_eff by direction, last usable: {'; '.join(told)}" * bool(row)
     row["direction"] = next((way for way, sign in DIRECTIONS.items() if side[at] == sign), "")
     # Not known where a direction is not.

@@ -53,6 +53,9 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
     """The suspected causes in one line, with the whole map that mends them."""
     changed: dict[str, SignalSource] = {}
     ratio = ""
+    if any(cause.startswith(ANGLE) for cause in causes):
+        # An angle so large turns back at torques that say nothing of the sign.
+        causes = [cause for cause in causes if not cause.startswith(SIGN)]
     for cause in causes:
         for beginning, (column, unit) in UNITS.items():
             if cause.startswith(beginning):

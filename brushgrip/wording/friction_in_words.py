@@ -62,8 +62,8 @@ NARROWED_BY = {
 }
 """What narrows a band, by the largest part of it."""
 OF_CAR = {
-    "declare the torque's noise ([sensor] noise), try --by-direction, or raise error of the tuning to 0.1:"
-    " with more, friction is hardly acquired": "or declare a greater force_error or force_noise",
+    "declare the torque's noise ([sensor] noise), try --by-direction, or raise error of the tuning to"
+    " 0.1: with more, friction is hardly acquired": "or declare a greater force_error or force_noise",
     "a, F_N and k": "front_axle_load, half_length and stiffness",
     "k, a, F_N": "front_axle_load, half_length, stiffness",
     "k, a and F_N": "front_axle_load, half_length and stiffness",

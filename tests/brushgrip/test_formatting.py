@@ -214,7 +214,7 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     # What was usable on the ground before says nothing of this one.
     reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
     row, line = friction_of_directions(replace(seen, status=reset), psi, M_z, aligning)
-    assert line.endswith("; never usable turning to negative psi")
+    assert line.endswith("; not usable since the ground changed at 0.15 s, turning to negative psi")
     assert "mu_eff_negative" not in row
     assert row["direction"] == "positive"
     assert math.isnan(float(row["weaker"]))
