@@ -173,6 +173,10 @@ def grade_of(
     return "ambiguous" if has_rivals else "strong"
 
 
+FAR_ZERO = 3.0
+"""Torque offset over the tolerance of the zero from which on it is doubted [1]."""
+
+
 def notes_on(
     before: TorqueErrors,
     after: TorqueErrors,
@@ -197,6 +201,7 @@ def notes_on(
         f"{effect}: {what}, so that it is a stand-in" for effect, what in effects_at_bounds(fitted)
     ]
     notes += [note for one in (fitted, *own) for note in _at_their_tolerances(one)]
+    notes += [note for one in recordings if (note := _zero_note(one, fitted.values.of(one)))]
     for effect in effects:
         if UNRECORDED_LOAD in effect.indistinguishable_from:
             notes.append(f"{effect.name}: it is this, or a load that changes with the angle: record it")
@@ -241,3 +246,15 @@ def _at_their_tolerances(fitted: Fit) -> list[str]:
         )
         if weight > 0 and distance <= AT_BOUND
     ]
+
+
+def _zero_note(recording: Recording, values: Mapping[str, float]) -> str:
+    """What a zero of the torque may be that is far beyond what is declared; empty where it is not."""
+    M_0, tolerance = values.get("torque_offset.M_0", 0.0), recording.rig.tolerances.zero
+    if not tolerance or abs(M_0) < FAR_ZERO * tolerance:
+        return ""
+    return (
+        f"{recording.name}: a torque offset of {M_0:.2g} N m is {abs(M_0) / tolerance:.0f} times the"
+        " tolerance of the zero: friction may be less one way than the other, which estimate"
+        " --by-direction tells"
+    )

@@ -120,6 +120,19 @@ def test_a_stiffness_beyond_its_tolerance(
     assert any("estimate refuses this model" in note for note in notes) == refused
 
 
+@pytest.mark.parametrize(("M_0", "said"), [(-1.05, True), (0.1, False)])
+def test_an_offset_far_beyond_the_tolerance_of_the_zero_is_doubted(
+    fitted: Fit, M_0: float, said: bool
+) -> None:
+    rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(zero=0.05, k=1e6))
+    values = replace(fitted.values, own={"a": {**fitted.values.own["a"], "torque_offset.M_0": M_0}})
+    offset = replace(fitted, values=values)
+    notes = notes_on(errors(a=0.04), errors(a=0.02), offset, [replace(_recording(), rig=rig)])
+
+    begin = "a: a torque offset of -1.1 N m is 21 times the tolerance of the zero: friction may be less"
+    assert [note.startswith(begin) for note in notes] == [True] * said
+
+
 def test_a_cars_k_is_low_by_suspension_and_column_or_by_the_force() -> None:
     car = replace(_recording(), standstills=cast(Standstills, SimpleNamespace()))
     soft, stiff = (stiffness_note(k, car) for k in (1.2e6, 4.8e6))
