@@ -135,14 +135,14 @@ def _friction(outcome: FrictionOutcome, else_friction: str = "") -> str:
     """Friction of every ground, what it may be else, and which grounds may be one."""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     bands = outcome.bands().values()
-    count, of, more = str(len(outcome.before)), "from", ""
+    count, of, each, more = str(len(outcome.before)), "from", "", ""
     if bands and len(bands) == len(outcome.grounds):
         counts = [str(one.recordings) for one in bands]
         count = listed(counts) if len(set(counts)) > 1 else counts[0]
-        of, more = "mean of", f"{' each' * (len(bands) > 1)}; ± holds one further recording"
+        of, each, more = "mean of", " each" * (len(bands) > 1), "; ± holds one further recording"
     if outcome.slide_rate:
-        more = f", turning at {outcome.slide_rate:.2g} rad/s{more}"
-    line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{more})"
+        each += f", turning at {outcome.slide_rate:.2g} rad/s"
+    line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{each}{more})"
     line += f", all told{at_common_load(outcome)}, as friction changes with it" * (
         outcome.load is not None
     )

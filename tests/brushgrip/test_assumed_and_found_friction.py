@@ -172,8 +172,9 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     same = mail(make_diagnosis(("a", "b", "d"), ("c",)), replace(judged, tracks=like))
     assert "is wide because" not in same and "more times" not in same  # noqa: PT018
     alone = replace(judged, grounds={"ice": ("a", "b", "c")})
-    text = mail(make_diagnosis(("a", "b"), ("c",)), alone)
-    assert "on ice (mean of 3 recordings; ± holds one further recording).\n" in text
+    text = mail(make_diagnosis(("a", "b"), ("c",)), replace(alone, slide_rate=0.1))
+    motion = ", turning at 0.1 rad/s"
+    assert f"on ice (mean of 3 recordings{motion}; ± holds one further recording).\n" in text
     assert f"{within}\n" in text, "one meaning of 95 of 100, on top and in the paragraph"
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
