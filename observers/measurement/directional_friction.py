@@ -36,6 +36,8 @@ log-likelihood ratio by which the innovations say that friction is changing [1];
 the walk of this stroke, and of the last one the other way, as a time of the usual walk [s]."""
 WIDENING = 3.0
 """What a log-likelihood ratio of 1 adds to the walk of the direction that slides, in walks [1]."""
+SLOW_TURN = 0.1
+"""Yaw rate up to which a walk is widened by the turn, not by the time [rad/s]: the usual operating point."""
 CHANGING = 1.0
 """Log-likelihood ratio from which on friction that is changing is not usable [1]."""
 
@@ -77,7 +79,9 @@ class DirectionalFriction(AligningTorque):
         before, side = last[FOLLOWED], last[SIDE]
         followed, side_next = self._direction(now["psi"], now["M_z"], before, side)
         exchanged = side_next * side < 0
-        walked = last[WALKED] + (_widened(last) ** 2 - 1) * now["dt"]
+        # At rest and without a torque nothing tells of a change, and none is assumed.
+        turned = ca.fmin(now["dt"], now["travel"] / SLOW_TURN) * is_known(now["M_z"])
+        walked = last[WALKED] + ((1 + WIDENING * last[EVIDENCE]) ** 2 - 1) * turned
         here, other = ca.if_else(exchanged, 0, walked), ca.if_else(exchanged, walked, last[WALKED_OTHER])
         own = {FOLLOWED: followed, SIDE: side_next, EXCHANGED: exchanged}
         return {**now, **own, WALKED: here, WALKED_OTHER: other}, imputed
@@ -122,11 +126,6 @@ class DirectionalFriction(AligningTorque):
         here, other = x["log_mu"], x[OTHER]
         pair = {"log_mu": ca.if_else(exchanged, other, here), OTHER: ca.if_else(exchanged, here, other)}
         walk = variance["log_mu"]
-        begins = last[WALKED_OTHER] * tuning["mu_walk"] ** 2
-        widened = ca.if_else(exchanged, walk + begins, _widened(last) ** 2 * walk)
+        added = ca.if_else(exchanged, last[WALKED_OTHER], now[WALKED] - last[WALKED])
+        widened = walk + added * (now["dt"] > 0) * tuning["mu_walk"] ** 2
         return {**after, **pair}, {**variance, "log_mu": widened, OTHER: walk}
-
-
-def _widened(last: Parts) -> Expression:
-    """Step of the walk of the direction that slides over the usual one, after a sample [1]."""
-    return 1 + WIDENING * last[EVIDENCE]

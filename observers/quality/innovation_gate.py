@@ -107,7 +107,7 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         weight = weight * accepted * huber_weight(innovation, huber_scale, H_P_H)
         kept = update_reference(kept, about, H[at], weight, share * accepted)
         alarm = ca.logic_or(alarm, has_changed(kept, tuning))
-        sums = ca.logic_not(alarm) * monitor_next[:2]
+        sums = ca.logic_not(ca.logic_or(alarm, reset)) * monitor_next[:2]
         monitor_next = ca.vertcat(sums, monitor_next[2:], reset_reference(kept, reset + alarm))
     counts_next[COUNTS.index("resets")] += alarm
     results |= {

@@ -76,7 +76,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
             "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row,
             "test": test_outputs(model),
             "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
-            "evidence": [(EVIDENCE, CLEAN.index(EVIDENCE))] if OTHER in states else [],
+            "evidence": [CLEAN.index(EVIDENCE)] if OTHER in states else [],
             "stiffness": stiffness_ratio(model, "x"),
             "stiffness_newest": stiffness_ratio(model, "newest"),
             "stiffness_corrected": stiffness_ratio(model, "state->x[at]"),

@@ -167,9 +167,8 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     torque_at(state, at, newest, torque);
 %% endif
     test_innovation(newest, torque, now, P, state->counts, state->monitor${constants_at}, test, counts, monitor);
-%% for name, place in evidence
+%% for place in evidence
     now[${place}] = test[TEST_EVIDENCE]; /* how far mu walks to the next sample */
-    state->row[at][ROW_${name|upper}] = now[${place}];
 %% endfor
 %% if follows_mu
     /* Deformation that depends on the old friction does not fit samples of a new ground: they stay rejected. */
