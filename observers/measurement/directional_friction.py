@@ -37,7 +37,7 @@ the walk of this stroke, and of the last one the other way, as a time of the usu
 WIDENING = 3.0
 """What a log-likelihood ratio of 1 adds to the walk of the direction that slides, in walks [1]."""
 SLOW_TURN = 0.1
-"""Yaw rate up to which a walk is widened by the turn, not by the time [rad/s]: the usual operating point."""
+"""Yaw rate up to which a walk is widened by the turn, not by the time [rad/s]: the usual one."""
 CHANGING = 1.0
 """Log-likelihood ratio from which on friction that is changing is not usable [1]."""
 

@@ -30,6 +30,8 @@ STEADY_WALK = 0.033
 """Random walk of ln mu from stroke to stroke the same way where nobody changes it [1/sqrt(s)]."""
 STROKE_CHANGE = 0.3
 """Change of ln mu that the innovations are watched for, in place of `innovation_monitor.CHANGE` [1]."""
+AT_REST = 1e-3
+"""Yaw rate up to which the wheel stands, and no stroke is compared [rad/s]."""
 TINY = 1e-12
 """Divisor of the ratio before the first sample that counts."""
 TOLD = 0.5

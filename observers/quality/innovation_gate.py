@@ -18,6 +18,7 @@ from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.quality.friction_change_detection import (
+    AT_REST,
     STROKE_CHANGE,
     change_monitor_fields,
     has_changed,
@@ -106,7 +107,8 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         # An outlier is one to the estimate; to the reference, a change would be one.
         weight = weight * accepted * huber_weight(innovation, huber_scale, H_P_H)
         kept = update_reference(kept, about, H[at], weight, share * accepted)
-        alarm = ca.logic_or(alarm, has_changed(kept, tuning))
+        turns = now[CLEAN.index("travel")] > AT_REST * now[CLEAN.index("dt")]
+        alarm = ca.logic_or(alarm, ca.logic_and(turns, has_changed(kept, tuning)))
         sums = ca.logic_not(ca.logic_or(alarm, reset)) * monitor_next[:2]
         monitor_next = ca.vertcat(sums, monitor_next[2:], reset_reference(kept, reset + alarm))
     counts_next[COUNTS.index("resets")] += alarm
