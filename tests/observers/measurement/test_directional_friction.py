@@ -68,6 +68,7 @@ def test_each_direction_has_its_friction_and_changes_by_itself(kind: Any) -> Non
     np.testing.assert_allclose(found.mu[at], true[at], rtol=0.03)
     assert (np.abs(found.mu - true) < 2 * found.mu_std)[at].all()
     assert found.usable[at].mean() >= 0.6
+    assert (found.status & Status.ACQUIRING)[:30].all()
     # The wheel goes back from 9 to 11 s, and the alarm comes on the next way forth.
     assert changed.sum() == 1
     assert 11 < t[changed][0] < 13
@@ -191,12 +192,13 @@ def test_directions_are_exchanged_where_the_torque_changes_sign() -> None:
 
 @pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
-    ("back", "zero", "usable"), [(1.2, 0.1, True), (0.9, 0.1, False), (0.6, None, False)]
+    ("back", "zero", "usable"),
+    [(0.8, 0.05, True), (0.65, None, True), (0.65, 0.05, False), (0.5, None, False)],
 )
-def test_friction_by_direction_is_no_zero_beyond_what_is_declared(
+def test_friction_by_direction_is_no_zero_beyond_what_it_may_be(
     kind: Any, back: float, zero: float | None, usable: bool
 ) -> None:
-    M_z = torque(psi, np.full(t.size, FORTH), np.full(t.size, back))
+    M_z = torque(psi, np.full(t.size, 0.8), np.full(t.size, back))
     rig = replace(RIG, tolerances=replace(RIG.tolerances, zero=zero))
     found = run(kind(model=Model(), values={"k": K}, rig=rig), t, psi, np.full(t.size, F_N), M_z)
 
