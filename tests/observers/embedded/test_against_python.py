@@ -91,7 +91,9 @@ def test_single_precision_rounds(generated: Generate, name: str, rows: Array) ->
     tried = "effects aligning" in name
     assert off.max() < (2e-2 if tried else 1e-5)
     assert off[tracked].max(initial=0.0) < (2e-2 if tried else 5e-6)
-    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=5e-2 if tried else 2e-4)
+    # The deviation of two states whose errors go together loses a digit.
+    rtol = 5e-2 if tried else 1e-3 if name.endswith(",k") else 2e-4
+    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=rtol)
     # A flag at its threshold may come a sample later.
     assert np.mean(estimates[:, -1] != expected[:, -1]) <= (2e-3 if tried else 0)
 
