@@ -130,11 +130,11 @@ class StepSample:
             i = state_index(self.measurement_model, "M_0")
             at_first = full_slide_torque(self.now[CLEAN.index("F_N_first")], rig["a"])
             off = ca.fabs(x[i]) - MAX_ZERO_DEVIATIONS * zero_std * at_first
-            flags["inconsistent"] = ca.logic_or(test["inconsistent"], off > 2 * ca.sqrt(P[i, i]))
+            flags["inconsistent"] = ca.logic_or(flags["inconsistent"], off > 2 * ca.sqrt(P[i, i]))
         if OTHER in self.measurement_model.states:
             # Without hypotheses a prior far off is left behind within the first independent samples.
             flags["acquiring"] = test["untested"]
-            flags["inconsistent"] = ca.logic_or(test["inconsistent"], test["evidence"] > CHANGING)
+            flags["inconsistent"] = ca.logic_or(flags["inconsistent"], test["evidence"] > CHANGING)
         status = sum(
             (ca.if_else(holds, int(Status[name.upper()]), 0) for name, holds in flags.items()), ca.MX(0)
         )

@@ -35,7 +35,7 @@ AT_REST = 1e-3
 TINY = 1e-12
 """Divisor of the ratio before the first sample that counts."""
 TOLD = 0.5
-"""J V from which on a stroke is compared: it tells friction almost as well as its reference does. A peak
+"""J V from which on a stroke is compared: it tells friction half as well as its reference does. A peak
 where the patch breaks away is no change [1]."""
 
 
