@@ -11,6 +11,7 @@ from brushgrip.commands.options import (
     ModelFile,
     OutFolder,
     RigAlone,
+    StiffnessState,
     TorqueMeasured,
     TuningProfile,
     TuningValues,
@@ -74,9 +75,7 @@ class CodegenRequest:
     real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C
     torque: TorqueMeasured = TorqueChannel.GROUND
-    stiffness_state: Annotated[
-        bool, typer.Option("--stiffness-state", help="k is estimated beside friction; takes M_z.")
-    ] = False
+    stiffness_state: StiffnessState = False
     tunable: Annotated[
         RunTime | None,
         option(

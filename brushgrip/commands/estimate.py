@@ -12,6 +12,7 @@ from brushgrip.commands.options import (
     Jobs,
     ObserverUsed,
     Scheduler,
+    StiffnessState,
     TuningProfile,
     TuningValues,
     VehicleFile,
@@ -84,10 +85,7 @@ class EstimateRequest(GroundRequest):
             "--by-direction", help="Friction for each direction of turning; takes M_z, ekf or mhe."
         ),
     ] = False
-    stiffness_state: Annotated[
-        bool,
-        typer.Option("--stiffness-state", help="k is estimated beside friction; takes M_z, ekf or mhe."),
-    ] = False
+    stiffness_state: StiffnessState = False
     picture: Annotated[
         Path | None, file_option("--picture", "PNG", "Picture of mu(t); OUT.png if left out.")
     ] = None

@@ -72,6 +72,10 @@ VehicleFile = Annotated[
 RigAlone = Annotated[Path | None, option("--rig", "R", "Rig file (TOML).")]
 VehicleAlone = Annotated[Path | None, option("--vehicle", "CAR", "Vehicle file (TOML) of a car.")]
 ObserverUsed = Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")]
+StiffnessState = Annotated[
+    bool,
+    typer.Option("--stiffness-state", help="k is estimated beside friction; takes M_z, ekf or mhe."),
+]
 TorqueMeasured = Annotated[
     TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
 ]

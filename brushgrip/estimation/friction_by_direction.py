@@ -44,10 +44,8 @@ def friction_of_directions(
     side = aligning.directions(np.cumsum([0.0, *steps]), M_z)
     for way, sign in DIRECTIONS.items():
         loads = (side == sign) & (-sign * estimates.M_z_predicted > estimates.M_slide / 2)
-        own = np.flatnonzero((loads & estimates.usable)[begin : at + 1])
-        since = "never usable"
-        if begin and (loads & estimates.usable)[:begin].any():
-            since = f"not usable since the ground changed at {estimates.t[begin]:.4g} s,"
+        usable = loads & estimates.usable
+        own = np.flatnonzero(usable[begin : at + 1])
         if own.size:
             i = int(begin + own[-1])
             mu, std = float(estimates.mu_eff[i]), float(estimates.mu_eff_std[i])
@@ -55,7 +53,8 @@ def friction_of_directions(
             mu_of[way] = mu
             told.append(f"{with_95_band(mu, std)} turning to {way} psi, at {estimates.t[i]:.4g} s")
         else:
-            told.append(f"{since} turning to {way} psi")
+            changed = f"not usable since the ground changed at {estimates.t[begin]:.4g} s,"
+            told.append(f"{changed if usable[:begin].any() else 'never usable'} turning to {way} psi")
     line = f"mu_eff by direction, last usable: {'; '.join(told)}" * bool(row)
     row["direction"] = next((way for way, sign in DIRECTIONS.items() if side[at] == sign), "")
     # Not known where a direction is not.

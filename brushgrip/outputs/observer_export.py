@@ -4,10 +4,9 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from brushgrip.outputs.console import say
-from observers import Tuning
+from observers import FunctionObserver, Tuning
 from observers.embedded import (
     DOUBLE,
     SINGLE,
@@ -25,22 +24,26 @@ TYPES: Mapping[str, Real] = {"float": SINGLE, "double": DOUBLE}
 TUNABLE: Mapping[str, Tunable] = {"": "", "tuning": "tuning", "all": "all"}
 
 
-def _fmu(*arguments: Any, **options: Any) -> list[Path]:
-    return [generate_fmu(*arguments, **options)]
+def _fmu(
+    version: int, observer: FunctionObserver, folder: Path, real: Real, *, name: str, tunable: Tunable
+) -> list[Path]:
+    return [generate_fmu(observer, folder, real, name=name, version=version, tunable=tunable)]
 
 
-def _ros2(*arguments: Any, tunable: Tunable, **options: Any) -> list[Path]:
+def _ros2(
+    observer: FunctionObserver, folder: Path, real: Real, *, name: str, tunable: Tunable
+) -> list[Path]:
     if tunable:
         raise InvalidInputError(
             "--tunable is for the targets c, fmu and fmu3; the node of ROS 2 has constants, got ros2"
         )
-    return generate_ros2(*arguments, **options)
+    return generate_ros2(observer, folder, real, name=name)
 
 
 WRITERS: Mapping[str, Callable[..., list[Path]]] = {
     "c": generate,
-    "fmu": partial(_fmu, version=2),
-    "fmu3": partial(_fmu, version=3),
+    "fmu": partial(_fmu, 2),
+    "fmu3": partial(_fmu, 3),
     "ros2": _ros2,
 }
 """Writer of the files of each target."""

@@ -121,9 +121,11 @@ def other_outputs(
         if picture is not None:
             raise InvalidInputError("--picture is that of one recording without --summary; leave it out")
         return [summary] if summary else []
-    if picture:
-        check_png_name(picture)
-    return [*with_picture(out)[: 1 if picture else 2], *([picture] if picture else [])]
+    tables = with_picture(out)
+    if picture is None:
+        return tables
+    check_png_name(picture)
+    return [*tables[:1], picture]
 
 
 @contextmanager

@@ -11,8 +11,8 @@ from identification.fits.least_squares_problem import begins_at_zero, shares_of_
 from identification.fits.loss import influence
 from identification.reading.recordings import Recording
 from identification.residuals.unexplained_residual import MAX_NOISE_RATIO
-from identification.selection.trial import Judgement, Trial
-from symbolic import Effect, InvalidInputError, Model
+from identification.selection.trial import Judgement, Trial, model_of
+from symbolic import Effect, InvalidInputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,7 +161,7 @@ def recordings_allow(effect: Effect, present: Sequence[Effect], training: Sequen
     if not effect.changes_scopes:
         return True
     # It gives every ground its own values, for which it needs a parameter and two grounds.
-    after, before = (Model(effects=tuple(some)).parameters for some in ((*present, effect), present))
+    after, before = (model_of(effects).parameters for effects in ((*present, effect), present))
     return after != before and len({recording.ground for recording in training} - {None}) > 1
 
 

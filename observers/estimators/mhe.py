@@ -151,8 +151,9 @@ def build_mhe_step(
     sample = StepSample.of(model, measurement_model, inputs, last)
     patch = PatchWindow(model=model, measurement_model=measurement_model, window=window)
     torques = partial(patch.torques, theta=sample.theta, rig=sample.rig)
-    samples = ca.horzcat(before["samples"], ca.vertcat(sample.now, 1, 0))
-    mean, factor = _arrival(sample, before, samples, torques(before, before["x"][:, 0]))
+    # The oldest sample and the one after it, which in a window of one is the new one.
+    oldest = ca.horzcat(before["samples"][:, : min(2, window)], ca.vertcat(sample.now, 1, 0))
+    mean, factor = _arrival(sample, before, oldest, torques(before, before["x"][:, 0]))
     torque = torques(patch.newest(before), before["x"][:, -1])
     predicted, P, retention = _predict(sample, before, last, torque)
     append = partial(patch.append, before, retention, sample.now, theta=sample.theta, rig=sample.rig)
@@ -166,7 +167,7 @@ def build_mhe_step(
     # rejected.
     run = 1 if memory_depends_on_tyre(model, measurement_model) else test["run"]
     result, at = ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), sample.at
-    samples = ca.horzcat(samples[:, 1:-1], ca.vertcat(sample.tested(test), samples[len(CLEAN) :, -1]))
+    samples = ca.horzcat(before["samples"][:, 1:], ca.vertcat(sample.tested(test), 1, 0))
     samples = _update_acceptance(samples, result, sample.change)
     increment = arrival_variance_increment(window, test["reset"], run, sample.change)
     factor = add_variance(factor, at, increment)

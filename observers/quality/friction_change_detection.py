@@ -10,8 +10,10 @@ and the innovations nu of the estimate, of slope h, give
 with w the inverse variance of the measurement's error, n the share of an independent sample and
 W = `FORGETTING_SAMPLES`, so that a change within a stroke is not averaged away. The log-likelihood ratio
 of a change is b^2 / (J + J^2 V) / 2 at its most likely size [Basseville 1993], section 2.4; where it
-exceeds `Tuning.alarm`, friction has changed. V limits it: how many samples are independent matters
-little. The end of a stroke corrects its reference; after a reset it begins anew at the estimate.
+exceeds `Tuning.alarm`, friction has changed, from J V > `TOLD` on. V limits it: how many samples are
+independent matters little. Outliers weigh less by their distance from the estimate, not from the
+reference, from which a change is one. The end of a stroke corrects its reference; after a reset it
+begins anew at the estimate.
 """
 
 import casadi as ca

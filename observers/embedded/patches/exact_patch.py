@@ -27,9 +27,7 @@ where fewer than three places are free, as in `symbolic.zone_patch`: up to 29 ar
 def has_corners(observer: ModelObserver) -> bool:
     """True for the declared model, or under effects that leave the patch exact, with none in series."""
     model = observer.model
-    if type(model) is not Model or not model.exact:
-        return False
-    return deflection_of(model) is None
+    return type(model) is Model and model.exact and deflection_of(model) is None
 
 
 def exact_patch_code(observer: ModelObserver, real: Real, *, rig_at_run_time: bool = False) -> PatchCode:
