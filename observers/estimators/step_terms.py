@@ -112,10 +112,9 @@ class StepSample:
         # Dry friction in the bearings cannot be told from that of the ground.
         slide, zero = full_slide_torque(F_N, rig["a"]), ca.MX(0)
         dry = share_of_full_slide(rig["dry_friction"], slide, DRY_FRICTION)
-        zero_std = share_of_full_slide(rig["zero_std"], slide, tuning["zero_std"])
         if OTHER in self.measurement_model.states and "M_0" not in self.measurement_model.states:
             # A zero that is no state adds to friction one way and takes from it the other way.
-            zero = zero_std
+            zero = share_of_full_slide(rig["zero_std"], slide, tuning["zero_std"])
         std = ca.sqrt(mu**2 * (P[self.at, self.at] + tuning["mu_floor"] ** 2) + dry**2 + zero**2)
         given = (mu, std, memory, F_N, self.theta, self.rig[: len(GEOMETRY)], rig["slide_rate"])
         effective = outputs_of(build_effective_friction(self.model), *given)
@@ -128,8 +127,9 @@ class StepSample:
         if "M_0" in self.measurement_model.states:
             # A zero so far off is something else, such as friction that differs by direction.
             i = state_index(self.measurement_model, "M_0")
-            at_first = full_slide_torque(self.now[CLEAN.index("F_N_first")], rig["a"])
-            off = ca.fabs(x[i]) - MAX_ZERO_DEVIATIONS * zero_std * at_first
+            first = full_slide_torque(self.now[CLEAN.index("F_N_first")], rig["a"])
+            zero_std = share_of_full_slide(rig["zero_std"], first, tuning["zero_std"]) * first
+            off = ca.fabs(x[i]) - MAX_ZERO_DEVIATIONS * zero_std
             flags["inconsistent"] = ca.logic_or(flags["inconsistent"], off > 2 * ca.sqrt(P[i, i]))
         if OTHER in self.measurement_model.states:
             # Without hypotheses a prior far off is left behind within the first independent samples.

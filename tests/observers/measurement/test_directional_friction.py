@@ -204,3 +204,12 @@ def test_friction_by_direction_is_no_zero_beyond_what_it_may_be(
 
     assert found.usable[t > 10].all() == usable
     assert usable or not found.usable[t > 10].any()
+
+
+def test_a_declared_zero_is_no_share_of_the_first_load() -> None:
+    M_z = torque(psi, np.full(t.size, 0.8), np.full(t.size, 0.5))
+    rig, load = replace(RIG, tolerances=replace(RIG.tolerances, zero=0.4)), np.full(t.size, F_N)
+    load[:3] *= 2
+    found = run(Ekf(model=Model(), values={"k": K}, rig=rig), t, psi, load, M_z)
+
+    assert not found.usable[t > 10].any()
