@@ -42,6 +42,7 @@ class InstructionsPerPart:
     limit: tuple[int, int]  # More for a limit that varies.
     branch: tuple[int, int]  # More for a Maxwell branch.
     stiffness_bristle: int  # More where k is a state.
+    stiffness_sample: int  # The same for each sample of a window.
     creep: tuple[int, int]  # More for creep.
     creep_compliant: tuple[int, int]  # The same behind a compliance, where it is searched for.
     sample: int  # Each sample of a window on the exact patch.
@@ -57,14 +58,14 @@ class InstructionsPerPart:
 FLOAT = InstructionsPerPart(
     step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 20), limit=(45, 45),
     branch=(23, 25), creep=(35, 56), creep_compliant=(46, 89), sample=354, sample_corner=62,
-    sample_bristles=316, stiffness_bristle=15, stiffness=170,
+    sample_bristles=316, stiffness_bristle=15, stiffness_sample=140, stiffness=170,
     tracking=1_100, acquiring=(8_250, 8_700), tunable=300, tunable_sample=220,
 )  # fmt: skip
 DOUBLE = InstructionsPerPart(
     step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),
     limit=(3_000, 3_000), branch=(1_000, 1_000), creep=(4_000, 6_600), creep_compliant=(22_300, 43_100),
     sample=14_700, sample_corner=5_400, sample_bristles=13_500,
-    stiffness_bristle=650, stiffness=6_000, tracking=38_000,
+    stiffness_bristle=650, stiffness_sample=5_300, stiffness=6_000, tracking=38_000,
     acquiring=(591_000, 646_000), tunable=10_000, tunable_sample=8_000,
 )  # fmt: skip
 NOT_COUNTED = ("limited", "grows", "relaxation")
@@ -156,6 +157,7 @@ def _step_and_corner(
     sample = sample * (STEERING_SAMPLE if steered else 1.0) + counts.tunable_sample * bool(tunable)
     step = counts.step * (STEERING if steered else 1.0) + counts.tunable * bool(tunable)
     step += GEAR * ("gear" in states) + counts.stiffness * ("stiffness" in states)
+    sample += counts.stiffness_sample * ("stiffness" in states)
     corner = counts.corner + window * counts.sample_corner * (STEERING_CORNER if steered else 1.0)
     return step + window * sample, corner * (RIG_CORNER if tunable == "all" else 1.0)
 
@@ -179,6 +181,4 @@ def _remedy(observer: FunctionObserver) -> str:
         return "one iteration is written as loops"
     if getattr(observer, "window", 2) < 2:
         return "an MHE of two samples and more is written as loops"
-    if "stiffness" in getattr(observer, "states", ()):
-        return "a stiffness that is known, or an EKF with nothing in series, is written as loops"
     return "effects that the library has are written as loops"

@@ -34,7 +34,7 @@ from observers.layout import Layout, named, outputs_of
 from observers.measurement.directional_friction import EVIDENCE, OTHER
 from observers.measurement.linearisation import build_linearised_motion, slope_states
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
-from observers.patch.update import slopes_by_states
+from observers.patch.update import slopes_by_states, tyre_states
 from observers.protocol import SAMPLE
 from observers.quality.friction_change_detection import change_monitor_fields
 from observers.quality.innovation_gate import COUNTS, build_innovation_test
@@ -74,7 +74,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
         terms={
             "window": window, "moves_states": torque_moves_states(model), "eliminated": eliminated,
             "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row,
-            "test": test_outputs(model),
+            "test": test_outputs(model), "walk": len(tyre_states(model)) ** 2,
             "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
             "evidence": [CLEAN.index(EVIDENCE)] if OTHER in states else [],
             "stiffness": stiffness_ratio(model, "x"),

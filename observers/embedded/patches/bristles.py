@@ -24,7 +24,7 @@ from symbolic import Model
 from symbolic.bristle_patch import SPAN
 from symbolic.compilation.scalar_c import c_function, c_records
 from symbolic.deformation import full_slide_arm
-from symbolic.elements_in_series import BALANCE_STEPS, deflection_of
+from symbolic.elements_in_series import BALANCE_STEPS
 from symbolic.slip_at_friction_limit import REFERENCE_SPEED, REST_SPEED
 
 OMEGA = (-12, 24)
@@ -37,17 +37,8 @@ MAX_GROUP_SIZE, MIN_GROUPS = 5, 16
 
 
 def has_bristles(observer: ModelObserver) -> bool:
-    """True for a model that needs bristles; with k a state for a filter, nothing in series with them.
-
-    The memory of such bristles depends on mu and k only by their ratio, and what the effects add to
-    their torque on neither.
-    """
-    model = observer.model
-    if type(model) is not Model or model.exact:
-        return False
-    return "stiffness" not in observer.states or (
-        not window_of(observer) and deflection_of(model) is None
-    )
+    """True for a model that needs bristles."""
+    return type(observer.model) is Model and not observer.model.exact
 
 
 def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
@@ -65,8 +56,8 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     table = bristle_constants(effects, terms)
     by_k = terms["by_k"]
     arrays = (2 + by_k) * len(terms["parts"]) + terms["compliant"]
-    numbers = effects.own + 7 + by_k + terms["compliant"] * (2 + terms["relaxation"])
-    kept = ["M_z", "by_mu", "mu"]
+    numbers = effects.own + 4 + by_k + terms["compliant"] * (5 + 3 * by_k + terms["relaxation"])
+    kept = ["M_z", "by_mu", "mu", *(("by_k", "stiffness", "nominal") if by_k else ())]
     kept += ["angle", "by_angle"] if angle_is_state(observer.measurement_model) else []
     tried = tried_bristles_code(table, terms["coarse"], real) if terms["coarse"] else ""
     return PatchCode(
@@ -98,6 +89,7 @@ def bristle_placeholders(effects: EffectExpressions, real: Real) -> dict[str, An
         "angle_is_state": angle_is_state(effects.observer.measurement_model),
         "by_k": "stiffness" in effects.observer.states, "parts": ["q", *["branch"] * branched],
         "a": repr(float(rig.a)), "terms": TERMS,
+        "times_k": " * stiffness" if "stiffness" in effects.observer.states else "",
         "gained": "(1.0 + terms[TERM_GAIN]) * " if branched else "",
         "shared": " * limits->share" if branched else "",
         "branched": " + branch" if branched else "",

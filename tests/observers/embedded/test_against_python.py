@@ -170,8 +170,8 @@ def test_outliers_and_changes_of_the_ground(
 @pytest.mark.parametrize(
     "name",
     cases(
-        "ekf few aligning; ekf relaxing aligning; ekf relaxing aligning,k",
-        "mhe few aligning; mhe relaxing aligning",
+        "ekf few aligning; ekf relaxing aligning; ekf relaxing aligning,k; mhe relaxing aligning,k",
+        "mhe few aligning; mhe relaxing aligning; ekf few aligning,k; mhe few aligning,k",
     ),
 )
 def test_a_change_of_the_ground_under_bristles(generated: Generate, name: str) -> None:
@@ -186,7 +186,7 @@ def test_a_change_of_the_ground_under_bristles(generated: Generate, name: str) -
     assert sum(int(status) & Status.RESET > 0 for status in expected[:, -1]) > 0
 
 
-@pytest.mark.parametrize("name", cases("ekf creep aligning", "mhe creep aligning"))
+@pytest.mark.parametrize("name", cases("ekf creep aligning; ekf creep aligning,k", "mhe creep aligning; mhe creep aligning,k"))
 def test_creep_with_a_compliance_in_single_precision(
     generated: Generate, name: str, recording: RigRecording
 ) -> None:

@@ -38,6 +38,9 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
         state->row[i][ROW_JUMP] = 0.0;
 %% if follows_mu
         state->by_mu[i] = 0.0;
+%% if walk > 1
+        state->by_k[i] = 0.0;
+%% endif
 %% endif
     }
     for (i = 0; i < ${states}; ++i) {

@@ -132,7 +132,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN], imputed = 0.0, signals[4], newest[STATES], P[STATES * STATES];
     ${real} torque[TORQUES] = {0}, slide[2] = {0}, test[TEST], counts[COUNTS], monitor[MONITOR], output[OUTPUTS];
 %% if follows_mu
-    ${real} retention[2];
+    ${real} retention[${walk + 1}];
 %% else
     const ${real} retention[1] = {1.0};
 %% endif
@@ -147,11 +147,16 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     predict(state->x[last], torque, state->P_newest, state->last, now${constants_at}, newest, P);
 %% if follows_mu
     retentions(state->P_newest, state->last, now${constants_at}, retention);
+%% if walk > 1
+    /* From ln mu to mu. */
+    retention[1] /= any_exp(newest[${log_mu}]);
+    retention[2] *= any_exp(newest[${log_mu}]);
+%% endif
 %% endif
 %% if not advances_at_corrected_state
     /* The patch at the angle of the sample. */
     patch_signals(newest, now, signals);
-    follow_sample(state, at, signals, any_exp(newest[${log_mu}]), ${stiffness_newest}, retention[0], slide);
+    follow_sample(state, at, signals, any_exp(newest[${log_mu}]), ${stiffness_newest}, retention, slide);
 %% endif
     for (i = 0; i < STATES; ++i) {
         state->x[at][i] = newest[i];
@@ -180,14 +185,17 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% if advances_at_corrected_state
     /* The patch follows the corrected angle. */
     patch_signals(state->x[at], now, signals);
-    follow_sample(state, at, signals, any_exp(state->x[at][${log_mu}]), ${stiffness_corrected}, retention[0], slide);
+    follow_sample(state, at, signals, any_exp(state->x[at][${log_mu}]), ${stiffness_corrected}, retention, slide);
     torque_at(state, at, state->x[at], torque);
     test[TEST_EXPECTED] = torque[M_Z];
 %% endif
 %% if follows_mu
     if (test[TEST_RESET] != 0.0) {
-        state->by_mu[at] *= retention[1];
-        forget_sensitivity(&state->patch, retention[1]);
+        state->by_mu[at] *= retention[${walk}];
+%% if walk > 1
+        state->by_k[at] *= retention[${walk}];
+%% endif
+        forget_sensitivity(&state->patch, retention[${walk}]);
     }
 %% endif
     step_output(state->x[at], state->P_newest, newest, now, test, imputed, slide${constants_at}, output);

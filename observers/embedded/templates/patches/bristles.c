@@ -145,11 +145,11 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
    With k, which is over its nominal value, the shares are a matrix, by which the derivatives by mu and k are multiplied.
 %% endif
 %% if compliant
-   What the last sample's turn still lacked, and its derivative by mu: the next sample adds it, in the same loop.
+   What the last sample's turn still lacked, and its derivatives: the next sample adds it, in the same loop.
 %% endif
    */
 typedef struct {
-    ${real} retention, change${", mu_from_k, k_from_mu, k_retention, k_change" if by_k}${", further, further_by_mu" if compliant}${", gain" if compliant and relaxation};
+    ${real} retention, change${", mu_from_k, k_from_mu, k_retention, k_change" if by_k}${", further, further_by_mu" if compliant}${", further_by_k" if compliant and by_k}${", gain" if compliant and relaxation};
 } follow_t;
 
 /* A bristle${" and its Maxwell branch" if relaxation}: stress, and its derivative by mu${" and by k" if by_k}. */
@@ -162,28 +162,29 @@ typedef struct {
 /* A bristle at the mu of the sample. */
 static inline stress_t follow_friction(const ${name}_patch_t *restrict patch, const follow_t *restrict follow, int32_t i) {
     stress_t now;
+%% for part in parts
+    {
 %% if compliant
-    now.q_by_mu = (patch->q_by_mu[i] - patch->follows[i] * follow->further_by_mu) * follow->retention;
-    now.q = patch->q[i] - patch->follows[i] * follow->further + now.q_by_mu * follow->change;
-%% if relaxation
-    now.branch_by_mu = (patch->branch_by_mu[i] - follow->gain * patch->follows[i] * follow->further_by_mu) * follow->retention;
-    now.branch = patch->branch[i] - follow->gain * patch->follows[i] * follow->further + now.branch_by_mu * follow->change;
+        const ${real} follows = ${"follow->gain * " if part == "branch"}patch->follows[i];
+        const ${real} ${part} = patch->${part}[i] - follows * follow->further, by_mu = patch->${part}_by_mu[i] - follows * follow->further_by_mu;
+%% if by_k
+        const ${real} by_k = patch->${part}_by_k[i] - follows * follow->further_by_k;
 %% endif
 %% else
-%% for part in parts
-    now.${part}_by_mu = patch->${part}_by_mu[i] * follow->retention;
+        const ${real} ${part} = patch->${part}[i], by_mu = patch->${part}_by_mu[i]${", by_k = patch->%s_by_k[i]" % part if by_k};
+%% endif
+        now.${part}_by_mu = by_mu * follow->retention${" + by_k * follow->mu_from_k" if by_k};
 %% if by_k
-    now.${part}_by_mu += patch->${part}_by_k[i] * follow->mu_from_k;
-    now.${part}_by_k = patch->${part}_by_mu[i] * follow->k_from_mu + patch->${part}_by_k[i] * follow->k_retention;
+        now.${part}_by_k = by_mu * follow->k_from_mu + by_k * follow->k_retention;
 %% endif
-    now.${part} = patch->${part}[i] + now.${part}_by_mu * follow->change${" + now.%s_by_k * follow->k_change" % part if by_k};
+        now.${part} = ${part} + now.${part}_by_mu * follow->change${" + now.%s_by_k * follow->k_change" % part if by_k};
+    }
 %% endfor
-%% endif
     return now;
 }
 
 %% if compliant
-/* Torque and slope of the patch after a turn; no bristle turns yet.
+/* Torque and slope of the patch${" at the nominal k" if by_k} after a turn; no bristle turns yet.
 %% if coarse
    One of ${coarse} bristles stands for its neighbours: M_z is that of all before, with what these make of the turn.
 %% endif
@@ -269,20 +270,25 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
 %% if compliant
     patch->further = 0.0;
     patch->further_by_mu = 0.0;
+    patch->angle_by_mu = 0.0;
+    patch->M_z_by_mu = 0.0;
+    patch->slope = ${stiff};
+%% if by_k
+    patch->further_by_k = 0.0;
+    patch->angle_by_k = 0.0;
+    patch->M_z_by_k = 0.0;
+%% endif
 %% if relaxation
     patch->gain = 0.0;
 %% endif
 %% endif
     initial_memory(signals, &patch->angle${", patch->own" if own else ""});
-    patch->angle_by_mu = 0.0;
     patch->retained = 1.0;
     patch->mu = mu;
 %% if by_k
     patch->stiffness = 1.0;
 %% endif
     patch->M_z = 0.0;
-    patch->M_z_by_mu = 0.0;
-    patch->slope = ${stiff};
 }
 
 /* Every bristle after a turn, its derivative by mu at that turn${", and by how much it follows the turn" if compliant}.
@@ -299,7 +305,11 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
     for (i = 0; i < BRISTLES; ++i) {
         const ${real} stretch = -(bristle_of[i].lever * turn);
 %% if compliant and not coarse
-        const stress_t was = {patch->q[i], patch->q_by_mu[i]${", patch->branch[i], patch->branch_by_mu[i]" if relaxation}};
+        const stress_t was = {
+%% for part in parts
+            patch->${part}[i], patch->${part}_by_mu[i],${" patch->%s_by_k[i]," % part if by_k}
+%% endfor
+        };
 %% else
         const stress_t was = follow_friction(patch, follow, i);
 %% endif
@@ -361,7 +371,7 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     limits_t limits;
     ${real} terms[TERMS], sums[${4 if by_k else 3}], turn;
 %% if compliant
-    ${real} M_z, slope, by_torque = 0.0, deflected = 0.0, further, turn_by_mu, goal;
+    ${real} M_z, slope, by_torque = 0.0, deflected = 0.0, further, turn_by_mu, goal${", turn_by_k" if by_k};
 %% endif
 %% if own
     ${real} own_next[${own}];
@@ -386,15 +396,25 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% if compliant
     follow.further = patch->further;
     follow.further_by_mu = patch->further_by_mu;
+%% if by_k
+    follow.further_by_k = patch->further_by_k;
+%% endif
 %% if relaxation
     follow.gain = patch->gain;
 %% endif
+%% for kept in ("angle", "M_z")
+    {
+        const ${real} by_mu = patch->${kept}_by_mu${", by_k = patch->%s_by_k" % kept if by_k};
+        patch->${kept}_by_mu = by_mu * retention[0]${" + by_k * retention[1]" if by_k};
+%% if by_k
+        patch->${kept}_by_k = by_mu * retention[2] + by_k * retention[3];
 %% endif
-    patch->angle_by_mu *= retention[0];
-    patch->angle += patch->angle_by_mu * follow.change;
-    patch->M_z += patch->M_z_by_mu * retention[0] * follow.change;
+        patch->${kept} += patch->${kept}_by_mu * follow.change${" + patch->%s_by_k * follow.k_change" % kept if by_k};
+    }
+%% endfor
+%% endif
     patch->mu = mu;
-    sample_terms(signals, ${"patch->own, " if own else ""}terms${", own_next" if own else ""});
+    sample_terms(signals, ${"patch->own, " if own}terms${", own_next" if own});
 %% if own
     for (i = 0; i < ${own}; ++i) {
         patch->own[i] = own_next[i];
@@ -411,27 +431,32 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% if compliant
     /* Newton's steps from the slope of the last sample; after the last one the patch is taken as linear. */
     goal = terms[TERM_PSI] - patch->angle;
-    slope = patch->slope;
+    slope = patch->slope${times_k};
 %% if coarse
-    M_z = balanced_torque(patch->M_z + slope * goal, slope, terms[TERM_F_N]);
+    M_z = balanced_torque(patch->M_z${times_k} + slope * goal, slope, terms[TERM_F_N]);
     deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
     turn = goal + deflected;
     M_z = patch->M_z;
     try_turn(patch, &follow, terms, &limits, turn, &M_z, &slope);
+%% if by_k
+    M_z *= stiffness;
+    slope *= stiffness;
+%% endif
     M_z = balanced_torque(M_z + slope * (goal - turn), slope, terms[TERM_F_N]);
     deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
     turn = goal + deflected;
 %% else
     for (i = 0; i < BRISTLES; ++i) {
         const stress_t now = follow_friction(patch, &follow, i);
-        patch->q[i] = now.q;
-        patch->q_by_mu[i] = now.q_by_mu;
-%% if relaxation
-        patch->branch[i] = now.branch;
-        patch->branch_by_mu[i] = now.branch_by_mu;
+%% for part in parts
+        patch->${part}[i] = now.${part};
+        patch->${part}_by_mu[i] = now.${part}_by_mu;
+%% if by_k
+        patch->${part}_by_k[i] = now.${part}_by_k;
 %% endif
+%% endfor
     }
-    M_z = patch->M_z;
+    M_z = patch->M_z${times_k};
     turn = 0.0;
     for (i = 0; i < ${evaluations}; ++i) {
         const ${real} before = turn;
@@ -443,42 +468,52 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
             break;
         }
         try_turn(patch, terms, &limits, turn, &M_z, &slope);
+%% if by_k
+        M_z *= stiffness;
+        slope *= stiffness;
+%% endif
     }
 %% endif
     turn_bristles(patch, ${"&follow, " if coarse}terms, &limits, turn, sums);
-    slope = sums[1];
-    M_z = balanced_torque(sums[0] + slope * (goal - turn), slope, terms[TERM_F_N]);
+    slope = sums[1]${times_k};
+    M_z = balanced_torque(sums[0]${times_k} + slope * (goal - turn), slope, terms[TERM_F_N]);
     deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
     further = goal + deflected - turn;
-    /* A turn by mu moves the torque, which moves the turn. */
-    torque[BY_MU] = (sums[2] - slope * patch->angle_by_mu) / (1.0 - slope * by_torque);
+    /* A turn by mu${" or by k" if by_k} moves the torque, which moves the turn. */
+    patch->M_z = sums[0] + sums[1] * further;
+    torque[BY_MU] = (sums[2]${times_k} - slope * patch->angle_by_mu) / (1.0 - slope * by_torque);
     turn_by_mu = by_torque * torque[BY_MU] - patch->angle_by_mu;
     patch->further = further;
     patch->further_by_mu = turn_by_mu;
+    patch->angle += turn + further;
+    patch->angle_by_mu += turn_by_mu;
+    patch->M_z_by_mu = sums[2] + sums[1] * turn_by_mu;
+%% if by_k
+    torque[BY_STIFFNESS] = (patch->M_z + stiffness * sums[3] - slope * patch->angle_by_k) / (1.0 - slope * by_torque);
+    turn_by_k = by_torque * torque[BY_STIFFNESS] - patch->angle_by_k;
+    patch->further_by_k = turn_by_k;
+    patch->angle_by_k += turn_by_k;
+    patch->M_z_by_k = sums[3] + sums[1] * turn_by_k;
+%% endif
 %% if relaxation
     patch->gain = terms[TERM_GAIN];
 %% endif
-    patch->M_z = sums[0] + slope * further;
-    patch->slope = slope;
-    patch->angle += turn + further;
-    patch->angle_by_mu += turn_by_mu;
     torque[BY_ANGLE] = slope / (1.0 - slope * by_torque) + terms[TERM_TORQUE_BY_PSI];
 %% else
     turn = terms[TERM_PSI] - patch->angle;
     turn_bristles(patch, &follow, terms, &limits, turn, sums);
     patch->M_z = sums[0];
-    patch->slope = sums[1];
     patch->angle += turn;
+    torque[BY_MU] = sums[2]${times_k};
 %% if by_k
-    torque[BY_STIFFNESS] = sums[0] + stiffness * sums[3];
-    patch->M_z *= stiffness;
-    patch->slope *= stiffness;
+    torque[BY_STIFFNESS] = patch->M_z + stiffness * sums[3];
 %% endif
-    torque[BY_MU] = sums[2]${" * stiffness" if by_k};
-    torque[BY_ANGLE] = patch->slope + terms[TERM_TORQUE_BY_PSI];
+    torque[BY_ANGLE] = sums[1]${times_k} + terms[TERM_TORQUE_BY_PSI];
 %% endif
-    torque[M_Z] = patch->M_z + terms[TERM_TORQUE];
-    patch->M_z_by_mu = torque[BY_MU];
+%% if compliant
+    patch->slope = sums[1];
+%% endif
+    torque[M_Z] = patch->M_z${times_k} + terms[TERM_TORQUE];
     slide[0] = slide_over_mu(terms);
     slide[1] = terms[TERM_BESIDE];
 }
@@ -486,6 +521,12 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 /* A change of the ground: the memory was made on the old one. The bristles follow with the next sample. */
 static void forget_sensitivity(${name}_patch_t *patch, ${real} share) {
     patch->retained *= share;
-    patch->angle_by_mu *= share;
-    patch->M_z_by_mu *= share;
+%% if compliant
+%% for kept in ("angle", "M_z")
+    patch->${kept}_by_mu *= share;
+%% if by_k
+    patch->${kept}_by_k *= share;
+%% endif
+%% endfor
+%% endif
 }

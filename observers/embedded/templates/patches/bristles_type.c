@@ -14,8 +14,9 @@ typedef struct {
     ${real} own[${own}]; /* of the effects */
 %% endif
 %% if compliant
-    ${real} follows[${bristles}], further, further_by_mu${", gain" if relaxation}; /* against the turn; what the last turn lacked */
+    ${real} follows[${bristles}], further, further_by_mu${", further_by_k" if by_k}${", gain" if relaxation}; /* against the turn; what the last turn lacked */
+    ${real} angle_by_mu, M_z_by_mu${", angle_by_k, M_z_by_k" if by_k}, slope;
 %% endif
-    ${real} angle, angle_by_mu, mu, M_z, M_z_by_mu, slope, retained;
+    ${real} angle, mu, M_z, retained; /* M_z${" at the nominal k" if by_k}, of the patch alone */
 } ${name}_patch_t;
 

@@ -1,4 +1,13 @@
 
+%% if by_k
+/* M_z [N m] of a sample at mu and k over its nominal value, and its derivatives: the bristles' is linear in both, times k. */
+static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${real} stiffness, ${real} *torque) {
+    const ${real} change = state->by_mu[at] * (mu - state->mu[at]) + state->by_k[at] * (stiffness - state->stiffness[at]);
+    torque[M_Z] = state->M_z[at] + (stiffness - state->stiffness[at]) * state->nominal[at] + stiffness * change;
+    torque[BY_MU] = state->by_mu[at] * stiffness;
+    torque[BY_STIFFNESS] = state->nominal[at] + change + state->by_k[at] * stiffness;
+}
+%% else
 /* M_z [N m] of a sample at mu, and its derivative by mu: linear in mu. */
 static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${real} stiffness, ${real} *torque) {
     (void)stiffness;
@@ -6,6 +15,7 @@ static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${
     torque[BY_MU] = state->by_mu[at];
     torque[BY_STIFFNESS] = 0.0;
 }
+%% endif
 
 /* What is kept of samples before the first one, whose signals are given. */
 static void begin_kept(${name}_state_t *state, const ${real} *signals) {
@@ -21,6 +31,11 @@ static void begin_kept(${name}_state_t *state, const ${real} *signals) {
         state->M_z[i] = ${"terms[TERM_TORQUE]" if angle_is_state else "0.0"};
         state->by_mu[i] = 0.0;
         state->mu[i] = ${prior_mu};
+%% if by_k
+        state->by_k[i] = 0.0;
+        state->stiffness[i] = 1.0;
+        state->nominal[i] = 0.0;
+%% endif
 %% if angle_is_state
         state->angle[i] = 0.0;
         state->by_angle[i] = 0.0;
@@ -29,11 +44,16 @@ static void begin_kept(${name}_state_t *state, const ${real} *signals) {
 }
 
 /* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
-static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, ${real} retention, ${real} *slide) {
+static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, const ${real} *retention, ${real} *slide) {
     ${real} torque[TORQUES];
-    advance_patch(&state->patch, signals, mu, stiffness, &retention, torque, slide);
+    advance_patch(&state->patch, signals, mu, stiffness, retention, torque, slide);
     state->M_z[at] = torque[M_Z];
-    state->by_mu[at] = torque[BY_MU];
+    state->by_mu[at] = torque[BY_MU]${" / stiffness" if by_k};
+%% if by_k
+    state->by_k[at] = (torque[BY_STIFFNESS] - state->patch.M_z) / stiffness;
+    state->stiffness[at] = stiffness;
+    state->nominal[at] = state->patch.M_z;
+%% endif
     state->mu[at] = mu;
 %% if angle_is_state
     state->angle[at] = signals[0];

@@ -53,7 +53,7 @@ static void begin_kept(${name}_state_t *state, const ${real} *signals) {
 }
 
 /* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
-static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, ${real} retention, ${real} *slide) {
+static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, const ${real} *retention, ${real} *slide) {
 %% if rig_at_run_time
     const ${name}_patch_t *patch = &state->patch;
 %% endif
