@@ -24,7 +24,7 @@ from identification.reading.channels_by_name import (
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_csv_text, units_in
 from identification.reading.map_for_recording import map_for_recording
-from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
+from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Table, TableFault, possible_columns
 from identification.reading.units import unit_of_name
@@ -37,7 +37,7 @@ GROUND = "ground"
 """Key of the ground in a first line."""
 MAX_GUESSING_SAMPLES = 100_000
 """Samples from which units are guessed, at most."""
-_DECLARATION = re.compile(rf"#\s*({'|'.join((*DECLARABLE, *TOLERANCE_ONLY, GROUND))})\s*=(.*)")
+_DECLARATION = re.compile(rf"#\s*({'|'.join((*DECLARABLE, *NEUTRAL, GROUND))})\s*=(.*)")
 _TOLERANCE = re.compile(r"(.*?)(?:\+-|\+/-|±)(.*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
