@@ -76,7 +76,6 @@ def table_from_channels(
         path=path,
         columns=columns,
         declared=file.declared,
-        faults=(),
         place=lambda of: f"sample {of + 1}" if isinstance(of, int) else f"scalar {of}",
         sources=sources,
         names=tuple(file.names),

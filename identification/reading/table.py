@@ -70,8 +70,8 @@ class Table:
 
     path: Path
     columns: Mapping[str, Array]
-    declared: Mapping[str, float]
-    faults: Sequence[TableFault]
+    declared: Mapping[str, float] = field(default_factory=dict)
+    faults: Sequence[TableFault] = ()
     place: Callable[[int | str], str]
     tolerances: Mapping[str, float] = field(default_factory=dict)
     ground: str | None = None

@@ -1,6 +1,8 @@
-"""What tests of reading share: files of measurement systems."""
+"""What tests of reading share: files of measurement systems, and a bound of memory."""
 
-from collections.abc import Callable, Mapping
+import tracemalloc
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -149,3 +151,14 @@ WRITERS: dict[str, tuple[str, Callable[[Path, Columns], None], str]] = {
     "ros 2 mcap": ("bag/bag.mcap", write_ros, JOINT_STATE),
 }
 """File name, writer and map of each format."""
+
+
+@contextmanager
+def require_less_memory(most: int) -> Iterator[None]:
+    """What happens inside takes less than this at any time [bytes]."""
+    tracemalloc.start()
+    try:
+        yield
+        assert tracemalloc.get_traced_memory()[1] < most
+    finally:
+        tracemalloc.stop()
