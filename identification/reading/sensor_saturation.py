@@ -71,11 +71,9 @@ class SensorSaturation:
 
 def sensor_saturation(recording: Recording) -> SensorSaturation | None:
     """Where the sensor of the torque seems to end; None where nothing says that it does."""
-    torque = recording.M_z if np.isfinite(recording.M_z).any() else recording.M
-    if torque is None or recording.rig.range is not None:
-        return None
+    torque = recording.recorded_torque
     known = np.isfinite(torque)
-    if np.count_nonzero(known) < MIN_SAMPLES:
+    if recording.rig.range is not None or np.count_nonzero(known) < MIN_SAMPLES:
         return None
     torque, load = torque[known], recording.F_N[known]
     size = np.abs(torque)
