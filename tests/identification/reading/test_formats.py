@@ -16,7 +16,7 @@ from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats import can
 from identification.reading.formats.optional_libraries import read_format
 from identification.reading.signal_map import NO_MAP, SignalMap
-from tests.identification.reading.logs import OWN_CLOCK, WRITERS, as_logged, write_fields
+from tests.identification.reading.logs import OWN_CLOCK, WRITERS, as_logged, write_datasets, write_fields
 from tests.refusal import refused
 
 FOLDER = Path(__file__).parents[3] / "examples" / "recordings"
@@ -133,13 +133,10 @@ def test_a_chunk_that_unpacks_to_far_more_is_refused(
 def test_a_file_of_many_objects_is_not_listed_without_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
-    with h5py.File(tmp_path / "many.h5", "w") as file:
-        for i in range(9):
-            file[f"channel_{i}"] = 1.0
+    path = write_datasets(tmp_path / "many.h5", {f"channel_{i}": NUMBERS for i in range(9)})
     monkeypatch.setattr("identification.reading.formats.hdf5._MAX_OBJECTS", 3)
 
-    assert "there are channel_0, channel_1, channel_2; say" in refusal(tmp_path / "many.h5")
+    assert "there are channel_0, channel_1, channel_2; say" in refusal(path)
 
 
 def test_a_blf_file_that_unpacks_to_far_more_is_refused(
