@@ -28,7 +28,7 @@ def read_log(path: Path, needed: Sequence[str]) -> Table:
         rows = list(csv.DictReader(file, delimiter=";"))
     columns = {name: np.array([float(row[COLUMNS[name]]) for row in rows]) for name in needed}
     columns["psi"] = np.radians(columns["psi"])
-    return Table(path=path, columns=columns, declared={}, faults=(), place=lambda at: f"line {at}")
+    return Table(path=path, columns=columns, place=lambda at: f"line {at}")
 
 
 def write_log(path: Path, recording: Recording) -> None:

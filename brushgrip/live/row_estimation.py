@@ -253,4 +253,4 @@ class CarStandstillEstimator(RowEstimator):
 
 def _table(path: Path, columns: Sequence[str], rows: NDArray[np.float64]) -> Table:
     named = dict(zip(columns, rows.T, strict=True))
-    return Table(path=path, columns=named, declared={}, faults=(), place=str, names=tuple(columns))
+    return Table(path=path, columns=named, place=str, names=tuple(columns))

@@ -32,7 +32,7 @@ from symbolic.array_alias import Array
 from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, prefix_errors, toml_of
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import wheel_of_rack
-from symbolic.vehicle.rack_derivatives import RackInstant, differentiated_rack_signals
+from symbolic.vehicle.rack_derivatives import differentiated_rack_signals
 from symbolic.vehicle.vehicle import Vehicle
 
 
@@ -119,11 +119,11 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
             f" {vehicle.standstill:g} m/s, or is not known"
         )
     s, force = rack_signals(columns, vehicle)
-    held = np.append(standstills.brakes, False)[standstills.stretch]
+    braked = np.append(standstills.brakes, False)[standstills.stretch]
     moved = differentiated_rack_signals(
         columns["t"], s, np.broadcast_to(force, s.shape), standstills.stretch
     )
-    psi, M_z = to_mean_wheel(vehicle, moved, held)
+    psi, M_z = np.where(braked, *(wheel_of_rack(vehicle, *moved, brakes=b) for b in (True, False)))
     of_wheel = {
         "t": columns["t"],
         "psi": psi,
@@ -132,14 +132,6 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
     }
     at_limit = shares_at_limits(columns, np.where(stands, moved.speed, 0.0))
     return replace(table, columns=of_wheel), replace(standstills, at_limit=at_limit)
-
-
-def to_mean_wheel(vehicle: Vehicle, rack: RackInstant, braked: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Angle [rad] and torque [N m] of the mean wheel; `braked` says where the brakes hold the wheels."""
-    angles, torques = zip(
-        *(wheel_of_rack(vehicle, *rack, brakes=brakes) for brakes in (True, False)), strict=True
-    )
-    return np.where(braked, *angles), np.where(braked, *torques)
 
 
 def require_steering(table: Table, vehicle: Vehicle) -> None:

@@ -10,19 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, corrected_map
-from identification.reading.table import (
-    CAR_COLUMNS,
-    OPTIONAL_COLUMNS,
-    REQUIRED_COLUMNS,
-    possible_columns,
-)
+from identification.reading.table import CAR_COLUMNS, COLUMNS, possible_columns
 from identification.reading.units import factor_of, is_unit, name_without_unit, unit_at_end, unit_of_name
 from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.tables.toml_and_json_parsing import excerpt
 
-COLUMNS = (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)
 IN_PYTHON = " (in Python by signals=, or with the rig file itself as rig)"
 """How a caller without a command line maps channels."""
 CONSTANT_LOAD = "; a load that was not recorded needs a column too, with its value [N] in every row"

@@ -14,7 +14,7 @@ from identification.reading.channels_by_name import (
     resolve_columns,
 )
 from identification.reading.map_for_recording import map_for_recording, unit_by_name
-from identification.reading.signal_map import SignalMap, SignalSource
+from identification.reading.signal_map import ANGLES, SignalMap, SignalSource
 from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import is_unit, name_without_unit, unit_of_name
 from symbolic import InvalidInputError
@@ -26,7 +26,7 @@ _FASTER = 1.5
 _SAME_INSTANT = 1e-5
 """Samples of two channels so close are taken at once [s]."""
 _TORQUES = ("M_z", "M", "F_rack", "T_bar")
-_ANGLES = ("psi", "rack", "handwheel")
+_WAYS = ("psi", "rack", "handwheel")
 """Columns of torque or force, and of angle or way, the first one there sets the clock."""
 _GAP = 5.0
 """Periods of a channel beyond which it is not interpolated."""
@@ -57,26 +57,22 @@ def table_from_channels(
         source = signals.of(column, name_without_unit(names[column]))
         with prefix_errors(f"{path}: {names[column]}"):
             is_date = np.asarray(samples.values).dtype.kind in "mM"
-            sources[column], taken = (
-                (source, "") if is_date else unit_by_name(column, source, samples.unit)
-            )
-            in_si[column] = replace(samples, values=_in_si(column, samples, sources[column]))
+            source, taken = (source, "") if is_date else unit_by_name(column, source, samples.unit)
+            in_si[column] = replace(samples, values=_in_si(column, samples, source))
         by_name += [taken] * bool(taken)
-    for column in {"psi", "psi_dot"} & {*read}:
-        # So that a message asks for no unit that the file gives.
-        if (unit := read[column].unit) and sources[column].unit is None:
-            sources[column] = replace(sources[column], unit=unit)
+        if column in ANGLES and source.unit is None:
+            # So that a message asks for no unit that the file gives.
+            source = replace(source, unit=samples.unit or None)
+        sources[column] = source
     remarks = {"units by the names; a map overrides them": by_name} if by_name else {}
     for column, samples in read.items():
         if samples.remark:
             remarks.setdefault(samples.remark, []).append(names[column])
-    as_stored = {column: samples.values for column, samples in in_si.items()}
-    columns = _on_one_clock(path, in_si) if own_clocks else as_stored
+    columns = _on_one_clock(path, in_si) if own_clocks else {c: s.values for c, s in in_si.items()}
     return Table(
         path=path,
         columns=columns,
         declared=file.declared,
-        faults=(),
         place=lambda of: f"sample {of + 1}" if isinstance(of, int) else f"scalar {of}",
         sources=sources,
         names=tuple(file.names),
@@ -124,7 +120,7 @@ def _on_one_clock(path: Path, columns: Mapping[str, ChannelSamples]) -> dict[str
     for column, clock in clocks.items():
         if clock.size < 2 or not (np.diff(clock) > 0).all():
             raise InvalidInputError(f"{path}: the times of {column} must increase from sample to sample")
-    angle = next(c for c in _ANGLES if c in clocks)
+    angle = next(c for c in _WAYS if c in clocks)
     clock = clocks[next((c for c in _TORQUES if c in clocks), angle)]
     if clocks[angle].size > _FASTER * clock.size:
         clock = np.union1d(clock, clocks[angle])

@@ -22,9 +22,7 @@ def within_declared_range(recording: Recording) -> Recording:
 
 def samples_beyond_range(recording: Recording) -> tuple[int, int]:
     """How many aligning, or else steering torques are beyond their sensor's range, and of how many."""
-    torque = recording.M_z if np.isfinite(recording.M_z).any() else recording.M
-    if torque is None:
-        return 0, 0
+    torque = recording.recorded_torque
     return int(_beyond(recording, torque).sum()), int(np.isfinite(torque).sum())
 
 

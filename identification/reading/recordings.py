@@ -92,10 +92,13 @@ class Recording:
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
         """Draw aligning, else steering torque over the angle, into axes or new ones of pyplot."""
-        torque, label = self.M_z, ALIGNING
-        if self.M is not None and not np.isfinite(self.M_z).any():
-            torque, label = self.M, "steering torque $M$ [N m]"
-        return draw_loops(axes, self.psi, {self.name: torque}, label)
+        label = ALIGNING if self.recorded_torque is self.M_z else "steering torque $M$ [N m]"
+        return draw_loops(axes, self.psi, {self.name: self.recorded_torque}, label)
+
+    @property
+    def recorded_torque(self) -> Array:
+        """Aligning torque, or the steering torque where that alone is known [N m]."""
+        return self.M_z if self.M is None or np.isfinite(self.M_z).any() else self.M
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check them."""

@@ -28,8 +28,6 @@ from symbolic.tables.toml_and_json_parsing import (
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 """Parameters that a recording may give for itself."""
-TOLERANCE_ONLY = tuple(NEUTRAL)
-"""What a recording may give a tolerance alone: a factor on its load, the zero of its torque."""
 
 
 def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
@@ -70,7 +68,7 @@ def rig_text(rig: Rig, tyre: Tyre) -> str:
                 told = f"{value!r}" if span is None else f"{{ value = {value!r}, tolerance = {span!r} }}"
                 entries.append(f"{name} = {told}")
         if section == "rig":
-            spans = ((name, getattr(rig.tolerances, name)) for name in TOLERANCE_ONLY)
+            spans = ((name, getattr(rig.tolerances, name)) for name in NEUTRAL)
             entries += [
                 f"{name} = {{ tolerance = {span!r} }}" for name, span in spans if span is not None
             ]

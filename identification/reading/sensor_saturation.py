@@ -71,27 +71,26 @@ class SensorSaturation:
 
 def sensor_saturation(recording: Recording) -> SensorSaturation | None:
     """Where the sensor of the torque seems to end; None where nothing says that it does."""
-    torque = recording.M_z if np.isfinite(recording.M_z).any() else recording.M
-    if torque is None or recording.rig.range is not None:
-        return None
+    torque = recording.recorded_torque
     known = np.isfinite(torque)
-    if np.count_nonzero(known) < MIN_SAMPLES:
+    if recording.rig.range is not None or np.count_nonzero(known) < MIN_SAMPLES:
         return None
     torque, load = torque[known], recording.F_N[known]
     size = np.abs(torque)
     most = float(np.quantile(size, QUANTILE))
-    great, small = size > GREAT * most, size < SMALL * most
     rough = _differences(torque)
-    noise = _noise(rough, small)
+    great, small = (np.isfinite(rough) & place for place in (size > GREAT * most, size < SMALL * most))
+    if not (great.any() and small.any()):
+        return None
+    noise, at_top = _noise(rough[small]), _noise(rough[great])
     changes = np.abs(np.diff(torque))
     least = float(changes[changes > 0].min(initial=np.inf))
-    by_angle = _share_of(_differences(recording.psi[known]), rough, small)
-    counts = [int(np.count_nonzero(np.isfinite(rough) & place)) for place in (great, small)]
-    is_noise = noise > STEPS * least and _correlation(rough, small) < WHITE
-    if not is_noise or by_angle > BY_ANGLE or not all(counts):
+    by_angle = _correlation(_differences(recording.psi[known])[small], rough[small]) ** 2
+    pairs = small[1:] & small[:-1]
+    is_noise = noise > STEPS * least and _correlation(rough[:-1][pairs], rough[1:][pairs]) < WHITE
+    if not is_noise or by_angle > BY_ANGLE:
         return None
-    at_top = _noise(rough, great)
-    doubt = MAD_SPREAD * sqrt(sum(1 / count for count in counts))
+    doubt = MAD_SPREAD * sqrt(1 / np.count_nonzero(great) + 1 / np.count_nonzero(small))
     if at_top * exp(CLEAR * doubt) < LESS_NOISE * noise:
         sign = f"its noise is {at_top / noise:.2f} of that of small torques"
         return SensorSaturation(torque=most, sign=sign)
@@ -109,7 +108,7 @@ def _stays(size: Array, load: Array, noise: float, most: float) -> SensorSaturat
         return None
     level, weight = (np.array([of[block].mean() for block in blocks]) for of in (size, load))
     off, follows = weight - weight.mean(), float(level.mean() / weight.mean())
-    of_load = _noise(_differences(load), np.ones(load.size, dtype=bool)) / sqrt(BLOCK)
+    of_load = _noise(_differences(load)) / sqrt(BLOCK)
     # Less the noise of the load, which would make the slope of least squares the smaller.
     power = float(off @ off) - (len(off) + CLEAR * sqrt(2 * len(off))) * of_load**2
     change = sqrt(12 * max(power, 0.0) / len(off)) / weight.mean()
@@ -142,22 +141,11 @@ def _differences(values: Array) -> Array:
     return rough
 
 
-def _share_of(cause: Array, rough: Array, place: NDArray[np.bool_]) -> float:
-    """Share of the power of one noise that another explains [1]; 0 where there is none of it."""
-    place = place & np.isfinite(rough)
-    explains, power = float(cause[place] @ rough[place]) ** 2, float(rough[place] @ rough[place])
-    return explains / max(power * float(cause[place] @ cause[place]), 1e-300)
-
-
-def _correlation(rough: Array, place: NDArray[np.bool_]) -> float:
-    """Correlation of neighbouring differences [1]; 0 without any."""
-    place = place & np.isfinite(rough)
-    both = place[1:] & place[:-1]
-    one, other = rough[:-1][both], rough[1:][both]
+def _correlation(one: Array, other: Array) -> float:
+    """Correlation of two noises [1], whose square is the share of power that one explains; 0 of none."""
     return float(one @ other) / max(sqrt(float(one @ one) * float(other @ other)), 1e-300)
 
 
-def _noise(rough: Array, place: NDArray[np.bool_]) -> float:
-    """Standard deviation of noise by the median; NaN without any sample."""
-    values = np.abs(rough[place & np.isfinite(rough)])
-    return float(np.median(values)) / 0.6745 if values.size else float("nan")
+def _noise(rough: Array) -> float:
+    """Standard deviation of noise by the median; NaN counts for nothing."""
+    return float(np.nanmedian(np.abs(rough))) / 0.6745

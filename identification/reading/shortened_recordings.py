@@ -32,8 +32,7 @@ def trimmed(recording: Recording, begin: float | None, end: float | None) -> Rec
     if count == t.size:
         return recording
     part = recording_at_samples(recording, kept)
-    torque = part.M if part.M is not None and not np.isfinite(part.M_z).any() else part.M_z
-    known = torque[np.isfinite(torque)]
+    known = part.recorded_torque[np.isfinite(part.recorded_torque)]
     if not kept[0] and known.size and abs(known[0]) > TWISTED * np.abs(known).max():
         _LOG.warning(
             "brushgrip: %s: begins at %.6g s with a torque of %.3g N m: the patch is twisted there, and"

@@ -20,7 +20,7 @@ MAX_SAMPLES = 10_000_000
 MIN_TIME_STEP = 1e-6
 """Time advances by at least so much from sample to sample [s]."""
 REQUIRED_COLUMNS = ("t", "psi", "M_z", "F_N")
-OPTIONAL_COLUMNS = ("psi_dot", "M")
+COLUMNS = (*REQUIRED_COLUMNS, "psi_dot", "M")
 CAR_COLUMNS = ("rack", "handwheel", "F_rack", "T_bar", "T_motor", "brake", "speed")
 """Columns of a car beside the time, see `identification.reading.car_recordings`."""
 DECAY_COLUMNS = ("t", "psi")
@@ -70,8 +70,8 @@ class Table:
 
     path: Path
     columns: Mapping[str, Array]
-    declared: Mapping[str, float]
-    faults: Sequence[TableFault]
+    declared: Mapping[str, float] = field(default_factory=dict)
+    faults: Sequence[TableFault] = ()
     place: Callable[[int | str], str]
     tolerances: Mapping[str, float] = field(default_factory=dict)
     ground: str | None = None
@@ -91,9 +91,7 @@ def required_columns(*, torque_required: bool) -> tuple[str, ...]:
 
 def possible_columns(needed: Sequence[str]) -> tuple[str, ...]:
     """The columns that a recording may have: those of a car where no angle of a wheel is needed."""
-    if "psi" in needed:
-        return (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)
-    return ("t", *CAR_COLUMNS)
+    return COLUMNS if "psi" in needed else ("t", *CAR_COLUMNS)
 
 
 def require_valid_samples(table: Table, needed: Sequence[str]) -> None:

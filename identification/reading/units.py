@@ -38,12 +38,12 @@ UNITS = {
 }
 """Factor of each unit to SI, by column; the first is the SI unit."""
 OF_SIZE = {
-    "rack": (0.15, ("mm",)),
-    "handwheel": (20.0, ("deg",)),
-    "T_bar": (150.0, ("mN m",)),
-    "T_motor": (150.0, ("mN m",)),
+    "rack": (0.15, "mm"),
+    "handwheel": (20.0, "deg"),
+    "T_bar": (150.0, "mN m"),
+    "T_motor": (150.0, "mN m"),
 }
-"""Car columns: magnitude in SI that none reaches, and the units to suspect where it is exceeded."""
+"""Car columns: magnitude in SI that none reaches, and the unit to suspect where it is exceeded."""
 MIN_RACK_FORCE = 30.0
 """Least force that moves a rack: its gear's friction alone is more [N]."""
 IN_UNIT = 10
@@ -60,11 +60,7 @@ _UNIT_WORDS = {
 _NO_UNIT = ("", "-", "1")
 UNSURE_AT_END = ("min", "h", "rev", "grad", "lb")
 """What ends a name without being its unit, too: a minimum, reversed, a gradient, a lower bound."""
-
-
-_SIGNS = str.maketrans(
-    {"°": "deg", "º": "deg", "µ": "u", "μ": "u", " ": "", "*": "", ".": "", "·": "", "⋅": ""}
-)
+_SIGNS = str.maketrans({"°": "deg", "º": "deg", "µ": "u", "μ": "u", **dict.fromkeys(" *.·⋅", "")})
 
 
 def factor_of(column: str, unit: str) -> float | None:
@@ -89,10 +85,8 @@ def unit_by_size(column: str, values: NDArray[np.float64]) -> str:
         return ""
     if column == "F_rack":
         return "kN" if 0 < sizes[-1] < MIN_RACK_FORCE else ""
-    most, units = OF_SIZE.get(column, (math.inf, ()))
-    if not sizes[-IN_UNIT] > most:
-        return ""
-    return next((unit for unit in units if sizes[-IN_UNIT] * UNITS[column][unit] <= most), "")
+    most, unit = OF_SIZE.get(column, (math.inf, ""))
+    return unit if sizes[-IN_UNIT] > most >= sizes[-IN_UNIT] * UNITS[column][unit] else ""
 
 
 def is_unit(column: str, text: str) -> bool:

@@ -13,7 +13,7 @@ from brushgrip.estimation.friction_budget import declared_values_in_words
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.helpers import Run, table_of
 from tests.columns import write_columns
-from tests.identification.reading.logs import write_frames
+from tests.identification.reading.logs import write_frames, write_mdf_group
 from tests.simulated_car import SimulatedCar, declared_vehicle, steering, vehicle_text
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -31,10 +31,7 @@ def write_log(path: Path, t: np.ndarray, rack: np.ndarray, force: np.ndarray) ->
     if path.suffix == ".blf":
         write_frames(path, t, {"RackTravel": "mm", "RackForce": "N", "Speed": "km/h"}, channels)
         return
-    asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
-    with asammdf.MDF(version="4.10") as file:
-        file.append([asammdf.Signal(v, t, name=n) for n, v in channels.items()])
-        file.save(path, overwrite=True)
+    write_mdf_group(path, channels.items(), t)
 
 
 @pytest.fixture

@@ -53,13 +53,12 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
             f"{path}: {len(beside)} databases (.dbc) beside it; name one, such as --map dbc=car.dbc"
         )
     database = read_database(signals.dbc or beside[0])
-    listed = [(f"{m.name}.{s.name}", (m, s)) for m in database.messages for s in m.signals]
+    listed = [(f"{m.name}.{s.name}", ("", m, s)) for m in database.messages for s in m.signals]
     names, places = [name for name, _ in listed], dict(listed)
-    buses = dict.fromkeys(names, "")
     for channel in {source.channel for source in signals.signals.values() if "/" in source.channel}:
         bus, _, short = channel.partition("/")
         if (name := match_channel(str(path), short, names)) is not None:
-            places[channel], buses[channel] = places[name], bus
+            places[channel] = (bus, *places[name][1:])
     is_blf = path.suffix.lower() == ".blf"
     if is_blf:
         require_bounded(path)
@@ -81,13 +80,12 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
         return times, values
 
     def read(name: str) -> ChannelSamples:
-        message, signal = places[name]
-        times, values = decoded(message, buses[name])
+        bus, message, signal = places[name]
+        times, values = decoded(message, bus)
         return _valid(path, name, signal, times, values[signal.name])
 
-    yield ChannelFile(
-        names=[*names, *(name for name in places if buses[name])], read=read, own_clocks=True
-    )
+    names += [name for name, (bus, *_) in places.items() if bus]
+    yield ChannelFile(names=names, read=read, own_clocks=True)
 
 
 def read_database(dbc: Path) -> Any:
@@ -155,7 +153,9 @@ def _on_bus(bus: str, message: Any, places: dict[str, Any], signals: SignalMap) 
     sources = {
         column: source
         for column, source in signals.signals.items()
-        if any(m is message and f".{n}".endswith(f".{source.channel}") for n, (m, _) in places.items())
+        if any(
+            m is message and f".{n}".endswith(f".{source.channel}") for n, (_, m, _) in places.items()
+        )
     }
     if not sources:
         signal = message.signals[0].name

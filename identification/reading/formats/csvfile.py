@@ -24,20 +24,20 @@ from identification.reading.channels_by_name import (
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_csv_text, units_in
 from identification.reading.map_for_recording import map_for_recording
-from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
+from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Table, TableFault, possible_columns
 from identification.reading.units import unit_of_name
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
 from symbolic.tables.rig_from_tables import NEUTRAL
-from symbolic.tables.toml_and_json_parsing import excerpt
+from symbolic.tables.toml_and_json_parsing import excerpt, prefix_errors
 
 GROUND = "ground"
 """Key of the ground in a first line."""
 MAX_GUESSING_SAMPLES = 100_000
 """Samples from which units are guessed, at most."""
-_DECLARATION = re.compile(rf"#\s*({'|'.join((*DECLARABLE, *TOLERANCE_ONLY, GROUND))})\s*=(.*)")
+_DECLARATION = re.compile(rf"#\s*({'|'.join((*DECLARABLE, *NEUTRAL, GROUND))})\s*=(.*)")
 _TOLERANCE = re.compile(r"(.*?)(?:\+-|\+/-|±)(.*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
@@ -56,7 +56,8 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     for start, line in enumerate(lines):
         if line.strip() and not line.lstrip().startswith("#"):
             break
-        _declare(path, start + 1, line, heading)
+        with prefix_errors(f"{path}: row {start + 1}"):
+            _declare(start + 1, line, heading)
     else:
         raise InvalidInputError(f"{path}: has no header; expected {','.join(needed)}")
     delimiter = delimiter_of(line)
@@ -116,42 +117,39 @@ class _Heading:
     places: dict[str, int] = field(default_factory=dict)
 
 
-def _declare(path: Path, row: int, line: str, heading: _Heading) -> None:
+def _declare(row: int, line: str, heading: _Heading) -> None:
     if (found := _DECLARATION.fullmatch(line.strip())) is None:
         return
     name, text = found.groups()
     if name in heading.places:
         raise InvalidInputError(
-            f"{path}: row {row}: {name} is given twice, first in row {heading.places[name]};"
-            " allowed: once"
+            f"{name} is given twice, first in row {heading.places[name]}; allowed: once"
         )
     heading.places[name] = row
     if name == GROUND:
         heading.ground = printable(text.strip())
         if not heading.ground:
-            raise InvalidInputError(
-                f"{path}: row {row}: {GROUND} has no name; such as '# {GROUND} = steel'"
-            )
+            raise InvalidInputError(f"{GROUND} has no name; such as '# {GROUND} = steel'")
         return
     pair = _TOLERANCE.fullmatch(text) if name in TOLERATED else None
-    value = _declared_number(path, row, name, pair[1] if pair else text)
+    value = _declared_number(name, pair[1] if pair else text)
     if pair:
-        heading.tolerances[name] = _declared_number(path, row, name, pair[2])
+        heading.tolerances[name] = _declared_number(name, pair[2])
     if name not in NEUTRAL:
         heading.declared[name] = value
     elif value != NEUTRAL[name] or pair is None:
         raise InvalidInputError(
-            f"{path}: row {row}: {name} has a tolerance alone, as in"
-            f" '# {name} = {NEUTRAL[name]:g} +- 0.01'; correct the recording instead"
+            f"{name} has a tolerance alone, as in '# {name} = {NEUTRAL[name]:g} +- 0.01'; correct the"
+            " recording instead"
         )
 
 
-def _declared_number(path: Path, row: int, name: str, text: str) -> float:
+def _declared_number(name: str, text: str) -> float:
     value = NumberParser(",")(text)
     if value is None or np.isnan(value):
         raise InvalidInputError(
-            f"{path}: row {row}: {name} = {excerpt(text.strip())} is not a number; "
-            f"expected such as '# {name} = 0.045', SI units without the unit"
+            f"{name} = {excerpt(text.strip())} is not a number; expected such as '# {name} = 0.045',"
+            " SI units without the unit"
         )
     return value
 

@@ -91,14 +91,13 @@ def _unpacked(path: Path, name: str, dataset: Any) -> Any:
     values = np.asarray(dataset[()])
     attributes = {}
     for key, size in _SIZES.items():
-        if key in dataset.attrs:
-            attributes[key] = np.ravel(dataset.attrs[key])
-            fitting = attributes[key].size == size or key == "missing_value"
-            if attributes[key].dtype.kind in "fiu" and fitting:
-                continue
-            if not key.startswith("valid_"):
-                raise InvalidInputError(f"{path}: {key} of {name} must be a number")
-            del attributes[key]
+        if key not in dataset.attrs:
+            continue
+        given = np.ravel(dataset.attrs[key])
+        if given.dtype.kind in "fiu" and (given.size == size or key == "missing_value"):
+            attributes[key] = given
+        elif not key.startswith("valid_"):
+            raise InvalidInputError(f"{path}: {key} of {name} must be a number")
     missing = np.zeros(values.shape, dtype=bool)
     for key in attributes.keys() & {"_FillValue", "missing_value"}:
         with np.errstate(over="ignore"):

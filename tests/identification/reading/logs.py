@@ -1,6 +1,9 @@
-"""What tests of reading share: files of measurement systems."""
+"""What tests of reading share: files of measurement systems, and a bound of memory."""
 
-from collections.abc import Callable, Mapping
+import tracemalloc
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,44 +31,69 @@ def write_german(path: Path, columns: Columns) -> None:
     path.write_bytes("\r\n".join(rows).encode("cp1252"))
 
 
-def write_tdms(path: Path, columns: Columns) -> None:
+def write_tdms(path: Path, columns: Columns, **more: Mapping[str, Any]) -> Path:
+    """One group of channels; `more` are properties of some."""
     nptdms = pytest.importorskip("nptdms", reason="needs brushgrip[tdms]")
     with nptdms.TdmsWriter(path) as writer:
         writer.write_segment(
-            [nptdms.ChannelObject("Rig", n, v, {"unit_string": UNITS[n]}) for n, v in columns.items()]
+            [
+                nptdms.ChannelObject("Rig", n, v, {"unit_string": UNITS.get(n, "")} | more.get(n, {}))
+                for n, v in columns.items()
+            ]
         )
+    return path
 
 
-def write_mdf(path: Path, columns: Columns, version: str = "4.10") -> None:
+def write_mdf_group(
+    path: Path, channels: Iterable[tuple[str, Any]], times: Any, version: str = "4.10", *,
+    clock: bool = True, **more: Mapping[str, Any],
+) -> Path:  # fmt: skip
+    """One group of channels; `more` is what asammdf knows besides of some, or of all by `_`."""
     asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
-    times = columns["Time"] / 1e3
     signals = [
-        asammdf.Signal(v, times, name=n, unit=UNITS[n]) for n, v in columns.items() if n != "Time"
+        asammdf.Signal(v, times, name=n, unit=UNITS.get(n, ""), **more.get(n, more.get("_", {})))
+        for n, v in channels
     ]
     with asammdf.MDF(version=version) as file:
         file.append(signals)
+        if not clock:
+            file.groups[0].channels[0].channel_type = 0
         file.save(path, overwrite=True, compression=2 if version > "4" else 0)
+    return path
 
 
-def write_mdf_3(path: Path, columns: Columns) -> None:
-    write_mdf(path, columns, "3.30")
+def write_mdf(path: Path, columns: Columns, version: str = "4.10") -> None:
+    channels = [(n, v) for n, v in columns.items() if n != "Time"]
+    write_mdf_group(path, channels, columns["Time"] / 1e3, version)
+
+
+def write_fields(path: Path, columns: Iterable[tuple[str, Any]], **metadata: Mapping[str, str]) -> Path:
+    """Columns of Parquet, of some with metadata."""
+    pyarrow = pytest.importorskip("pyarrow", reason="needs brushgrip[parquet]")
+    parquet = pytest.importorskip("pyarrow.parquet", reason="needs brushgrip[parquet]")
+    arrays = [(n, v if isinstance(v, pyarrow.Array) else pyarrow.array(v)) for n, v in columns]
+    fields = [pyarrow.field(n, v.type, metadata=metadata.get(n)) for n, v in arrays]
+    parquet.write_table(pyarrow.table([v for _, v in arrays], schema=pyarrow.schema(fields)), path)
+    return path
 
 
 def write_parquet(path: Path, columns: Columns) -> None:
-    pyarrow = pytest.importorskip("pyarrow", reason="needs brushgrip[parquet]")
-    parquet = pytest.importorskip("pyarrow.parquet", reason="needs brushgrip[parquet]")
-    fields = [pyarrow.field(n, pyarrow.float64(), metadata={"unit": UNITS[n]}) for n in columns]
-    parquet.write_table(
-        pyarrow.table([pyarrow.array(v) for v in columns.values()], schema=pyarrow.schema(fields)), path
-    )
+    write_fields(path, columns.items(), **{n: {"unit": UNITS[n]} for n in columns})
 
 
-def write_hdf5(path: Path, columns: Columns) -> None:
+def write_datasets(path: Path, columns: Columns, **attributes: Mapping[str, Any]) -> Path:
+    """Datasets of HDF5, of some with attributes."""
     h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
     with h5py.File(path, "w") as file:
         for name, values in columns.items():
-            dataset = file.create_dataset(f"run/{name}", data=values, compression="gzip")
-            dataset.attrs["unit"] = UNITS[name]
+            dataset = file.create_dataset(name, data=values, compression="gzip")
+            dataset.attrs.update(attributes.get(name, {}))
+    return path
+
+
+def write_hdf5(path: Path, columns: Columns) -> None:
+    of_run = {f"run/{name}": values for name, values in columns.items()}
+    write_datasets(path, of_run, **{f"run/{n}": {"unit": UNITS[n]} for n in columns})
 
 
 def write_matlab_7_3(path: Path, columns: Columns) -> None:
@@ -133,7 +161,7 @@ def write_ros(path: Path, columns: Columns) -> None:
 
 JOINT_STATE = "psi=/rig.position.0:deg,M_z=-/rig.effort.0,F_N=/rig.velocity.0"
 OWN_CLOCK = "psi=Angle:deg,M_z=-Mz,F_N=Load"
-WRITERS: dict[str, tuple[str, Callable[[Path, Columns], None], str]] = {
+WRITERS: dict[str, tuple[str, Callable[[Path, Columns], object], str]] = {
     "german": ("run.csv", write_german, MAP),
     "tdms": ("run.tdms", write_tdms, MAP),
     "mdf": ("run.mf4", write_mdf, OWN_CLOCK),
@@ -143,9 +171,20 @@ WRITERS: dict[str, tuple[str, Callable[[Path, Columns], None], str]] = {
     "blf": ("run.blf", write_can, OWN_CLOCK),
     "asc": ("run.asc", write_can, OWN_CLOCK),
     "candump": ("run.log", write_can, OWN_CLOCK),
-    "mdf 3": ("run.mdf", write_mdf_3, OWN_CLOCK),
+    "mdf 3": ("run.mdf", partial(write_mdf, version="3.30"), OWN_CLOCK),
     "ros": ("run.bag", write_ros, JOINT_STATE),
     "ros 2": ("bag/bag.db3", write_ros, JOINT_STATE),
     "ros 2 mcap": ("bag/bag.mcap", write_ros, JOINT_STATE),
 }
 """File name, writer and map of each format."""
+
+
+@contextmanager
+def require_less_memory(most: int) -> Iterator[None]:
+    """What happens inside takes less than this at any time [bytes]."""
+    tracemalloc.start()
+    try:
+        yield
+        assert tracemalloc.get_traced_memory()[1] < most
+    finally:
+        tracemalloc.stop()

@@ -19,7 +19,8 @@ from identification import (
     recording_from_raw,
 )
 from reference_rig import Array, Hand, RigTyre, hand_path, simulate_bristles
-from symbolic import InvalidInputError, Rig, Tyre
+from symbolic import Rig, Tyre
+from tests.refusal import refused
 
 RATE, EVERY = 4000.0, 40
 LOAD = 400.0
@@ -77,14 +78,11 @@ def every_fortieth(name: str) -> Array:
 @pytest.mark.parametrize("name", ["psi", "M_z"])
 def test_the_truth_comes_back_and_hum_leaks_in_at_the_ends_by_less_than_half(name: str) -> None:
     truth = raw_and_truth().truth[name]
-    error, naive = rms(getattr(recording(), name) - truth), rms(every_fortieth(name) - truth)
-    print(f"{name}: off by {error:.2g}, {error / np.ptp(truth):.2%} of range; under-sampled {naive:.2g}")
+    error, naive = getattr(recording(), name) - truth, rms(every_fortieth(name) - truth)
 
-    assert truth.size == recording().t.size
-    assert error < 4e-3 * np.ptp(truth)
-    assert error < 0.2 * naive
-    error = np.abs(getattr(recording(), name) - raw_and_truth().truth[name])
-    assert max(error[:5].max(), error[-5:].max()) < 0.4 * HUM * abs(VOLTS[name])
+    assert rms(error) < 4e-3 * np.ptp(truth)
+    assert rms(error) < 0.2 * naive
+    assert np.abs(error[[*range(5), *range(-5, 0)]]).max() < 0.4 * HUM * abs(VOLTS[name])
 
 
 def test_the_load_keeps_its_level() -> None:
@@ -125,8 +123,7 @@ def test_scaled_and_offset_by_hand() -> None:
     ],
 )
 def test_nonsense_is_refused(step: Any, message: str) -> None:
-    with pytest.raises(InvalidInputError, match=message):
-        step()
+    assert message in refused(step)
 
 
 @pytest.mark.parametrize(
@@ -141,10 +138,9 @@ def test_nonsense_is_refused(step: Any, message: str) -> None:
 def test_a_step_that_cannot_be_done_names_its_channel(
     changes: Mapping[str, Pipeline], message: str
 ) -> None:
-    with pytest.raises(InvalidInputError, match=message):
-        recording(pipelines=usual() | changes)
+    assert message in refused(recording, pipelines=usual() | changes)
 
 
 def test_a_missing_channel_is_named() -> None:
-    with pytest.raises(InvalidInputError, match="F_N needs a raw channel"):
-        recording(raw={name: raw_and_truth().raw[name] for name in ("psi", "M_z")})
+    raw = {name: raw_and_truth().raw[name] for name in ("psi", "M_z")}
+    assert "F_N needs a raw channel" in refused(recording, raw=raw)

@@ -1,6 +1,5 @@
 import io
 import struct
-import tracemalloc
 import zlib
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from scipy.io import loadmat, savemat
 
 from identification import read_recording
 from identification.reading.formats.matlab_5_file import DamagedFileError, read_arrays
-from symbolic import InvalidInputError
+from tests.identification.reading.logs import require_less_memory
 from tests.refusal import refused
 
 
@@ -103,8 +102,8 @@ def test_shapes_that_are_none(element_bytes: bytes) -> None:
     ids=["65 dimensions", "0 x 2^31 x 2^31"],
 )
 def test_shapes_beyond_any_recording(element_bytes: bytes) -> None:
-    with pytest.raises(InvalidInputError, match="allowed: up to 32 dimensions, 10000000 numbers"):
-        read_arrays(HEADER + element_bytes)
+    message = refused(read_arrays, HEADER + element_bytes)
+    assert message.endswith("allowed: up to 32 dimensions, 10000000 numbers")
 
 
 DECLARES_MUCH = struct.pack(">II", 14, 2**31) + array(struct.pack(">ii", 1, 2**28), b"")[8:]
@@ -126,13 +125,10 @@ def test_a_bomb_takes_no_memory(tmp_path: Path, begin: bytes, fault: str) -> Non
     bomb += packer.flush()
     path = tmp_path / "bomb.mat"
     path.write_bytes(HEADER + element(15, bomb))
-    tracemalloc.start()
-    message = refused(read_recording, path)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
+    with require_less_memory(5_000_000):
+        message = refused(read_recording, path)
 
     assert len(bomb) < 200_000
-    assert peak < 5_000_000
     assert fault in message
 
 
@@ -141,13 +137,10 @@ def test_what_is_not_wanted_is_not_decompressed(tmp_path: Path) -> None:
     columns = {"time": t, "Psi": t, "Mz": t, "Fz": t + 400, "a": 0.04, "e": 0.0, "k": 2e6}
     path = tmp_path / "film.mat"
     path.write_bytes(saved({"film": np.zeros((2000, 2000)), **columns}, compressed=True))
-    tracemalloc.start()
-    recording = read_recording(path)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
+    with require_less_memory(5_000_000):
+        recording = read_recording(path)
 
     assert recording.t.size == 20
-    assert peak < 5_000_000
 
 
 @pytest.mark.measured

@@ -1,7 +1,7 @@
 """What files say beside their numbers counts: clocks, buses, ranges, scales, units, missing ends."""
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,13 @@ from identification.reading.signal_map import as_map_option
 from symbolic import Rig, Tyre
 from tests import refusal
 from tests.columns import write_columns
+from tests.identification.reading.logs import (
+    Columns,
+    write_datasets,
+    write_fields,
+    write_mdf_group,
+    write_tdms,
+)
 
 RIG = (Rig(a=0.045, e=0.009), Tyre(k=2.4e6))
 N = 60
@@ -32,15 +39,9 @@ def warnings_in(caplog: pytest.LogCaptureFixture) -> str:
     return "\n".join(record.getMessage() for record in caplog.records)
 
 
-def write_tdms(path: Path, starts: Mapping[str, Any], columns: Mapping[str, Any] = COLUMNS) -> Path:
-    nptdms = pytest.importorskip("nptdms", reason="needs brushgrip[tdms]")
-    channels = [
-        nptdms.ChannelObject("Rig", name, values, {"wf_increment": 0.01, **starts.get(name, {})})
-        for name, values in columns.items()
-    ]
-    with nptdms.TdmsWriter(path) as writer:
-        writer.write_segment(channels)
-    return path
+def write_waveforms(folder: Path, columns: Columns = COLUMNS, **starts: Mapping[str, Any]) -> Path:
+    waves = {name: {"wf_increment": 0.01, **starts.get(name, {})} for name in columns}
+    return write_tdms(folder / "run.tdms", columns, **waves)
 
 
 @pytest.mark.parametrize("key", ["wf_start_time", "wf_start_offset"])
@@ -52,7 +53,7 @@ def test_channels_of_tdms_that_start_apart_are_not_simultaneous(key: str, tmp_pa
     columns = {name: np.interp(t, t, np.sin(t) + 2) for name in COLUMNS}
     columns["psi"] = np.sin(t + 0.5)
 
-    recording = read(write_tdms(tmp_path / "run.tdms", starts, columns))
+    recording = read(write_waveforms(tmp_path, columns, **starts))
 
     shared = recording.t >= 0.5
     assert shared.any()
@@ -60,9 +61,9 @@ def test_channels_of_tdms_that_start_apart_are_not_simultaneous(key: str, tmp_pa
 
 
 def test_tdms_with_one_dated_clock_is_refused(tmp_path: Path) -> None:
-    starts = {"M_z": {"wf_start_time": np.datetime64("2026-01-01T00:00:00", "us")}}
+    start = {"wf_start_time": np.datetime64("2026-01-01T00:00:00", "us")}
 
-    assert "only one has a wf_start_time" in refused(write_tdms(tmp_path / "run.tdms", starts))
+    assert "only one has a wf_start_time" in refused(write_waveforms(tmp_path, M_z=start))
 
 
 @pytest.mark.parametrize("cut", [1, 3, 200])
@@ -70,7 +71,7 @@ def test_tdms_with_one_dated_clock_is_refused(tmp_path: Path) -> None:
 def test_a_tdms_file_cut_short_is_refused_and_its_library_is_silent(
     cut: int, segments: int, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    path = write_tdms(tmp_path / "run.tdms", {})
+    path = write_waveforms(tmp_path)
     content = path.read_bytes() * segments
     path.write_bytes(content)
     assert read(path).t.size == segments * N
@@ -95,7 +96,7 @@ def test_libraries_of_can_are_silent(tmp_path: Path, caplog: pytest.LogCaptureFi
 def test_a_tdms_file_that_labview_left_open_is_read_with_a_remark(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    path = write_tdms(tmp_path / "run.tdms", {})
+    path = write_waveforms(tmp_path)
     content = bytearray(path.read_bytes())
     content[12:20] = b"\xff" * 8
     path.write_bytes(content)
@@ -104,23 +105,9 @@ def test_a_tdms_file_that_labview_left_open_is_read_with_a_remark(
     assert warnings_in(caplog).count("LabVIEW did not close the file") == 1
 
 
-def write_mdf(
-    folder: Path, channels: Iterable[tuple[str, Any]], times: Any = T, *, clock: bool = True, **more: Any
-) -> Path:
-    """One group of channels; `more` is what asammdf knows besides of some, or of all by `_`."""
-    asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
-    with asammdf.MDF(version="4.10") as file:
-        file.append(
-            [asammdf.Signal(v, times, name=n, **more.get(n, more.get("_", {}))) for n, v in channels]
-        )
-        if not clock:
-            file.groups[0].channels[0].channel_type = 0
-        file.save(folder / "run.mf4", overwrite=True)
-    return folder / "run.mf4"
-
-
 def test_two_channels_of_a_name_in_one_group_are_told_apart(tmp_path: Path) -> None:
-    path = write_mdf(tmp_path, [*COLUMNS.items(), ("psi", 2 * COLUMNS["psi"])])
+    channels = [*COLUMNS.items(), ("psi", 2 * COLUMNS["psi"])]
+    path = write_mdf_group(tmp_path / "run.mf4", channels, T)
 
     for signals in ("", "psi=psi"):
         assert "'psi' may be 0.1/psi, 0.4/psi; give the full name in --map" in refused(path, signals)
@@ -132,7 +119,8 @@ def test_values_that_mdf_marks_invalid_are_missing(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     invalid = (T > 0.1) & (T < 0.3)
-    recording = read(write_mdf(tmp_path, COLUMNS.items(), M_z={"invalidation_bits": invalid}))
+    marked = {"invalidation_bits": invalid}
+    recording = read(write_mdf_group(tmp_path / "run.mf4", COLUMNS.items(), T, M_z=marked))
 
     np.testing.assert_allclose(recording.psi, COLUMNS["psi"])
     np.testing.assert_array_equal(np.isnan(recording.M_z), invalid)
@@ -197,6 +185,7 @@ def test_a_frame_on_two_buses_needs_its_bus(
     assert f"--map psi={first}/Motion.psi" in refused(path)
     absent = remedy.replace(f"{first}/", "9/")
     assert f"holds no frame Motion (0x123) on bus 9; it is on {first}, {second}" in refused(path, absent)
+    assert refused(write_can(path, load())).endswith("holds no frame Motion (0x123)")
 
 
 @pytest.mark.parametrize("suffix", [".blf", ".asc", ".log"])
@@ -273,13 +262,8 @@ def test_too_little_behind_the_first_load_is_refused(tmp_path: Path) -> None:
     assert "at least 10 samples are needed from there on" in refused(path, causal=True)
 
 
-def write_hdf5(folder: Path, columns: Mapping[str, Any], **attributes: Mapping[str, Any]) -> Path:
-    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
-    with h5py.File(folder / "run.h5", "w") as file:
-        for name, values in {"t": T, **COLUMNS, **columns}.items():
-            file[name] = values
-            file[name].attrs.update(attributes.get(name, {}))
-    return folder / "run.h5"
+def write_hdf5(folder: Path, columns: Columns, **attributes: Mapping[str, Any]) -> Path:
+    return write_datasets(folder / "run.h5", {"t": T, **COLUMNS, **columns}, **attributes)
 
 
 @pytest.mark.parametrize("attributes", [
@@ -297,19 +281,8 @@ def test_hdf5_is_unpacked_by_the_cf_conventions(attributes: dict[str, Any], tmp_
     assert "scale_factor of M_z must be a number" in refused(wrong)
 
 
-def write_parquet(path: Path, t: Any, **more: Any) -> Path:
-    pyarrow = pytest.importorskip("pyarrow", reason="needs brushgrip[parquet]")
-    parquet = pytest.importorskip("pyarrow.parquet", reason="needs brushgrip[parquet]")
-    columns = [("t", t), *((name, pyarrow.array(v)) for name, v in COLUMNS.items()), *more.items()]
-    parquet.write_table(
-        pyarrow.Table.from_arrays([v for _, v in columns], [n.strip("_") for n, _ in columns]), path
-    )
-    return path
-
-
 def test_two_columns_of_a_name_in_parquet_are_refused(tmp_path: Path) -> None:
-    pyarrow = pytest.importorskip("pyarrow", reason="needs brushgrip[parquet]")
-    path = write_parquet(tmp_path / "run.parquet", pyarrow.array(T), psi_=pyarrow.array(T))
+    path = write_fields(tmp_path / "run.parquet", [("t", T), *COLUMNS.items(), ("psi", T)])
 
     assert refused(path).endswith("two columns are named psi; one allowed")
 
@@ -325,7 +298,7 @@ def test_times_of_every_kind_in_parquet(kind: str, tmp_path: Path) -> None:
         t = pyarrow.array(T).cast(pyarrow.decimal128(9, 2))
     else:
         t = pyarrow.array(values).cast(kind)
-    path = write_parquet(tmp_path / "run.parquet", t)
+    path = write_fields(tmp_path / "run.parquet", [("t", t), *COLUMNS.items()])
 
     np.testing.assert_allclose(read(path).t, T, atol=1e-9)
     if kind != "decimal":
@@ -352,8 +325,8 @@ def test_every_error_of_a_unit_or_a_sign_prints_a_map_that_mends_it(
 @pytest.mark.parametrize("kind", [2, 3, 4, None])
 def test_a_master_of_mdf_that_is_no_time_is_none(kind: int | None, tmp_path: Path) -> None:
     given = {} if kind is None else {"master_metadata": ("angle", kind)}
-    channels = {**COLUMNS, "clock": T}.items()
-    path = write_mdf(tmp_path, channels, 2 * T, clock=kind is not None, _=given)
+    channels, path = {**COLUMNS, "clock": T}.items(), tmp_path / "run.mf4"
+    write_mdf_group(path, channels, 2 * T, clock=kind is not None, _=given)
 
     assert "channel t missing" in refused(path)
     np.testing.assert_allclose(read(path, "t=clock").t, T, atol=1e-12)
@@ -361,15 +334,9 @@ def test_a_master_of_mdf_that_is_no_time_is_none(kind: int | None, tmp_path: Pat
 
 @pytest.mark.parametrize("key", ["unit", "Units", "UNIT"])
 def test_a_unit_is_a_unit_however_its_key_is_spelt(key: str, tmp_path: Path) -> None:
-    arrow = pytest.importorskip("pyarrow", reason="needs brushgrip[parquet]")
-    parquet = pytest.importorskip("pyarrow.parquet", reason="needs brushgrip[parquet]")
     columns = {"t": T, **COLUMNS, "psi": np.degrees(COLUMNS["psi"])}
     write_hdf5(tmp_path, columns, psi={key: ["deg"]})
-    fields = [
-        arrow.field(name, arrow.float64(), metadata={key: "deg"} if name == "psi" else {})
-        for name in columns
-    ]
-    parquet.write_table(arrow.table(columns, arrow.schema(fields)), tmp_path / "run.parquet")
+    write_fields(tmp_path / "run.parquet", columns.items(), psi={key: "deg"})
 
     for name in ("run.h5", "run.parquet"):
         np.testing.assert_allclose(read(tmp_path / name).psi, COLUMNS["psi"], rtol=1e-12)

@@ -1,31 +1,24 @@
 """Maps of channels to columns: their text, their section of a rig file, and what they do to samples."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from identification import (
-    Recording,
-    SignalMap,
-    parse_signals,
-    read_decay,
-    read_recording,
-    read_rig,
-    read_signals,
-)
+from identification import Recording, parse_signals, read_decay, read_recording, read_rig, read_signals
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples, match_channel
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.signal_map import NO_MAP
-from identification.reading.table import REQUIRED_COLUMNS, Table, require_valid_samples
+from identification.reading.table import REQUIRED_COLUMNS, Table
 from identification.reading.units import factor_of
-from symbolic import InvalidInputError, Rig, Tyre
+from symbolic import Rig, Tyre
 from tests.columns import write_columns
 from tests.refusal import refused
 
-RIG = (Rig(a=0.045, e=0.009), Tyre(k=2.4e6))
+PATH, RIG = Path("run.mf4"), (Rig(a=0.045, e=0.009), Tyre(k=2.4e6))
 TIMES = [0.01 * i for i in range(20)]
 ROWS = [(t, 10 * math.sin(9 * t), 3 * math.cos(t), 0.5 + t) for t in TIMES]
 """Seconds, degrees of the steering wheel, N m, kN."""
@@ -70,8 +63,8 @@ def test_a_rig_file_holds_a_map(tmp_path: Path) -> None:
     require_expected(read_recording(path, read_rig(rig), signals=signals), -0.06)
     require_expected(read_recording(path, rig), -0.06)
     require_expected(read_recording(path, str(rig), signals="psi=0.06*Steer:deg"), 0.06)
-    with pytest.raises(InvalidInputError, match=r"\(in Python by signals=, or with the rig file itself"):
-        read_recording(path, read_rig(rig))
+    message = refused(read_recording, path, read_rig(rig))
+    assert "(in Python by signals=, or with the rig file itself" in message
     assert signals.dbc == tmp_path / "car.dbc"
     assert signals.updated(parse_signals("psi=Other:rad")).of("psi").channel == "Other"
     assert signals.updated(parse_signals("psi=Other:rad")).of("F_N").unit == "kN"
@@ -94,20 +87,19 @@ def test_units_behind_headings_count_and_the_map_goes_before_them(tmp_path: Path
     require_expected(read_recording(path, RIG, signals="psi=Steer"))
     assert read_recording(path, RIG, signals="psi=Steer:rad").psi[1] == pytest.approx(ROWS[1][1])
     path = write(tmp_path / "run.csv", "t,psi [counts],M_z,F_N")
-    with pytest.raises(InvalidInputError, match=r"'counts' is no unit of psi; .* --map psi=psi:rad"):
-        read_recording(path, RIG)
+    message = refused(read_recording, path, RIG)
+    assert re.search("'counts' is no unit of psi; .* --map psi=psi:rad", message)
 
 
 def test_one_file_has_one_decimal_sign_and_a_comma_between_fields_is_none(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "t;psi;M_z;F_N", delimiter=";", decimal=",")
     path.write_text(path.read_text().replace("0,05;", "0.05;"))
-    with pytest.raises(InvalidInputError, match=r"row 7: t = '0\.05' is not a number"):
-        read_recording(path, RIG)
+    assert "row 7: t = '0.05' is not a number" in refused(read_recording, path, RIG)
     path = write(tmp_path / "run.csv", "t,psi,M_z,F_N")
     rows = ['"0,01",' + row for row in path.read_text().splitlines()[1:]]
     path.write_text("\n".join(["time,t,psi,M_z,F_N", *rows]))
-    with pytest.raises(InvalidInputError, match=r"row 2: t = '0,01' is not a number"):
-        read_recording(path, RIG, signals="t=time")
+    message = refused(read_recording, path, RIG, signals="t=time")
+    assert "row 2: t = '0,01' is not a number" in message
 
 
 def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path) -> None:
@@ -116,10 +108,9 @@ def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path
     assert "missing; there are Zeit [s], Winkel [°], Moment [Nm], Last [kN]; say" in message
     assert message.endswith("such as --map t=Zeit,psi=Winkel,M_z=Moment,F_N=Last")
     require_expected(read_recording(path, RIG, signals="t=Zeit,psi=Winkel,M_z=Moment,F_N=Last"))
-    with pytest.raises(InvalidInputError, match="M_z=Moment"):
-        read_recording(path, RIG, torque_required=False)
-    with pytest.raises(InvalidInputError, match=r"--map t=Zeit,psi=Winkel,F_N=Last,M=Moment$"):
-        read_recording(path, RIG, torque_required=False, signals="M=Moment")
+    assert "M_z=Moment" in refused(read_recording, path, RIG, torque_required=False)
+    message = refused(read_recording, path, RIG, torque_required=False, signals="M=Moment")
+    assert message.endswith("--map t=Zeit,psi=Winkel,F_N=Last,M=Moment")
 
 
 def test_a_proposal_has_time_units_and_the_steering_ratio(tmp_path: Path) -> None:
@@ -171,17 +162,14 @@ def test_numbers_beyond_all_range_are_refused(
     refused(read_recording, tmp_path / "run.csv", RIG, signals=option or NO_MAP)
 
 
-def test_a_proposal_for_channels_without_clocks_has_the_time(tmp_path: Path) -> None:
+def test_a_proposal_for_channels_without_clocks_has_the_time() -> None:
     named = ChannelFile(
         names=["Zeit", "Winkel", "M_z", "F_N"], read=lambda _: ChannelSamples(values=np.full(9, 0.1))
     )
-    for own_clocks, proposal in (
-        (False, "t=Zeit,psi=Winkel,F_N=F_N:kN"),
-        (True, "psi=Winkel,F_N=F_N:kN"),
-    ):
+    for own_clocks, time in ((False, "t=Zeit,"), (True, "")):
         file = replace(named, own_clocks=own_clocks)
-        message = refused(table_from_channels, tmp_path, file, ["t", "psi", "M_z", "F_N"], SignalMap())
-        assert message.endswith(f"--map {proposal}")
+        message = refused(table_from_channels, PATH, file, REQUIRED_COLUMNS, NO_MAP)
+        assert message.endswith(f"--map {time}psi=Winkel,F_N=F_N:kN")
 
 
 def test_a_ratio_is_a_fraction(tmp_path: Path) -> None:
@@ -264,20 +252,13 @@ def test_a_data_frame_becomes_a_recording() -> None:
 
     require_expected(read, 0.06, -1)
     assert read.name == "run"
-    with pytest.raises(InvalidInputError, match=r"run: channel M_z missing; there are t, Steer"):
-        Recording.from_dataframe(frame, RIG, name="run", signals="psi=Steer")
-
-
-PATH = Path("run.mf4")
+    message = refused(Recording.from_dataframe, frame, RIG, name="run", signals="psi=Steer")
+    assert message.startswith("run: channel M_z missing; there are t, Steer")
 
 
 def table_of(**channels: ChannelSamples) -> Table:
     file = ChannelFile(names=list(channels), read=channels.__getitem__)
     return table_from_channels(PATH, file, REQUIRED_COLUMNS, NO_MAP)
-
-
-def checked(**channels: ChannelSamples) -> None:
-    require_valid_samples(table_of(**channels), REQUIRED_COLUMNS)
 
 
 def line(start: float, step: float, size: int, slope: float = 1.0) -> ChannelSamples:
@@ -312,15 +293,10 @@ def test_a_gap_is_not_bridged() -> None:
     assert np.isfinite(columns["psi"][np.abs(columns["t"] - 0.5) > 0.12]).all()
 
 
-def test_times_increase_and_lengths_agree() -> None:
+def test_times_increase() -> None:
     back = ChannelSamples(values=np.zeros(3), times=np.array([0.0, 2.0, 1.0]))
-    with pytest.raises(InvalidInputError, match="the times of M_z must increase"):
-        table_of(psi=line(0, 1, 3), M_z=back, F_N=line(0, 1, 3))
-    with pytest.raises(InvalidInputError, match="M_z holds 2 samples, t holds 3"):
-        checked(
-            t=ChannelSamples(values=np.arange(3.0)), psi=ChannelSamples(values=np.zeros(3)),
-            M_z=ChannelSamples(values=np.zeros(2)), F_N=ChannelSamples(values=np.ones(3)),
-        )  # fmt: skip
+    whole = line(0, 1, 3)
+    assert "the times of M_z must increase" in refused(table_of, psi=whole, M_z=back, F_N=whole)
 
 
 def test_names_are_resolved_by_their_last_part_or_asked_for() -> None:
@@ -328,5 +304,4 @@ def test_names_are_resolved_by_their_last_part_or_asked_for() -> None:
     assert match_channel("run.mf4", "Angle", names) == "Rig/Angle [deg]"
     assert match_channel("run.mf4", "Car/Mz", names) == "Car/Mz"
     assert match_channel("run.mf4", "z", names) is None
-    with pytest.raises(InvalidInputError, match="'Mz' may be Rig/Mz, Car/Mz"):
-        match_channel("run.mf4", "Mz", names)
+    assert "'Mz' may be Rig/Mz, Car/Mz" in refused(match_channel, "run.mf4", "Mz", names)
