@@ -23,14 +23,10 @@ import numpy as np
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
 from brushgrip.estimation.assumed_and_found_friction import offline_friction
-from brushgrip.estimation.observe_recording import (
-    aligning_torque_model,
-    model_observer,
-    run_arguments,
-)
+from brushgrip.estimation.observe_recording import model_observer, run_arguments
 from brushgrip.inputs.command_inputs import gather_inputs
 from identification import FoundModel, Recording, read_model
-from observers import PROFILES, Ekf, Estimates, Mhe, Status, run
+from observers import PROFILES, AligningTorque, Ekf, Estimates, Mhe, Status, run
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
@@ -63,16 +59,16 @@ def figures(recording: Recording, estimates: Estimates, reference: float) -> lis
 
 def measured(
     kind: type[Ekf] | type[Mhe], tuning: str, found: FoundModel | None, offline: FoundModel,
-    *, acquire: bool = True, stiffness: bool = False,
+    *, acquire: bool = True, known: bool = False,
 ) -> None:  # fmt: skip
     """Bands on the published recordings; offline is the model found, with its fit of each recording."""
     model = "declared model" if found is None else "model found"
     variant = "" if acquire else ", without acquisition"
-    variant += ", k a state" if stiffness else ""
+    variant += ", k known" if known else ""
     print(f"\n{kind.__name__.upper()}, {tuning}, {model}{variant}")
     print(f"{'':16}" + "".join(f"{name:>11}" for name in COLUMNS))
     table = {}
-    aligning = aligning_torque_model(by_direction=False, stiffness_state=stiffness)
+    aligning = AligningTorque() if known else None
     for read in gather_inputs(NAMES).recordings(causal=True):
         recording = replace(read, ground=ground_named(read.name))
         observer = model_observer(kind, recording, found, tuning=PROFILES[tuning], aligning=aligning)
@@ -105,7 +101,7 @@ def main() -> None:
         measured(Ekf, "changing_ground", model, model)
         measured(Ekf, "real_tyre", model, model, acquire=False)
         for kind in (Ekf, Mhe):
-            measured(kind, "real_tyre", model, model, stiffness=True)
+            measured(kind, "real_tyre", model, model, known=True)
     undeclared_effects(options.runs)
     found_models(options.found)
     for tuning in PROFILES:

@@ -75,7 +75,7 @@ class CodegenRequest:
     real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C
     torque: TorqueMeasured = TorqueChannel.GROUND
-    stiffness_state: StiffnessState = False
+    stiffness_state: StiffnessState = None
     tunable: Annotated[
         RunTime | None,
         option(

@@ -85,7 +85,7 @@ class EstimateRequest(GroundRequest):
             "--by-direction", help="Friction for each direction of turning; takes M_z, ekf or mhe."
         ),
     ] = False
-    stiffness_state: StiffnessState = False
+    stiffness_state: StiffnessState = None
     picture: Annotated[
         Path | None, file_option("--picture", "PNG", "Picture of mu(t); OUT.png if left out.")
     ] = None

@@ -73,8 +73,11 @@ RigAlone = Annotated[Path | None, option("--rig", "R", "Rig file (TOML).")]
 VehicleAlone = Annotated[Path | None, option("--vehicle", "CAR", "Vehicle file (TOML) of a car.")]
 ObserverUsed = Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")]
 StiffnessState = Annotated[
-    bool,
-    typer.Option("--stiffness-state", help="k is estimated beside friction; takes M_z, ekf or mhe."),
+    bool | None,
+    typer.Option(
+        "--stiffness-state/--stiffness-known",
+        help="k is estimated beside friction, as with --model, or known; takes M_z, ekf or mhe.",
+    ),
 ]
 TorqueMeasured = Annotated[
     TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")

@@ -148,7 +148,7 @@ class PlanRequest:
         if not planned.reasons:
             of_torque = "" if car else f" of {noise:.2g} N m"
             say(f"this is enough in {ENOUGH} of {RUNS} simulated runs, noise{of_torque} on the torque")
-        if car is None and self.torque is TorqueChannel.GROUND:
+        if car is None and self.torque is TorqueChannel.GROUND and self.model is None:
             say("k counts as a state: estimate with --stiffness-state")
         if car:
             if declared := declared_values_in_words(car, brakes=car.brakes):

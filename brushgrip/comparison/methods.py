@@ -19,7 +19,7 @@ from brushgrip.estimation.observe_recording import (
 from brushgrip.inputs.option_choices import ObserverName
 from identification import FoundModel, Recording
 from identification.thesis import Activation, FrictionNetwork, NetworkDesign, label_mean, train_network
-from observers import Ekf, RootObserver, ZoneHistory, run, zone_history
+from observers import Ekf, MeasurementModel, RootObserver, Tuning, ZoneHistory, run, zone_history
 from observers.embedded import NativeObserver, compile_native
 from symbolic import Model, Rig, compiler
 from symbolic.array_alias import Array
@@ -79,7 +79,9 @@ class CompiledEkf:
     def estimate(self, recording: Recording) -> Array:
         """See `Method.estimate`."""
         ekf = model_observer(Ekf, recording, self.found)
-        code = _compiled_ekf(ekf.model, tuple(ekf.values.items()), ekf.rig)
+        code = _compiled_ekf(
+            ekf.model, tuple(ekf.values.items()), ekf.rig, ekf.measurement_model, ekf.tuning
+        )
         channels = run_arguments(recording)
         return mu_eff_or_mu(code.run(*(channels[n] for n in ("t", "psi", "F_N", "M_z", "psi_dot"))))
 
@@ -106,8 +108,13 @@ def default_methods(found: FoundModel | None = None) -> list[Method]:
 
 
 @cache
-def _compiled_ekf(model: Model, values: tuple[tuple[str, float], ...], rig: Rig) -> NativeObserver:
-    return compile_native(Ekf(model=model, values=dict(values), rig=rig))
+def _compiled_ekf(
+    model: Model, values: tuple[tuple[str, float], ...], rig: Rig, measured: MeasurementModel,
+    tuning: Tuning,
+) -> NativeObserver:  # fmt: skip
+    return compile_native(
+        Ekf(model=model, values=dict(values), rig=rig, measurement_model=measured, tuning=tuning)
+    )
 
 
 ANALYTIC = 9

@@ -10,7 +10,6 @@ from brushgrip.estimation.friction_budget import friction_budget
 from brushgrip.estimation.friction_over_load import at_load, common_load
 from brushgrip.estimation.observe_recording import (
     FrictionTrack,
-    aligning_torque_model,
     friction_track,
     has_aligning_torque,
     observe,
@@ -233,13 +232,8 @@ def _observed(
     references: Mapping[str, float],
     load: float | None,
 ) -> dict[str, _Observed]:
-    """Tracks of an observer over recordings, and their quality, by name; of a found model at a load.
-
-    By a found model k is a state, as it and the lengths differ a little between recordings.
-    """
-    of_wheels = model is not None and all(r.standstills is None for r in recordings)
-    aligning = aligning_torque_model(by_direction=False, stiffness_state=of_wheels)
-    factory, observed = observer_factory(observer, aligning=aligning), {}
+    """Tracks of an observer over recordings, and their quality, by name; of a found model at a load."""
+    factory, observed = observer_factory(observer), {}
     for recording in recordings:
         # A car's observer knows its gear as declared, and takes no other model.
         used = None if recording.standstills is not None else model

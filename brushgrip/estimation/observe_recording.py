@@ -100,7 +100,8 @@ def model_observer(
 ) -> Ekf | Mhe:
     """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one.
 
-    The tuning, None for `real_tyre`, gets the found model's error, then what is set by hand.
+    The tuning, None for `real_tyre`, gets the found model's error, then what is set by hand. Where
+    aligning is None, k is a state by a found model alone, see `observers.from_files`.
     """
     by_direction = isinstance(aligning, DirectionalFriction)
     if found is None:
@@ -118,9 +119,9 @@ def model_observer(
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
     elif has_aligning_torque(recording):
-        measurement_model = aligning or AligningTorque()
+        measurement_model = aligning or AligningTorque(stiffness=found is not None)
     if aligning not in (None, measurement_model):
-        option = "--by-direction" if by_direction else "--stiffness-state"
+        option = "--by-direction" if by_direction else "--stiffness-state, as --stiffness-known,"
         raise InvalidInputError(f"{option} needs M_z of a wheel on a rig; leave it out")
     return kind(
         model=model, values=values, rig=rig, measurement_model=measurement_model,
@@ -144,11 +145,11 @@ def root_observer_on_declared_model(
     return RootObserver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
 
 
-def aligning_torque_model(*, by_direction: bool, stiffness_state: bool) -> Aligning | None:
+def aligning_torque_model(*, by_direction: bool, stiffness_state: bool | None) -> Aligning | None:
     """How M_z is measured by these options; None for the usual."""
     if by_direction and stiffness_state:
         raise InvalidInputError("--by-direction has no k as a state; leave --stiffness-state out")
-    usual = AligningTorque(stiffness=True) if stiffness_state else None
+    usual = None if stiffness_state is None else AligningTorque(stiffness=stiffness_state)
     return DirectionalFriction() if by_direction else usual
 
 

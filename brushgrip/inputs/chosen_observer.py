@@ -43,19 +43,23 @@ def chosen_observer(
     chosen: ChosenTuning | None,
     ground: str | None = None,
     *,
-    stiffness_state: bool = False,
+    stiffness_state: bool | None = None,
     **settings: Any,
 ) -> ModelObserver:
     """The observer of this name for a torque, "M_z" or "M"; settings are further fields of it."""
-    if stiffness_state and (inputs.vehicle is not None or torque != "M_z"):
-        raise InvalidInputError("--stiffness-state needs M_z of a wheel on a rig; leave it out")
+    if stiffness_state is not None and (inputs.vehicle is not None or torque != "M_z"):
+        raise InvalidInputError(
+            "--stiffness-state, as --stiffness-known, needs M_z of a wheel on a rig; leave it out"
+        )
     kind, described, (tuning, by_hand) = KINDS[name], rig_or_vehicle_file(inputs), chosen or (None, None)
     if inputs.vehicle is None:
-        usual = AligningTorque(stiffness=stiffness_state)
-        measured = usual if torque == "M_z" else SteeringTorque()
+        if torque != "M_z":
+            settings["measurement_model"] = SteeringTorque()
+        elif stiffness_state is not None:
+            settings["measurement_model"] = AligningTorque(stiffness=stiffness_state)
         return from_files(
-            kind, described, inputs.model, effects=inputs.effects, measurement_model=measured,
-            ground=ground, tuning=tuning, by_hand=by_hand, **settings,
+            kind, described, inputs.model, effects=inputs.effects, ground=ground, tuning=tuning,
+            by_hand=by_hand, **settings,
         )  # fmt: skip
     if ground is not None:
         raise InvalidInputError("--model and --ground are of a wheel on a rig; leave them out")

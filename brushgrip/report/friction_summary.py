@@ -136,11 +136,6 @@ def at_common_load(outcome: FrictionOutcome) -> str:
     return "" if outcome.load is None else f" at a load of {outcome.load:.0f} N"
 
 
-def how_estimated(diagnosis: Diagnosis) -> str:
-    """How the command line makes the estimates by the model found; empty for a car."""
-    return "" if diagnosis.of_car else " (k a state, as estimate --stiffness-state)"
-
-
 def note_on_changing_friction(diagnosis: Diagnosis) -> str:
     """That friction changes in a recording by the model found, so that its figures tell that too."""
     if all(effect.family != OVER_TIME for effect in diagnosis.model.effects):

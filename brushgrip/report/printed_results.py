@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say, warn
 from brushgrip.report.friction_summary import (
-    how_estimated,
     note_on_changing_friction,
     settling_and_coverage_rows,
     widest_causes,
@@ -101,7 +100,7 @@ def print_diagnosis(
     if outcome:
         headings, rows = settling_and_coverage_rows(outcome)
         title = "Friction by the assumed model → by the model found, mean over recordings"
-        title += how_estimated(diagnosis) + note_on_changing_friction(diagnosis)
+        title += note_on_changing_friction(diagnosis)
         print_table(title, headings[:-1], [row[:-1] for row in rows], right=True)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     to_send, details = lines_to_send(diagnosis, outcome, warning) if outcome else ([], [])

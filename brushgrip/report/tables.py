@@ -11,7 +11,6 @@ from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
     at_common_load,
-    how_estimated,
     last_usable_friction,
     median_loads,
     note_on_changing_friction,
@@ -83,7 +82,7 @@ def settling_and_coverage_table(friction: FrictionOutcome, diagnosis: Diagnosis)
     headings, rows = settling_and_coverage_rows(friction)
     some = any(" of " in figure for _, *figures, _ in rows for figure in figures)
     return ReportTable(
-        caption=f"Mean over recordings: by the assumed → by the model found{how_estimated(diagnosis)}"
+        caption="Mean over recordings: by the assumed → by the model found"
         + ". In brackets: how many recordings have the figure" * some
         + note_on_changing_friction(diagnosis),
         headings=headings,

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 from observers.estimators.casadi_observer import CasadiObserver
 from observers.interfaces.tuning_profiles import tuning_for
 from observers.measurement.directional_friction import DirectionalFriction
+from observers.measurement.measurement_model import AligningTorque
 from observers.tuning import Tuning
 from symbolic import (
     Effect,
@@ -46,7 +47,8 @@ def from_files(
             b_t are needed where the steering torque is measured, mu is not used.
         model: the folder of a diagnosis, or the model.json in it, whose k goes before that of the rig;
             None for the declared model. What belongs to one recording alone, as a torque zero, or to the
-            taring of a bench stays neutral.
+            taring of a bench stays neutral. By a model that was found k is a state, as it differs a
+            little between recordings; beside the declared one it would pass for what that lacks.
         effects: effects beside the library's that the model file may name.
         tuning: of an `Ekf` or `Mhe`, None for the usual one; the error of the model that the model file
             states goes before its own, see `observers.tuning_for`.
@@ -66,9 +68,11 @@ def from_files(
     found = FoundModel(model=Model(), tyre={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model, effects)
-    has_tuning = "tuning" in getattr(kind, "__dataclass_fields__", {})
+    fields = getattr(kind, "__dataclass_fields__", {})
+    if model is not None and "measurement_model" in fields:
+        settings.setdefault("measurement_model", AligningTorque(stiffness=True))
     by_direction = isinstance(settings.get("measurement_model"), DirectionalFriction)
-    if tuning is not None or by_hand or (found.error is not None and has_tuning):
+    if tuning is not None or by_hand or (found.error is not None and "tuning" in fields):
         settings["tuning"] = tuning_for(found, tuning, by_hand, by_direction=by_direction)
     return kind(
         model=found.model,

@@ -186,7 +186,9 @@ def test_a_change_of_the_ground_under_bristles(generated: Generate, name: str) -
     assert sum(int(status) & Status.RESET > 0 for status in expected[:, -1]) > 0
 
 
-@pytest.mark.parametrize("name", cases("ekf creep aligning; ekf creep aligning,k", "mhe creep aligning; mhe creep aligning,k"))
+@pytest.mark.parametrize(
+    "name", cases("ekf creep aligning; ekf creep aligning,k", "mhe creep aligning; mhe creep aligning,k")
+)
 def test_creep_with_a_compliance_in_single_precision(
     generated: Generate, name: str, recording: RigRecording
 ) -> None:
