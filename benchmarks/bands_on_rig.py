@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from identification.fits.autocorrelation import autocorrelation_time
-from observers import PROFILES, Ekf, Status, causal_rate, run, tuning_for
+from observers import PROFILES, AligningTorque, Ekf, Status, causal_rate, run, tuning_for
 from reference_rig import (
     OTHER_LAWS,
     RIG_EFFECTS,
@@ -128,8 +128,8 @@ def _found(task: tuple[str, int]) -> tuple[float, bool]:
     other = make_recording(seed + 500, recording.effects, **vars(tyre), bristles=800)
     found = found_model(name, other, values)
     observer = Ekf(
-        model=found.model, values=found.values_for_estimation(),
-        rig=Rig(a=tyre.a, e=tyre.e), tuning=tuning_for(found, STAYS),
+        model=found.model, values=found.values_for_estimation(), rig=Rig(a=tyre.a, e=tyre.e),
+        measurement_model=AligningTorque(stiffness=True), tuning=tuning_for(found, STAYS),
     )  # fmt: skip
     return judged(observer, recording, own=True)
 

@@ -146,8 +146,9 @@ def table(every: bool) -> None:
         heads += [f"{board.name}: mean", "ordinary, at most", "at most", "flash", "state", "stack"]
     print("| " + " | ".join(heads) + " |\n|" + "---|" * len(heads), flush=True)
     for name, model in models(every).items():
-        print(row(f"EKF, {name}", observer_of(Ekf, model, AligningTorque())), flush=True)
-        print(row(f"MHE of 50, {name}", observer_of(Mhe, model, AligningTorque())), flush=True)
+        aligning = AligningTorque(stiffness=bool(model["model"].effects))
+        print(row(f"EKF, {name}", observer_of(Ekf, model, aligning)), flush=True)
+        print(row(f"MHE of 50, {name}", observer_of(Mhe, model, aligning)), flush=True)
         if any(effect.sensor for effect in model["model"].effects):
             continue
         for kind, title in ((Ekf, "EKF"), (Mhe, "MHE of 50")):

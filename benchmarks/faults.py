@@ -59,7 +59,6 @@ class FaultCase:
     """What is run: observer, torque, tolerance of k [1], whether the model with an effect is found.
 
     `range` is that of the torque sensor over the greatest torque [1]; None where it is not declared.
-    `stiffness`: k is a state of the observer.
     """
 
     observer: str = "ekf"
@@ -67,12 +66,11 @@ class FaultCase:
     k: float = OFF["k"]
     found: bool = False
     range: float | None = None
-    stiffness: bool = False
 
     @property
     def sensing(self) -> MeasurementModel:
-        """What is measured, with k as a state where that is asked for."""
-        return AligningTorque(stiffness=True) if self.stiffness else TORQUES[self.torque]
+        """What is measured, with k as a state by a model that was found."""
+        return AligningTorque(stiffness=True) if self.found else TORQUES[self.torque]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,13 +155,12 @@ def main() -> None:
     parser.add_argument("--k", type=float, default=OFF["k"], help="tolerance of k, as a share of it")
     parser.add_argument("--found", action="store_true", help="the rig has an effect, and the model too")
     parser.add_argument("--range", type=float, help="of the torque sensor, over the greatest torque")
-    parser.add_argument("--stiffness-state", action="store_true", help="k is a state of the observer")
     options = parser.parse_args()
-    if options.torque == "M" and (options.found or options.stiffness_state):
-        parser.error("--found and --stiffness-state go with M_z")
+    if options.torque == "M" and options.found:
+        parser.error("--found goes with M_z")
     case = FaultCase(
         observer=options.observer, torque=options.torque, k=options.k, found=options.found,
-        range=options.range, stiffness=options.stiffness_state,
+        range=options.range,
     )  # fmt: skip
     runs = list(product(FRICTIONS, DURATIONS, range(options.seed, options.seed + options.seeds)))
     print(

@@ -120,6 +120,7 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
         columns, truth = {"M_z": made.M_z + zero}, true_friction(made)
         if case.effects == "found":
             model = Model(effects=effects_named([name]))
+            settings["measurement_model"] = AligningTorque(stiffness=True)
             values |= {f"{name}.{p}": v for p, v in made.effects[name].items()}
     else:
         made = make_recording(seed, **vars(tyre), load=load, duration=duration, hand=hand, bristles=600)

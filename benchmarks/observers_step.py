@@ -69,10 +69,11 @@ def alone() -> None:
     with_effects = Model(effects=effects_named(["rate_friction", "carcass_torsion"]))
     values = {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
     wheel = Rig(a=RIG.a, e=RIG.e, J_A=0.15, b_t=1.0)
+    found = AligningTorque(stiffness=True)
     cases = {
         "declared model, aligning torque": (MODEL, VALUES, RIG, AligningTorque()),
         "declared model, steering torque": (MODEL, VALUES, wheel, SteeringTorque()),
-        "carcass and rate friction, aligning torque": (with_effects, values, RIG, AligningTorque()),
+        "carcass and rate friction, aligning torque": (with_effects, values, RIG, found),
     }
     print(f"\n| a step from Python | EKF [µs] | MHE, window {WINDOW} [µs] |\n|---|---:|---:|")
     for label, (model, parameters, rig, torque) in cases.items():

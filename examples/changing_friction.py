@@ -34,7 +34,7 @@ RATE, STROKE, PULLED = 100.0, 0.2, 3.0
 """Samples a second for the observers; least stroke [rad]; when actuators begin to pull [s]."""
 SHOWN = ("harmonic0.03ea1backward", "step0.03ea1forward")
 OBSERVERS = {
-    "ekf": (Ekf, AligningTorque()),
+    "ekf": (Ekf, AligningTorque(stiffness=True)),
     "ekf --by-direction": (Ekf, DirectionalFriction()),
     "mhe --by-direction": (Mhe, DirectionalFriction()),
 }

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from identification import Recording, read_recording, read_rig
-from observers import Ekf, Loop, Mhe, Sample
+from observers import AligningTorque, Ekf, Loop, Mhe, Sample
 from observers.embedded import DOUBLE, SINGLE, Real, compile_native
 from published import measured_folder
 from symbolic import Model, compiler, effects_named
@@ -43,7 +43,8 @@ def cases() -> Iterator[tuple[Recording, Observer]]:
         embedded = read_recording(RECORDINGS / "holdout_c.csv", read_rig(RECORDINGS / "rig.toml"))
         for kind in (Ekf, Mhe):
             yield embedded, kind(model=Model(), values={"k": VALUES["k"]}, rig=embedded.rig)
-        yield embedded, Ekf(model=FOUND, values=VALUES, rig=embedded.rig)
+        torque = AligningTorque(stiffness=True)
+        yield embedded, Ekf(model=FOUND, values=VALUES, rig=embedded.rig, measurement_model=torque)
         measured = measured_folder() / MEASURED
         paths = [measured] if measured.exists() else []
     for path in paths:
