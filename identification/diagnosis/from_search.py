@@ -15,12 +15,7 @@ from identification.experiments.proposed_experiment import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.least_squares_problem import signals_of
-from identification.fits.parameter_values import (
-    UNNAMED_GROUND,
-    ParameterEstimate,
-    Values,
-    replaced_rig,
-)
+from identification.fits.parameter_values import UNNAMED_GROUND, ParameterEstimate, Values, replaced_rig
 from identification.reading.declared_sensor_range import greatest_friction, samples_beyond_range
 from identification.reading.recordings import Recording
 from identification.residuals.partial_correlations import Signatures

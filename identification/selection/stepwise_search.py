@@ -51,6 +51,16 @@ class _PresentModel:
     coarse: Trial
     precision: Precision
 
+    def step_to(self, confirmed: RankedCandidate | None, trials: Sequence[Trial]) -> SearchStep:
+        """The step to what was confirmed of these trials, if anything was."""
+        return SearchStep(
+            before=self.fine,
+            coarse_before=self.coarse,
+            trials=tuple(trials),
+            after=confirmed.trial if confirmed else None,
+            indistinguishable=confirmed.indistinguishable if confirmed else (),
+        )
+
 
 @dataclass(frozen=True)
 class Search:
@@ -138,14 +148,7 @@ class Search:
         ranked = sorted(trials, key=lambda trial: trial.nrmse)
         justified = [t for t in ranked if forward_step_justified(t, present.coarse, self.thinned)]
         best = rank_for_confirmation(justified, self.thinned)
-        indistinguishable, after = self._first_confirmed(best, present, forward_step_justified)
-        return SearchStep(
-            before=present.fine,
-            coarse_before=present.coarse,
-            trials=tuple(ranked),
-            after=after,
-            indistinguishable=indistinguishable,
-        )
+        return present.step_to(self._first_confirmed(best, present, forward_step_justified), ranked)
 
     def _remove(self, present: _PresentModel) -> SearchStep | None:
         """Remove an effect, not the last, or put one of its family in place of a flexible law."""
@@ -205,12 +208,8 @@ class Search:
     ) -> SearchStep | None:
         """The step to the first of these models that is confirmed, None where none is."""
         best = [RankedCandidate(t) for t in trials if justified(t, present.coarse, self.thinned)]
-        _, after = self._first_confirmed(best, present, justified)
-        if after is None:
-            return None
-        return SearchStep(
-            before=present.fine, coarse_before=present.coarse, trials=tuple(trials), after=after
-        )
+        confirmed = self._first_confirmed(best, present, justified)
+        return present.step_to(confirmed, trials) if confirmed else None
 
     def _rank(self, present: _PresentModel, sets: Sequence[Effects], label: str) -> list[Trial]:
         """Coarse trials of these sets of effects, least judged error first."""
@@ -222,21 +221,20 @@ class Search:
 
     def _first_confirmed(
         self, best: Sequence[RankedCandidate], present: _PresentModel, justified: Justified
-    ) -> tuple[Effects, Trial | None]:
-        """Of the first candidate that is justified on the whole recordings too: rivals and trial."""
+    ) -> RankedCandidate | None:
+        """The first candidate that is justified on the whole recordings too, with its trial on these."""
         # One with a parameter at the end of its range gives way to another one that does as well.
-        at_bound: tuple[Effects, Trial | None] = (), None
+        at_bound: RankedCandidate | None = None
         for candidate in best[: 1 + self.criteria.runners_up]:
             after = self.runner.run_fine(candidate.trial.effects, candidate.trial.values)
             if not justified(after, present.fine, self.whole):
                 continue
-            first = at_bound[1]
-            if first is not None and distinguishable(first, after, self.criteria):
+            if at_bound and distinguishable(at_bound.trial, after, self.criteria):
                 continue
+            confirmed = replace(candidate, trial=after)
             if not last_effect_at_bound(after.fitted):
-                return candidate.indistinguishable, after
-            if first is None:
-                at_bound = candidate.indistinguishable, after
+                return confirmed
+            at_bound = at_bound or confirmed
         return at_bound
 
 
