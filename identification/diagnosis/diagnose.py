@@ -82,16 +82,17 @@ def diagnose(
         )
         # Nothing of the search goes into it, and the processes have nothing else to do yet.
         declared = submit(declared_errors, recordings, holdout, loss)
-        steps = Search(runner, effects, criteria, report).run()
+        search = Search(runner, effects, criteria, report)
+        steps = search.run()
         rests = without_each(steps, runner)
         trials, both = (steps[0].before, steps[-1].before), [*recordings, *holdout]
         followed = [submit(signatures, trial.residuals, both, trial.fits, effects) for trial in trials]
         if not holdout:
             report("leaving each recording out in turn", 0, 1)
-        left_out = [left_out_residuals(trial, () if holdout else recordings, submit) for trial in trials]
-        proposals = _proposals(steps, runner, criteria, report)
+        left_out = [left_out_residuals(trial, runner) for trial in trials]
+        proposals = _proposals(search, steps)
         results = declared.result(), [future.result() for future in followed]
-    result = build_diagnosis(steps, rests, recordings, holdout, *results, left_out, proposals, criteria)
+    result = build_diagnosis(search, steps, rests, *results, left_out, proposals)
     notes += friction_beyond_range(result.model, result.values, as_read)
     return replace(result, notes=(*notes, *result.notes), of_car=bool(recordings[0].standstills))
 
@@ -128,9 +129,7 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
             )
 
 
-def _proposals(
-    steps: Sequence[SearchStep], runner: TrialRunner, criteria: SelectionCriteria, report: Progress
-) -> dict[Effects, Proposal]:
+def _proposals(search: Search, steps: Sequence[SearchStep]) -> dict[Effects, Proposal]:
     """For each set of effects that was chosen, the experiment to tell it from its nearest rival."""
     starts = []
     for step in steps:
@@ -139,11 +138,11 @@ def _proposals(
             starts += [(effects, step.values_of(effects)) for effects in (step.after.effects, nearest)]
     if not starts:
         return {}
-    label = "looking for an experiment that separates rivals"
-    trials = runner.run_all(starts, RANKING, lambda done: report(label, done, len(starts)))
+    label, runner = "looking for an experiment that separates rivals", search.runner
+    trials = runner.run_all(starts, RANKING, lambda done: search.report(label, done, len(starts)))
     fits = [trial.fitted for trial in trials]
     futures = {
-        effects: runner.submit(propose, found, rival, runner.thinned_training, criteria)
+        effects: runner.submit(propose, found, rival, runner.thinned_training, search.criteria)
         for (effects, _), found, rival in zip(starts[::2], fits[::2], fits[1::2], strict=True)
     }
     return results_of(futures)

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.fits.fitting import effects_at_bounds
+from identification.fits.fitting import parameters_at_bounds
 from identification.fits.least_squares_problem import shares_of_torque_range
 from identification.fits.loss import influence
 from identification.reading.recordings import Recording
@@ -32,7 +32,7 @@ def stand_ins(
     What an effect explains is what the final model loses without it, see `rests` of `build_diagnosis`.
     """
     whole = steps[-1].before
-    found = {effect for effect, _ in effects_at_bounds(whole.fitted)}
+    found = {effect for effect, *_ in parameters_at_bounds(whole.fitted)}
     if not left.present:
         return found
     gains = {effect.name: rest.nrmse**2 - whole.nrmse**2 for effect, rest in rests.items()}

@@ -15,7 +15,7 @@ from identification.fits.least_squares_problem import label_of
 from identification.fits.parameter_values import replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.trial import RANKING, model_of
-from symbolic import Effect, Expression, Signals, parameter_name, simulate
+from symbolic import Effect, Expression, Model, Signals, parameter_name, simulate
 from symbolic.array_alias import Array
 from symbolic.bristle_patch import BristleTraits
 from symbolic.slip_at_friction_limit import REST_SPEED, log_creep_factor
@@ -59,16 +59,20 @@ class _Drawn:
         """Every value of the final model for the recording."""
         return self.fitted.values.of(self.recording)
 
-    def theta(self, effects: Sequence[Effect]) -> Array:
-        """Their part of the values, as a model with these effects takes it."""
-        model = model_of(effects, RANKING)
+    @cached_property
+    def model(self) -> Model:
+        """The declared model with the family's effects."""
+        return model_of(self.effects, RANKING)
+
+    def theta(self, model: Model) -> Array:
+        """The parameter vector of a model of some of the effects."""
         names = [parameter_name(effect, p) for effect, p in model.parameters]
-        return np.asarray(model.theta({name: self.values[name] for name in names})).ravel()
+        return np.array(model.coordinate_values({name: self.values[name] for name in names}))
 
     def std(self, jacobian: Array) -> Array:
         """Standard deviation (n,) of what has this Jacobian by `theta`; inf where it is undetermined."""
         parameters = {parameter_name(e, p): p for e, p in self.fitted.model.parameters}
-        names = [parameter_name(e, p) for e, p in model_of(self.effects, RANKING).parameters]
+        names = [parameter_name(e, p) for e, p in self.model.parameters]
         labels = [label_of(name, parameters[name], self.recording) for name in names]
         free = [i for i, label in enumerate(labels) if label in self.fitted.labels]
         columns = [self.fitted.labels.index(labels[i]) for i in free]
@@ -81,11 +85,10 @@ class _Drawn:
 
 def _over(drawn: _Drawn, x: Array, factor: Callable[[ca.MX], Expression], name: str, unit: str) -> Curve:
     """Friction: mu times a factor that depends on theta, at places x."""
-    model = model_of(drawn.effects, RANKING)
-    theta = model.symbols()[1]
+    theta = drawn.model.symbols()[1]
     law = theta[0] * factor(theta)
     both = ca.Function("law", [theta], [law, ca.jacobian(law, theta)])
-    y, jacobian = (np.asarray(part) for part in both(drawn.theta(drawn.effects)))
+    y, jacobian = (np.asarray(part) for part in both(drawn.theta(drawn.model)))
     mu = np.full(x.size, drawn.values["mu"])
     return Curve(
         x_name=name, x_unit=unit, y_name="friction", y_unit="1", x=x, y=y.ravel(),
@@ -96,11 +99,10 @@ def _over(drawn: _Drawn, x: Array, factor: Callable[[ca.MX], Expression], name: 
 def _over_speed(drawn: _Drawn) -> Curve:
     rig, rates = drawn.recording.rig, np.abs(drawn.recording.psi_dot)
     v = np.geomspace(REST_SPEED, (rig.a + abs(rig.e)) * float(rates.max()), POINTS)
-    model = model_of(drawn.effects, RANKING)
 
     def factor(theta: ca.MX) -> Expression:
         traits = BristleTraits()
-        for effect, values in model.values(theta):
+        for effect, values in drawn.model.values(theta):
             traits = effect.traits(traits, values)
         creeping = 1 if traits.creep is None else log_creep_factor(ca.DM(v), traits.creep)
         return creeping * prod(limit(ca.DM(v)) for limit in traits.limits)
@@ -110,10 +112,10 @@ def _over_speed(drawn: _Drawn) -> Curve:
 
 def _over_load(drawn: _Drawn) -> Curve:
     F_N = np.linspace(float(drawn.recording.F_N.min()), float(drawn.recording.F_N.max()), POINTS)
-    signals, model = Signals(psi=0, psi_dot=0, F_N=ca.DM(F_N), dt=1), model_of(drawn.effects, RANKING)
+    signals = Signals(psi=0, psi_dot=0, F_N=ca.DM(F_N), dt=1)
 
     def factor(theta: ca.MX) -> Expression:
-        return prod(effect.friction(signals, ca.DM(), values) for effect, values in model.values(theta))
+        return prod(effect.friction(signals, ca.DM(), own) for effect, own in drawn.model.values(theta))
 
     return _over(drawn, F_N, factor, "vertical load", "N")
 
@@ -128,9 +130,9 @@ def _over_angle(drawn: _Drawn) -> Curve:
     signals = np.vstack([psi, np.sign(turn) * rate, np.full(psi.size, recording.F_N.mean()), dt])
     geometry = np.array([recording.rig.a, recording.rig.e])
     with_them, without = (
-        simulate(model_of(some, RANKING), signals, theta, geometry, np.eye(theta.size))
-        for some in (drawn.effects, ())
-        for theta in [drawn.theta(some)]
+        simulate(model, signals, theta, geometry, np.eye(theta.size))
+        for model in (drawn.model, model_of((), RANKING))
+        for theta in [drawn.theta(model)]
     )
     return Curve(
         x_name="yaw angle", x_unit="rad", y_name="aligning torque", y_unit="N m", x=psi,

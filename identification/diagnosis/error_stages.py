@@ -21,8 +21,8 @@ from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.fits.options import FitOptions
 from identification.fits.parameter_values import Values, ground_of, initial_guess, rig_parameters
 from identification.reading.recordings import Recording
-from identification.selection.trial import RANKING, Trial, fit_own_parameters, model_of, thin_for_ranking
-from identification.selection.trial_runner import Submit, results_of
+from identification.selection.trial import RANKING, Trial, fit_own_parameters, model_of
+from identification.selection.trial_runner import TrialRunner, results_of
 from symbolic import ModelError, full_slide_torque
 from symbolic.array_alias import Array
 
@@ -176,21 +176,18 @@ def _relative(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -
     return {r.name: rmse_of(residuals[r.name]) / torque_range(r) for r in known}
 
 
-def left_out_residuals(
-    trial: Trial, recordings: Sequence[Recording], submit: Submit
-) -> dict[str, Array]:
-    """Residuals of each recording by the shared parameters of all others [N m].
+def left_out_residuals(trial: Trial, runner: TrialRunner) -> dict[str, Array]:
+    """Residuals of each training recording by the shared parameters of all others [N m].
 
     The others are fitted anew without it, thinned; then what belongs to the recording is fitted to the
-    whole of it, as on held-out data. Empty for fewer than two recordings.
+    whole of it, as on held-out data. Empty where recordings are held out or there is only one.
     """
-    if len(recordings) < 2:
+    if runner.holdout or len(runner.training) < 2:
         return {}
-    thinned = {recording.name: thin_for_ranking(recording) for recording in recordings}
-    futures = {
-        left.name: submit(_left_out, trial, [r for n, r in thinned.items() if n != left.name], left)
-        for left in recordings
-    }
+    futures = {}
+    for left in runner.training:
+        others = [recording for recording in runner.thinned_training if recording.name != left.name]
+        futures[left.name] = runner.submit(_left_out, trial, others, left)
     return results_of(futures)
 
 

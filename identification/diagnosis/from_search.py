@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from identification.diagnosis.doubtful_effects import stand_ins
 from identification.diagnosis.effect_family_curves import found_families
 from identification.diagnosis.error_stages import errors_of
 from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
@@ -14,18 +15,14 @@ from identification.experiments.proposed_experiment import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.least_squares_problem import signals_of
-from identification.fits.parameter_values import (
-    UNNAMED_GROUND,
-    ParameterEstimate,
-    Values,
-    replaced_rig,
-)
+from identification.fits.parameter_values import UNNAMED_GROUND, ParameterEstimate, Values, replaced_rig
 from identification.reading.declared_sensor_range import greatest_friction, samples_beyond_range
 from identification.reading.recordings import Recording
 from identification.residuals.partial_correlations import Signatures
 from identification.residuals.unexplained_residual import unexplained
-from identification.selection.criteria import SelectionCriteria, delta_bic
+from identification.selection.criteria import delta_bic
 from identification.selection.search_step import SearchStep
+from identification.selection.stepwise_search import Search
 from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, Effect, Model, parameter_name, units_of
@@ -34,15 +31,13 @@ from symbolic.trajectory_sensitivity import memory_at_full_slide
 
 
 def build_diagnosis(
+    search: Search,
     steps: Sequence[SearchStep],
     rests: Mapping[Effect, Trial],
-    training: Sequence[Recording],
-    holdout: Sequence[Recording],
     declared: TorqueErrors,
     followed: Sequence[Signatures],
     left_out: Sequence[Mapping[str, Array]],
     proposals: Mapping[Effects, Proposal],
-    criteria: SelectionCriteria,
 ) -> Diagnosis:
     """The result of a search whose last step chose nothing.
 
@@ -50,6 +45,7 @@ def build_diagnosis(
     training recording left out in turn, or nothing) are those before and after; `proposals` are by the
     set of effects that was chosen.
     """
+    training, holdout = search.runner.training, search.runner.holdout
     everything = [*training, *holdout]
     before, after = steps[0].before, steps[-1].before
     fitted = after.fitted
@@ -58,7 +54,8 @@ def build_diagnosis(
     values = _with_tare(fitted.model, after.values, everything)
     estimates = _estimates(after, values, training, holdout)
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
-    effects = found_effects(steps, rests, estimates, training, holdout, proposals, left)
+    standing_in = stand_ins(steps, rests, everything, left)
+    effects = found_effects(steps, rests, estimates, training, proposals, standing_in)
     return Diagnosis(
         recordings=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
@@ -75,8 +72,8 @@ def build_diagnosis(
         model=fitted.model,
         values=values,
         series=_series(before, after, everything, holdout),
-        notes=(*notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),),
-        criteria=criteria,
+        notes=notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),
+        criteria=search.criteria,
         stiffness_ratio=farthest_stiffness_ratio(fitted, training),
         model_error_before=error_before,
         model_error=error_after,
@@ -132,7 +129,7 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
                 for label, estimate in _fitted(trial.fitted, recordings, shared=True).items()
                 if label.startswith(f"{name}.")
             },
-            at_bound=tuple(p for one, p, *_ in parameters_at_bounds(trial.fitted) if one == name),
+            at_bound=tuple(p for one, p, _ in parameters_at_bounds(trial.fitted) if one == name),
         )
         for trial in first.trials
     )

@@ -1,19 +1,17 @@
 """The effects that a search added, how sure each is, and remarks on the final model."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from identification.diagnosis.doubtful_effects import stand_ins
 from identification.diagnosis.found_stiffness import return_torque_note, stiffness_note
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
 from identification.experiments.proposed_experiment import Proposal
-from identification.fits.fitting import AT_BOUND, Fit, effects_at_bounds
+from identification.fits.fitting import AT_BOUND, Fit, parameters_at_bounds
 from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.recordings import Recording
-from identification.residuals.unexplained_residual import Unexplained
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
     delta_bic,
@@ -47,17 +45,18 @@ def found_effects(
     rests: Mapping[Effect, Trial],
     estimates: Mapping[str, ParameterEstimate],
     recordings: Sequence[Recording],
-    holdout: Sequence[Recording],
     proposals: Mapping[Effects, Proposal],
-    left: Unexplained,
+    standing_in: Collection[str],
 ) -> tuple[FoundEffect, ...]:
-    """The effects of the final model, in order of selection; arguments are as in `build_diagnosis`."""
+    """The effects of the final model, in order of selection.
+
+    Arguments are as in `build_diagnosis`; these recordings are the training ones.
+    """
     whole = steps[-1].before
     final = whole.fitted
     added = _additions(steps, final.model.effects)
     of_car = recordings[0].standstills is not None
-    at_bounds = {effect for effect, _ in effects_at_bounds(final)}
-    standing_in = stand_ins(steps, rests, [*recordings, *holdout], left)
+    at_bounds = {effect for effect, *_ in parameters_at_bounds(final)}
     # Nothing but the fit judges a single recording.
     alone = len(recordings) == 1 and not whole.held_out
     hidden_load = not of_car and all(np.ptp(r.F_N) < MIN_LOAD_RANGE * r.F_N.mean() for r in recordings)
@@ -198,7 +197,7 @@ def notes_on(
         if new[name] > old[name]
     ]
     notes += [
-        f"{effect}: {what}, so that it is a stand-in" for effect, what in effects_at_bounds(fitted)
+        f"{effect}: {what}, so that it is a stand-in" for effect, _, what in parameters_at_bounds(fitted)
     ]
     notes += [note for one in (fitted, *own) for note in _at_their_tolerances(one)]
     notes += [note for one in recordings if (note := _zero_note(one, fitted.values.of(one)))]

@@ -176,28 +176,22 @@ AT_BOUND = 1e-3
 """A parameter is at a bound within this share of its scale [1]."""
 
 
-def parameters_at_bounds(fitted: Fit) -> Iterator[tuple[str, str, str, str]]:
-    """Shared parameters that end where their range does: effect, name, ground or empty, and the end."""
+def parameters_at_bounds(fitted: Fit) -> Iterator[tuple[str, str, str]]:
+    """Shared parameters that end where their range does: effect, name, and the same in words."""
     named = {parameter_name(effect, p): (effect, p) for effect, p in fitted.model.parameters if effect}
     for (owner, name), own in zip(fitted.labels, fitted.own, strict=True):
         if own or name not in named:
             continue
         effect, parameter = named[name]
-        value = fitted.values.at((owner, name))
+        value, ground = fitted.values.at((owner, name)), f" on {owner}" if owner else ""
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
         for end in (parameter.lower, parameter.upper):
             if end != parameter.neutral and abs(value - end) <= AT_BOUND * parameter.scale:
-                yield effect.name, parameter.name, owner or "", f"{end:g}{unit}"
-
-
-def effects_at_bounds(fitted: Fit) -> Iterator[tuple[str, str]]:
-    """Effects of which a shared parameter ends where its range does, and which one."""
-    for effect, name, owner, end in parameters_at_bounds(fitted):
-        ground = f" on {owner}" if owner else ""
-        yield effect, f"{name}{ground} is at the end of its range, {end}"
+                words = f"{parameter.name}{ground} is at the end of its range, {end:g}{unit}"
+                yield effect.name, parameter.name, words
 
 
 def last_effect_at_bound(fitted: Fit) -> bool:
     """Whether a shared parameter of the last effect is at the end of its range."""
     last = fitted.model.effects[-1].name if fitted.model.effects else None
-    return any(effect == last for effect, _ in effects_at_bounds(fitted))
+    return any(effect == last for effect, *_ in parameters_at_bounds(fitted))

@@ -12,11 +12,12 @@ import casadi as ca
 import numpy as np
 from scipy.special import fdtrc
 
-from identification.free_decay.likelihood import ContactGeometry, Likelihood, contact_geometry
+from identification.free_decay.likelihood import Likelihood
 from identification.free_decay.noise_continuation import jackknife, maximise_likelihood
 from identification.free_decay.results import ContactPatchResult, IdentifiedParameter
 from identification.free_decay.vibration_detection import (
     MIN_DEFLECTION_STEPS,
+    ContactGeometry,
     FreeVibration,
     without_spikes,
 )
@@ -66,7 +67,7 @@ def stiffnesses_agree(stiffnesses: Collection[StiffnessOfOneContact]) -> bool | 
 
 
 def _stiffness_of(likelihood: Likelihood, contact: ContactGeometry) -> StiffnessOfOneContact | None:
-    part = Likelihood([r for r in likelihood.vibrations if contact_geometry(r) == contact])
+    part = Likelihood([r for r in likelihood.vibrations if r.contact == contact])
     try:
         solution = maximise_likelihood(part)
         uncertainty = jackknife(part, solution)

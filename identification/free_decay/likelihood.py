@@ -36,9 +36,6 @@ from identification.free_decay.vibration_model import (
 from symbolic import full_slide_level
 from symbolic.array_alias import Array
 
-ContactGeometry = tuple[float, float]
-"""a and e [m]; recordings that share them share the slip."""
-
 COMMON = 2
 """k and b_t lead the shared unknowns."""
 _OWN = 3
@@ -74,15 +71,15 @@ class Likelihood:
     def __init__(self, vibrations: Sequence[FreeVibration], *, sliding: bool = True) -> None:
         """Build it; without sliding, the whole patch sticks as in [Györök 2022], (5.6)."""
         self.vibrations = tuple(vibrations)
-        self.contacts = tuple(dict.fromkeys(map(contact_geometry, vibrations))) if sliding else ()
+        self.contacts = tuple(dict.fromkeys(r.contact for r in vibrations)) if sliding else ()
         self.shared = COMMON + len(self.contacts)
         self.scales = self._scales()
         self._grids = [integration_grid(r) for r in vibrations]
-        self._geometries = [np.array([*contact_geometry(r), r.decay.inertia]) for r in vibrations]
+        self._geometries = [np.array([*r.contact, r.decay.inertia]) for r in vibrations]
 
     def columns(self, recording: int) -> list[int]:
         """Places of k, b_t, the slip of a recording's contact if there is one, and its own three."""
-        contact = contact_geometry(self.vibrations[recording])
+        contact = self.vibrations[recording].contact
         slip = [COMMON + self.contacts.index(contact)] if self.contacts else []
         own = self.shared + _OWN * recording
         return [*range(COMMON), *slip, *range(own, own + _OWN)]
@@ -142,21 +139,16 @@ class Likelihood:
         """Size of every unknown, from the guesses of `find_vibration`, [Györök 2022], (5.7), (5.8)."""
         squares = np.array([r.omega**2 + r.damping**2 for r in self.vibrations])
         inertia = np.array([r.decay.inertia for r in self.vibrations])
-        per_k = np.array([rotational_stiffness(1, *contact_geometry(r)) for r in self.vibrations])
+        per_k = np.array([rotational_stiffness(1, *r.contact) for r in self.vibrations])
         k = float(np.median(squares * inertia / per_k))
         b_t = float(np.median([2 * r.decay.inertia * r.damping for r in self.vibrations]))
         slips = []
         for a, e in self.contacts:
-            least = min(abs(r.deflection) for r in self.vibrations if contact_geometry(r) == (a, e))
+            least = min(abs(r.deflection) for r in self.vibrations if r.contact == (a, e))
             slips.append(_FIRST_SLIDING * a * float(full_slide_level(1, a)) / (k * least))
         swings = [(abs(r.deflection), abs(r.deflection) * r.omega) for r in self.vibrations]
         own = np.array([[angle, rate, angle] for angle, rate in swings])
         return np.concatenate([[k, b_t, *slips], own.ravel()])
-
-
-def contact_geometry(vibration: FreeVibration) -> ContactGeometry:
-    """Half-length and caster length of the contact [m]."""
-    return vibration.decay.rig.a, vibration.decay.rig.e
 
 
 def integration_grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]:

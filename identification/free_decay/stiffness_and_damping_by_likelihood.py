@@ -14,12 +14,8 @@ from identification.free_decay.identifiability import (
     stiffness_by_contact_geometry,
     stiffnesses_agree,
 )
-from identification.free_decay.likelihood import COMMON, ContactGeometry, Likelihood, contact_geometry
-from identification.free_decay.noise_continuation import (
-    LikelihoodMaximum,
-    jackknife,
-    maximise_likelihood,
-)
+from identification.free_decay.likelihood import COMMON, Likelihood
+from identification.free_decay.noise_continuation import jackknife, maximise_likelihood
 from identification.free_decay.recording import Decay
 from identification.free_decay.results import (
     ContactPatchResult,
@@ -27,8 +23,8 @@ from identification.free_decay.results import (
     IdentifiedParameter,
     VibrationFit,
 )
-from identification.free_decay.vibration_detection import find_vibration
-from identification.free_decay.vibration_model import rotational_stiffness
+from identification.free_decay.vibration_detection import ContactGeometry, FreeVibration, find_vibration
+from identification.free_decay.vibration_model import VibrationTrajectory, rotational_stiffness
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.parameters import relative_std_by_lengths
@@ -66,21 +62,23 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         uncertainty = jackknife(likelihood, solution)
     except np.linalg.LinAlgError:
         raise InvalidInputError(f"these recordings do not tell k and b_t at all: {_REMEDY}") from None
-    _check_plausible(likelihood, solution)
+    values = solution.x * likelihood.scales
+    responses = tuple(zip(likelihood.vibrations, solution.evaluation.responses, strict=True))
+    for vibration, response in responses:
+        _check_plausible(vibration, response, values[0])
     scales = likelihood.scales[: likelihood.shared]
     size = np.sqrt(np.diag(uncertainty.information))
     covariance = uncertainty.covariance * np.outer(scales, scales)
     quantile = float(stdtrit(uncertainty.degrees_of_freedom, (1 + _CONFIDENCE) / 2))
     k, b_t = (
-        _parameter(float(solution.x[i] * scales[i]), float(covariance[i, i]), quantile, UNITS[i])
-        for i in range(COMMON)
+        _parameter(float(values[i]), float(covariance[i, i]), quantile, UNITS[i]) for i in range(COMMON)
     )
     lengths = float(
         np.mean([relative_std_by_lengths(partial(rotational_stiffness, 1.0), d.rig) for d in decays])
     )
     stiffnesses = stiffness_by_contact_geometry(likelihood)
     agreed = stiffnesses_agree(stiffnesses.values())
-    contacts = _contacts(likelihood, solution, covariance, stiffnesses)
+    contacts = _contacts(likelihood.contacts, values, covariance, stiffnesses)
     covariance[0, 0] += (lengths * k.value) ** 2
     return FreeDecay(
         k=_with_lengths(k, lengths),
@@ -94,7 +92,10 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         identifiability=describe_identifiability(
             likelihood, k, b_t, contacts, agreed, solution.noise, lengths
         ),
-        vibrations=_vibrations(likelihood, solution, k.value, b_t.value),
+        vibrations=tuple(
+            _fitted(vibration, response, values[likelihood.columns(i)])
+            for i, (vibration, response) in enumerate(responses)
+        ),
         converged=solution.converged,
         status=f"{'solved' if solution.converged else 'not solved'} in {solution.steps} steps",
         remedy="" if solution.converged else _REMEDY,
@@ -114,36 +115,35 @@ def _with_lengths(k: IdentifiedParameter, lengths: float) -> IdentifiedParameter
     return replace(k, std=float(np.hypot(k.std, std)), interval=(k.value - half, k.value + half))
 
 
-def _check_plausible(likelihood: Likelihood, solution: LikelihoodMaximum) -> None:
-    """Check that every recording follows the fitted vibration roughly."""
-    k = float(solution.x[0] * likelihood.scales[0])
-    for vibration, response in zip(likelihood.vibrations, solution.evaluation.responses, strict=True):
-        name, stiffness = vibration.decay.name, rotational_stiffness(k, *contact_geometry(vibration))
-        omega = float(np.sqrt(stiffness / vibration.decay.inertia))
-        if not 1 / _DETUNED < vibration.omega / omega < _DETUNED:
-            raise InvalidInputError(
-                f"{name}: psi swings at {vibration.omega:.3g} rad/s, where its a, e and J_A with the"
-                f" k of all recordings make {omega:.3g} rad/s: {_REMEDY}"
-            )
-        # Wrong readings count as no more than a swing.
-        residual = np.minimum(np.abs(vibration.psi - response.psi), abs(vibration.deflection))
-        if not np.mean(residual**2) < np.var(response.psi):
-            raise InvalidInputError(
-                f"{name}: psi does not follow the vibration that was fitted: {_REMEDY}"
-            )
+def _natural_frequency(vibration: FreeVibration, k: float) -> float:
+    """That of the sticking patch without damping [rad/s]."""
+    return float(np.sqrt(rotational_stiffness(k, *vibration.contact) / vibration.decay.inertia))
+
+
+def _check_plausible(vibration: FreeVibration, response: VibrationTrajectory, k: float) -> None:
+    """Check that a recording follows the fitted vibration roughly."""
+    name, omega = vibration.decay.name, _natural_frequency(vibration, k)
+    if not 1 / _DETUNED < vibration.omega / omega < _DETUNED:
+        raise InvalidInputError(
+            f"{name}: psi swings at {vibration.omega:.3g} rad/s, where its a, e and J_A with the"
+            f" k of all recordings make {omega:.3g} rad/s: {_REMEDY}"
+        )
+    # Wrong readings count as no more than a swing.
+    residual = np.minimum(np.abs(vibration.psi - response.psi), abs(vibration.deflection))
+    if not np.mean(residual**2) < np.var(response.psi):
+        raise InvalidInputError(f"{name}: psi does not follow the vibration that was fitted: {_REMEDY}")
 
 
 def _contacts(
-    likelihood: Likelihood,
-    solution: LikelihoodMaximum,
+    contacts: Sequence[ContactGeometry],
+    values: Array,
     covariance: Array,
     stiffnesses: Mapping[ContactGeometry, StiffnessOfOneContact],
 ) -> tuple[ContactPatchResult, ...]:
     """Friction force of every contact, where its slip 1/(mu F_N) differs from zero, and its k."""
     results = []
-    for i, (a, e) in enumerate(likelihood.contacts, start=COMMON):
-        slip = float(solution.x[i] * likelihood.scales[i])
-        std = float(np.sqrt(covariance[i, i]))
+    for i, (a, e) in enumerate(contacts, start=COMMON):
+        slip, std = float(values[i]), float(np.sqrt(covariance[i, i]))
         force = k = None
         if slip > _SIGNIFICANT * std:
             force = ParameterEstimate(value=1 / slip, std=std / slip**2, unit="N")
@@ -153,24 +153,17 @@ def _contacts(
     return tuple(results)
 
 
-def _vibrations(
-    likelihood: Likelihood, solution: LikelihoodMaximum, k: float, b_t: float
-) -> tuple[VibrationFit, ...]:
-    fitted = []
-    pairs = zip(likelihood.vibrations, solution.evaluation.responses, strict=True)
-    for i, (vibration, response) in enumerate(pairs):
-        decay, centre = vibration.decay, likelihood.columns(i)[-1]
-        omega_n = float(np.sqrt(rotational_stiffness(k, *contact_geometry(vibration)) / decay.inertia))
-        fitted.append(
-            VibrationFit(
-                name=decay.name,
-                a=decay.rig.a,
-                t=vibration.t,
-                psi=vibration.psi,
-                fitted=response.psi,
-                centre=float(solution.x[centre] * likelihood.scales[centre]),
-                step=vibration.step,
-                sticking=(omega_n, b_t / (2 * decay.inertia * omega_n)),
-            )
-        )
-    return tuple(fitted)
+def _fitted(vibration: FreeVibration, response: VibrationTrajectory, values: Array) -> VibrationFit:
+    """A recording beside its fit, with k, b_t and its own unknowns as in `Likelihood.columns`."""
+    k, b_t, centre = values[[0, 1, -1]].tolist()
+    omega_n = _natural_frequency(vibration, k)
+    return VibrationFit(
+        name=vibration.decay.name,
+        a=vibration.decay.rig.a,
+        t=vibration.t,
+        psi=vibration.psi,
+        fitted=response.psi,
+        centre=centre,
+        step=vibration.step,
+        sticking=(omega_n, b_t / (2 * vibration.decay.inertia * omega_n)),
+    )

@@ -9,6 +9,9 @@ from identification.free_decay.recording import Decay
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 
+ContactGeometry = tuple[float, float]
+"""a and e [m]; recordings that share them share the slip."""
+
 MIN_DEFLECTION_STEPS = 3.0
 """Least first deflection, in steps of the encoder."""
 MAX_DEFLECTION = 0.2
@@ -53,6 +56,11 @@ class FreeVibration:
     def psi(self) -> Array:
         """Readings of the vibration [rad], shape (n,)."""
         return self.decay.psi[self.first : self.last]
+
+    @property
+    def contact(self) -> ContactGeometry:
+        """Half-length and caster length of the contact [m]."""
+        return self.decay.rig.a, self.decay.rig.e
 
     @property
     def deflection(self) -> float:

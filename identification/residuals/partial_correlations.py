@@ -187,91 +187,82 @@ def signatures(
     check_signatures(candidates)
     rows = residual_rows(residuals, recordings)
     adjusted = rows.sensitivities(fits)
-    absorbed = _Absorbed(
-        adjusted=orthonormal_basis(adjusted),
-        centred=orthonormal_basis(np.hstack([adjusted, rows.means()])),
-    )
     motions = [motion_and_model_torque(recording, residuals[recording.name]) for recording in recordings]
     columns = {}
     for signal in RESIDUAL_SIGNALS:
         each = rows.columns([signal.of(motion) for motion in motions])
         columns[signal] = each if signal.differs_by_recording else each.sum(axis=1, keepdims=True)
+    tests = _SignalTests(
+        columns=columns,
+        effects=candidates,
+        added=fits[0].model.effects if fits else (),
+        adjusted=orthonormal_basis(adjusted),
+        centred=orthonormal_basis(np.hstack([adjusted, rows.means()])),
+    )
     noise = residual_noise(rows)
-    added = fits[0].model.effects if fits else ()
-    marginal = _correlate(columns, absorbed, noise, candidates, added)
+    every = tests.correlations(noise)
     return Signatures(
         rms=rows.rms,
         autocorrelation=_autocorrelation(noise),
-        signatures=marginal,
-        followed=_followed(columns, absorbed, rows, marginal, candidates, added),
+        signatures=every,
+        followed=_followed(tests, rows, every),
     )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Absorbed:
-    """Orthonormal directions off which signals are projected: every signal, and the centred ones."""
+class _SignalTests:
+    """Signals, and the orthonormal directions off which they and the residual are projected."""
 
-    adjusted: Array
-    centred: Array
+    columns: Mapping[Signal, Array]
+    effects: Sequence[Effect]  # Candidates.
+    added: Sequence[Effect]  # Effects of the model.
+    adjusted: Array  # Directions for signals whose mean counts.
+    centred: Array  # For all others.
 
-    def of(self, signal: Signal) -> Array:
-        return self.centred if signal.centred else self.adjusted
+    def correlations(self, noise: ResidualNoise) -> tuple[SignalCorrelation, ...]:
+        """How far the residual of this noise follows each signal."""
+        every = []
+        for signal, own in self.columns.items():
+            absorbed = self.centred if signal.centred else self.adjusted
+            degrees_of_freedom = 1e9 if signal.centred else noise.degrees_of_freedom
+            value, band, slopes = correlation(own, absorbed, noise, degrees_of_freedom)
+            slope = np.sqrt(np.mean(slopes**2)) if signal.differs_by_recording else slopes[0]
+            every.append(
+                SignalCorrelation(
+                    signal=signal.name,
+                    unit=signal.unit,
+                    correlation=value,
+                    band=band,
+                    slope=float(slope),
+                    size=abs(value) * noise.rows.rms,
+                    effects=effects_leaving(signal, 1 if value >= 0 else -1, self.effects),
+                    reading=reading_of(signal, value, self.effects, self.added),
+                )
+            )
+        return tuple(every)
 
-    def extended(self, columns: Array) -> "_Absorbed":
+    def without(self, name: str) -> "_SignalTests":
+        """The tests of what remains without what follows a signal."""
+        columns = next(own for signal, own in self.columns.items() if signal.name == name)
         parts = (self.adjusted, self.centred)
         adjusted, centred = (np.hstack([p, additional_basis(columns, p)]) for p in parts)
-        return _Absorbed(adjusted=adjusted, centred=centred)
-
-
-def _correlate(
-    columns: Mapping[Signal, Array],
-    absorbed: _Absorbed,
-    noise: ResidualNoise,
-    effects: Sequence[Effect],
-    added: Sequence[Effect],
-) -> tuple[SignalCorrelation, ...]:
-    """How far the residual follows each signal."""
-    every = []
-    for signal, own in columns.items():
-        degrees_of_freedom = 1e9 if signal.centred else noise.degrees_of_freedom
-        value, band, slopes = correlation(own, absorbed.of(signal), noise, degrees_of_freedom)
-        slope = np.sqrt(np.mean(slopes**2)) if signal.differs_by_recording else slopes[0]
-        every.append(
-            SignalCorrelation(
-                signal=signal.name,
-                unit=signal.unit,
-                correlation=value,
-                band=band,
-                slope=float(slope),
-                size=abs(value) * noise.rows.rms,
-                effects=effects_leaving(signal, 1 if value >= 0 else -1, effects),
-                reading=reading_of(signal, value, effects, added),
-            )
-        )
-    return tuple(every)
+        return replace(self, adjusted=adjusted, centred=centred)
 
 
 def _followed(
-    columns: Mapping[Signal, Array],
-    absorbed: _Absorbed,
-    rows: ResidualRows,
-    marginal: tuple[SignalCorrelation, ...],
-    effects: Sequence[Effect],
-    added: Sequence[Effect],
+    tests: _SignalTests, rows: ResidualRows, every: Sequence[SignalCorrelation]
 ) -> tuple[SignalCorrelation, ...]:
     """The strongest that stands out, then the strongest in the residual that remains without it."""
-    by_name = {signal.name: signal for signal in columns}
     followed: list[SignalCorrelation] = []
-    every = marginal
     least = MIN_CORRELATION * rows.rms
     while len(followed) < MAX_EXTRACTED:
         candidates = [s for s in every if s.stands_out and s.size > least]
         if not candidates:
             break
         followed.append(max(candidates, key=lambda s: abs(s.correlation)))
-        absorbed = absorbed.extended(columns[by_name[followed[-1].signal]])
-        remaining = replace(rows, residual=orthogonal_part(rows.residual, absorbed.adjusted))
-        every = _correlate(columns, absorbed, residual_noise(remaining), effects, added)
+        tests = tests.without(followed[-1].signal)
+        remaining = replace(rows, residual=orthogonal_part(rows.residual, tests.adjusted))
+        every = tests.correlations(residual_noise(remaining))
     return tuple(followed)
 
 

@@ -18,8 +18,6 @@ MAX_NOISE_RATIO = 1.15
 LINE, BAND = 30.0, 0.05
 """Power of a frequency over the median of those beside it, within this share of the spectrum, that noise
 has once in 10^9, whatever a filter before the sampling left of it [1]."""
-
-
 MAX_LINES = 1 - MAX_NOISE_RATIO**-2
 """Share of a residual's power in such lines beyond which it oscillates [1]."""
 
@@ -105,8 +103,7 @@ def unexplained(
     if floor < 5e-5:  # Rounds to zero.
         white = "no white noise (the torque is smooth, as a filter leaves it)"
     opening = f"residual {rms:.2%} of range, mean of all recordings; {white}"
-    if not present:
-        evidence = f"{opening}; {structured:.2%} beyond it, {lasting}: too little for an effect"
-        return Unexplained(present=False, evidence=evidence, structured=structured)
-    evidence = f"{opening}; structured part {structured:.2%}, {lasting}. {followed.reading}"
-    return Unexplained(present=True, evidence=evidence, structured=structured)
+    evidence = f"{opening}; {structured:.2%} beyond it, {lasting}: too little for an effect"
+    if present:
+        evidence = f"{opening}; structured part {structured:.2%}, {lasting}. {followed.reading}"
+    return Unexplained(present=present, evidence=evidence, structured=structured)

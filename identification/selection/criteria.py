@@ -65,66 +65,62 @@ class SelectionCriteria:
 
 
 DEFAULT_CRITERIA = SelectionCriteria()
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What two models are compared by."""
+
+    training: Sequence[Recording]  # What both were fitted to.
+    criteria: SelectionCriteria
+    declared: Trial  # The declared structure on the whole recordings.
+
+
 LOAD_CHANGES = 1.01
 """Greatest over least load from which on a load changes [1]."""
 WHITE = 1.3
 """Autocorrelation time [samples] that white noise stays below; its estimate is 1.0 to 1.2."""
 
 
-def forward_step_justified(
-    trial: Trial,
-    present: Trial,
-    training: Sequence[Recording],
-    criteria: SelectionCriteria,
-    declared: Trial,
-) -> bool:
+def forward_step_justified(trial: Trial, present: Trial, by: Comparison) -> bool:
     """Whether the last effect of a trial is worth adding, or worth the place of others."""
     if len(trial.effects) <= len(present.effects):
-        return exchange_justified(trial, present, training, criteria, declared)
-    added = addition_justified(trial, present, training, criteria)
-    return added and exceeds_law_mismatch(
-        trial.effects[-1], trial, present, training, criteria, declared
-    )
+        return exchange_justified(trial, present, by)
+    added = addition_justified(trial, present, by)
+    return added and exceeds_law_mismatch(trial.effects[-1], trial, present, by)
 
 
-def addition_justified(
-    richer: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
-) -> bool:
+def addition_justified(richer: Trial, present: Trial, by: Comparison) -> bool:
     """Whether an effect is worth adding: lower judged error, and a lower information criterion.
 
     The criterion, taken on the training data, may rise by `strong` where held-out recordings show the
     effect clearly. Leaving training recordings out in turn is no evidence beyond the criterion,
     nor is an error that falls because a parameter of a held-out recording is fitted to it.
     """
+    criteria = by.criteria
     falls = error_falls(richer.judgement, present.judgement, criteria)
     if not (falls and present.nrmse**2 - richer.nrmse**2 > criteria.resolution**2):
         return False
     mean, error = error_reduction(richer.judgement, present.judgement, criteria.long_block)
     predicted = richer.held_out is not None and sum(richer.fitted.own) == sum(present.fitted.own)
     allowed = criteria.strong if predicted and mean > criteria.clear * error else 0.0
-    return delta_bic(richer.fitted, present.fitted, training) < allowed
+    return delta_bic(richer.fitted, present.fitted, by.training) < allowed
 
 
-def exceeds_law_mismatch(
-    added: Effect,
-    richer: Trial,
-    present: Trial,
-    training: Sequence[Recording],
-    criteria: SelectionCriteria,
-    declared: Trial,
-) -> bool:
+def exceeds_law_mismatch(added: Effect, richer: Trial, present: Trial, by: Comparison) -> bool:
     """Whether the gain exceeds what slightly wrong laws of the model's effects would leave unexplained.
 
     Another author's law differs from the library's, and what it leaves must not be read as a further
     mechanism. What is explained is a fall of the squared judged error, from the declared structure on.
     """
+    criteria = by.criteria
     if present.effects and not richer.nrmse < (1 - criteria.further_gain) * present.nrmse:
         return False
     structured = present.nrmse > MAX_NOISE_RATIO * richer.nrmse
-    if structured and residuals_are_white(richer.fitted, training):
+    if structured and residuals_are_white(richer.fitted, by.training):
         return True
     share = criteria.second_law if family_already_present((*present.effects, added)) else criteria.law
-    explained = max(declared.nrmse**2 - present.nrmse**2, 0.0)
+    explained = max(by.declared.nrmse**2 - present.nrmse**2, 0.0)
     return present.nrmse**2 - richer.nrmse**2 > share**2 * explained
 
 
@@ -165,33 +161,23 @@ def recordings_allow(effect: Effect, present: Sequence[Effect], training: Sequen
     return after != before and len({recording.ground for recording in training} - {None}) > 1
 
 
-def backward_step_justified(
-    poorer: Trial,
-    present: Trial,
-    training: Sequence[Recording],
-    criteria: SelectionCriteria,
-    declared: Trial,
-) -> bool:
+def backward_step_justified(poorer: Trial, present: Trial, by: Comparison) -> bool:
     """Whether an effect would not be added any more; a simpler one of its family may replace it."""
     exchanged = len(poorer.effects) == len(present.effects)
     if exchanged and last_effect_at_bound(poorer.fitted):
         return False
-    if not addition_justified(present, poorer, training, criteria):
+    if not addition_justified(present, poorer, by):
         return True
     removed = next(effect for effect in present.effects if effect not in poorer.effects)
-    return not (
-        exchanged or exceeds_law_mismatch(removed, present, poorer, training, criteria, declared)
-    )
+    return not (exchanged or exceeds_law_mismatch(removed, present, poorer, by))
 
 
-def exchange_justified(
-    trial: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria, _: Trial
-) -> bool:
+def exchange_justified(trial: Trial, present: Trial, by: Comparison) -> bool:
     """Whether the judged error is lower, and with more parameters the information criterion too."""
-    if not error_falls(trial.judgement, present.judgement, criteria):
+    if not error_falls(trial.judgement, present.judgement, by.criteria):
         return False
     larger = len(trial.fitted.labels) > len(present.fitted.labels)
-    return not larger or delta_bic(trial.fitted, present.fitted, training) < 0
+    return not larger or delta_bic(trial.fitted, present.fitted, by.training) < 0
 
 
 def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> bool:

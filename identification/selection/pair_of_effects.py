@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
-    SelectionCriteria,
+    Comparison,
     delta_bic,
     error_reduction,
     family_already_present,
@@ -47,27 +47,24 @@ def steps_to_pair(
     alone: SearchStep,
     pairs: Sequence[Trial],
     runner: TrialRunner,
-    criteria: SelectionCriteria,
-    declared: Trial,
+    thinned: Comparison,
+    whole: Comparison,
 ) -> list[SearchStep]:
     """Steps to the first pair of these coarse trials that is clear on the whole recordings, if any is.
 
     The first is the step in which no effect was worth adding `alone`; the gain of each effect is that
     beside the other.
     """
-    before, thinned = alone.before, runner.thinned_training
-    justified = [
-        p for p in pairs if forward_step_justified(p, alone.coarse_before, thinned, criteria, declared)
-    ]
+    before = alone.before
+    justified = [p for p in pairs if forward_step_justified(p, alone.coarse_before, thinned)]
     # Those with the same first effect are compared as candidates beside it.
     beside = [pair for pair in justified if pair.effects[-2] == justified[0].effects[-2]]
-    ranked = rank_for_confirmation(beside, thinned, criteria)
-    for candidate in ranked[: 1 + criteria.runners_up]:
+    ranked = rank_for_confirmation(beside, thinned)
+    for candidate in ranked[: 1 + whole.criteria.runners_up]:
         pair = candidate.trial
         both = runner.run_fine(pair.effects, pair.values)
-        mean, error = error_reduction(both.judgement, before.judgement, criteria.long_block)
-        worth = forward_step_justified(both, before, runner.training, criteria, declared)
-        if not worth or mean <= CLEAR * error:
+        mean, error = error_reduction(both.judgement, before.judgement, whole.criteria.long_block)
+        if not forward_step_justified(both, before, whole) or mean <= CLEAR * error:
             continue
         *present, one, other = pair.effects
         first, second = (*present, one), (*present, other)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from identification.fits.fitting import last_effect_at_bound
 from identification.fits.parameter_values import Values
-from identification.reading.recordings import Recording
 from identification.selection.criteria import (
+    Comparison,
     SelectionCriteria,
     distinguishable,
     family_already_present,
@@ -77,9 +77,7 @@ def without_effect(effects: Effects, removed: Effect) -> Effects:
     return tuple(effect for effect in effects if effect != removed)
 
 
-def rank_for_confirmation(
-    justified: Sequence[Trial], training: Sequence[Recording], criteria: SelectionCriteria
-) -> list[RankedCandidate]:
+def rank_for_confirmation(justified: Sequence[Trial], by: Comparison) -> list[RankedCandidate]:
     """Candidates in the order in which they should be confirmed.
 
     Take the best trial that does not overfit the judging recordings. Of it and all trials
@@ -90,9 +88,9 @@ def rank_for_confirmation(
     ranked, rest = [], list(justified)
     while rest:
         best = next(
-            t for t in rest if not any(overfits_judging_recordings(t, other, training) for other in rest)
+            t for t in rest if not any(overfits_judging_recordings(t, one, by.training) for one in rest)
         )
-        equals = [trial for trial in rest if not distinguishable(best, trial, criteria)]
+        equals = [trial for trial in rest if not distinguishable(best, trial, by.criteria)]
         leader = min(equals, key=_simplicity)
         own = leader.effects[-1].family
         rivals = (trial.effects[-1] for trial in equals if trial is not leader)

@@ -9,12 +9,14 @@ not return, so the search ends.
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from identification.fits.fitting import last_effect_at_bound
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
+    Comparison,
     SelectionCriteria,
     backward_step_justified,
     distinguishable,
@@ -38,7 +40,7 @@ from identification.selection.trial_runner import Effects, TrialRunner, job_coun
 from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
-Justified = Callable[[Trial, Trial, Sequence[Recording], SelectionCriteria, Trial], bool]
+Justified = Callable[[Trial, Trial, Comparison], bool]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,7 +50,16 @@ class _PresentModel:
     fine: Trial
     coarse: Trial
     precision: Precision
-    declared: Trial
+
+    def step_to(self, confirmed: RankedCandidate | None, trials: Sequence[Trial]) -> SearchStep:
+        """The step to what was confirmed of these trials, if anything was."""
+        return SearchStep(
+            before=self.fine,
+            coarse_before=self.coarse,
+            trials=tuple(trials),
+            after=confirmed.trial if confirmed else None,
+            indistinguishable=confirmed.indistinguishable if confirmed else (),
+        )
 
 
 @dataclass(frozen=True)
@@ -60,32 +71,38 @@ class Search:
     criteria: SelectionCriteria
     report: Progress
 
+    @cached_property
+    def whole(self) -> Comparison:
+        """What fine trials are compared by."""
+        return Comparison(self.runner.training, self.criteria, self.runner.run_fine(()))
+
+    @cached_property
+    def thinned(self) -> Comparison:
+        """What coarse trials are compared by."""
+        return replace(self.whole, training=self.runner.thinned_training)
+
     def run(self) -> list[SearchStep]:
         """Every step, the last one with nothing chosen."""
         self.report("fitting the declared structure", 0, 1)
-        declared = self.runner.run_fine(())
-        current: Trial | None = declared
+        current: Trial | None = self.whole.declared
         steps: list[SearchStep] = []
         while current:
-            steps.append(self._step(current, declared, steps))
-            current = steps[-1].after
-            if current is None:
-                current = self._add_pair(steps, declared)
+            steps.append(self._step(current, steps))
+            current = steps[-1].after or self._add_pair(steps)
         return steps
 
-    def _add_pair(self, steps: list[SearchStep], declared: Trial) -> Trial | None:
+    def _add_pair(self, steps: list[SearchStep]) -> Trial | None:
         """Replace the step in which no effect was worth adding alone by those to a pair, if one is."""
-        alone, runner = steps[-1], self.runner
-        if not (sets := promising_pairs(alone, runner.thinned_training)):
+        alone = steps[-1]
+        if not (sets := promising_pairs(alone, self.thinned.training)):
             return None
-        present = self._present(alone.before, declared)
-        pairs = self._rank(present, sets, "trying pairs of effects")
-        steps[-1:] = steps_to_pair(alone, pairs, runner, self.criteria, declared) or [alone]
+        pairs = self._rank(self._present(alone.before), sets, "trying pairs of effects")
+        steps[-1:] = steps_to_pair(alone, pairs, self.runner, self.thinned, self.whole) or [alone]
         return steps[-1].after
 
-    def _step(self, current: Trial, declared: Trial, steps: Sequence[SearchStep]) -> SearchStep:
+    def _step(self, current: Trial, steps: Sequence[SearchStep]) -> SearchStep:
         """Add an effect, else remove one, else exchange one, else nothing."""
-        present = self._present(current, declared)
+        present = self._present(current)
         active, idle = self._active_and_idle(current.effects, steps)
         added = self._add(present, active, ())
         # A law that gained nothing before may now do as well as that of its family which was added, one
@@ -102,11 +119,11 @@ class Search:
             or added
         )
 
-    def _present(self, current: Trial, declared: Trial) -> _PresentModel:
+    def _present(self, current: Trial) -> _PresentModel:
         precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
         precision = with_prior_weight(precision, current.fitted)
         coarse = self.runner.run_coarse(current.effects, current.values, precision)
-        return _PresentModel(fine=current, coarse=coarse, precision=precision, declared=declared)
+        return _PresentModel(fine=current, coarse=coarse, precision=precision)
 
     def _active_and_idle(
         self, present: Effects, steps: Sequence[SearchStep]
@@ -129,16 +146,9 @@ class Search:
         sets = [with_effect(present.fine.effects, effect) for effect in effects]
         trials = [*earlier, *self._rank(present, sets, label)]
         ranked = sorted(trials, key=lambda trial: trial.nrmse)
-        justified = [t for t in ranked if self._improves(t, present, forward_step_justified)]
-        best = rank_for_confirmation(justified, self.runner.thinned_training, self.criteria)
-        indistinguishable, after = self._first_confirmed(best, present, forward_step_justified)
-        return SearchStep(
-            before=present.fine,
-            coarse_before=present.coarse,
-            trials=tuple(ranked),
-            after=after,
-            indistinguishable=indistinguishable,
-        )
+        justified = [t for t in ranked if forward_step_justified(t, present.coarse, self.thinned)]
+        best = rank_for_confirmation(justified, self.thinned)
+        return present.step_to(self._first_confirmed(best, present, forward_step_justified), ranked)
 
     def _remove(self, present: _PresentModel) -> SearchStep | None:
         """Remove an effect, not the last, or put one of its family in place of a flexible law."""
@@ -197,13 +207,9 @@ class Search:
         self, present: _PresentModel, trials: Sequence[Trial], justified: Justified
     ) -> SearchStep | None:
         """The step to the first of these models that is confirmed, None where none is."""
-        best = [RankedCandidate(t) for t in trials if self._improves(t, present, justified)]
-        _, after = self._first_confirmed(best, present, justified)
-        if after is None:
-            return None
-        return SearchStep(
-            before=present.fine, coarse_before=present.coarse, trials=tuple(trials), after=after
-        )
+        best = [RankedCandidate(t) for t in trials if justified(t, present.coarse, self.thinned)]
+        confirmed = self._first_confirmed(best, present, justified)
+        return present.step_to(confirmed, trials) if confirmed else None
 
     def _rank(self, present: _PresentModel, sets: Sequence[Effects], label: str) -> list[Trial]:
         """Coarse trials of these sets of effects, least judged error first."""
@@ -213,28 +219,22 @@ class Search:
             present.coarse, sets, present.precision, lambda done: self.report(label, done, len(sets))
         )
 
-    def _improves(self, trial: Trial, present: _PresentModel, justified: Justified) -> bool:
-        """Whether a coarse trial is justified beside the present model, as coarse."""
-        training = self.runner.thinned_training
-        return justified(trial, present.coarse, training, self.criteria, present.declared)
-
     def _first_confirmed(
         self, best: Sequence[RankedCandidate], present: _PresentModel, justified: Justified
-    ) -> tuple[Effects, Trial | None]:
-        """Of the first candidate that is justified on the whole recordings too: rivals and trial."""
+    ) -> RankedCandidate | None:
+        """The first candidate that is justified on the whole recordings too, with its trial on these."""
         # One with a parameter at the end of its range gives way to another one that does as well.
-        at_bound: tuple[Effects, Trial | None] = (), None
+        at_bound: RankedCandidate | None = None
         for candidate in best[: 1 + self.criteria.runners_up]:
             after = self.runner.run_fine(candidate.trial.effects, candidate.trial.values)
-            if not justified(after, present.fine, self.runner.training, self.criteria, present.declared):
+            if not justified(after, present.fine, self.whole):
                 continue
-            first = at_bound[1]
-            if first is not None and distinguishable(first, after, self.criteria):
+            if at_bound and distinguishable(at_bound.trial, after, self.criteria):
                 continue
+            confirmed = replace(candidate, trial=after)
             if not last_effect_at_bound(after.fitted):
-                return candidate.indistinguishable, after
-            if first is None:
-                at_bound = candidate.indistinguishable, after
+                return confirmed
+            at_bound = at_bound or confirmed
         return at_bound
 
 

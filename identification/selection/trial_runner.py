@@ -30,6 +30,8 @@ from symbolic import BrushgripError, Effect, InvalidInputError
 Effects = tuple[Effect, ...]
 Submit = Callable[..., Future[Any]]
 """Takes a function and its arguments, returns the future of its result."""
+Report = Callable[[int], None]
+"""Takes the number of trials done."""
 Key = TypeVar("Key")
 _BETWEEN_WAITS = 0.5
 """Longest wait before a pending interrupt is served [s]."""
@@ -75,26 +77,16 @@ class TrialRunner:
         return self._run(self._coarse_task(effects, start, precision))
 
     def rank(
-        self,
-        present: Trial,
-        sets: Sequence[Effects],
-        precision: Precision,
-        report: Callable[[int], None],
+        self, present: Trial, sets: Sequence[Effects], precision: Precision, report: Report
     ) -> list[Trial]:
-        """Coarse trials of these sets of effects from the values of another, least judged error first.
-
-        `report` is called with the number of trials done.
-        """
+        """Coarse trials of these sets of effects from another's values, least judged error first."""
         # The heaviest first, so that no core waits for one of them at the end.
         ordered = sorted(sets, key=lambda effects: -model_of(effects, precision).memory_size)
         starts = [(effects, values_for(present, effects)) for effects in ordered]
         return sorted(self.run_all(starts, precision, report), key=lambda trial: trial.nrmse)
 
     def run_all(
-        self,
-        starts: Sequence[tuple[Effects, Values]],
-        precision: Precision,
-        report: Callable[[int], None],
+        self, starts: Sequence[tuple[Effects, Values]], precision: Precision, report: Report
     ) -> list[Trial]:
         """Coarse trials of these sets of effects, each from its own values; in the order given."""
         report(0)

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from identification.free_decay.likelihood import contact_geometry
 from identification.free_decay.recording import Decay
 from identification.free_decay.vibration_detection import FreeVibration, find_vibration
 from identification.free_decay.vibration_model import rotational_stiffness
@@ -63,7 +62,7 @@ def estimate_by_decrement(decays: Sequence[Decay]) -> DecrementFit:
     omega_n, zeta = (np.array([getattr(v, name) for v in vibrations]) for name in ("omega_n", "zeta"))
     J_A = np.array([decay.inertia for decay in decays])
     # omega_n is sqrt(k) times this, so that least squares need no iteration.
-    per_root_k = np.sqrt([rotational_stiffness(1.0, *contact_geometry(one)) for one in swings] / J_A)
+    per_root_k = np.sqrt([rotational_stiffness(1.0, *one.contact) for one in swings] / J_A)
     root_k = _slope_through_origin(per_root_k, omega_n)
     per_damping = 1 / (2 * root_k * per_root_k)
     return DecrementFit(

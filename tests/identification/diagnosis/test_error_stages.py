@@ -13,10 +13,10 @@ from identification.diagnosis.error_stages import (
     left_out_residuals,
 )
 from identification.fits.least_squares_problem import torque_range
-from identification.fits.loss import rmse_of
+from identification.fits.loss import LEAST_SQUARES, rmse_of
 from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trial import Trial, TrialTask, fit_own_parameters, run_trial
-from identification.selection.trial_runner import workers
+from identification.selection.trial_runner import TrialRunner, run_at_once
 from symbolic import InvalidInputError, Model, ModelError, Rig, effects_named
 from tests.identification.factories import first_order, read_campaign, recording
 
@@ -33,10 +33,13 @@ def trial(recordings: list[Recording]) -> Trial:
     return run_trial(TrialTask(EFFECTS, recordings))
 
 
+def runner_of(recordings: list[Recording]) -> TrialRunner:
+    return TrialRunner(training=recordings, holdout=(), loss=LEAST_SQUARES, submit=run_at_once)
+
+
 @pytest.mark.long
 def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
-    with workers(1) as submit:
-        residuals = left_out_residuals(trial, recordings, submit)
+    residuals = left_out_residuals(trial, runner_of(recordings))
 
     assert list(residuals) == [r.name for r in recordings]
     first_order = leave_one_out(trial.fitted, recordings)
@@ -50,8 +53,7 @@ def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
 
 
 def test_one_recording_cannot_be_left_out(trial: Trial, recordings: list[Recording]) -> None:
-    with workers(1) as submit:
-        assert left_out_residuals(trial, recordings[:1], submit) == {}
+    assert left_out_residuals(trial, runner_of(recordings[:1])) == {}
 
 
 def test_friction_of_a_ground_that_was_not_fitted_is_not_predicted(

@@ -6,13 +6,18 @@ import numpy as np
 
 from identification import Recording
 from identification.fits.autocorrelation import effective_samples
-from identification.selection.criteria import DEFAULT_CRITERIA
+from identification.selection.criteria import DEFAULT_CRITERIA, Comparison, SelectionCriteria
 from identification.selection.trial import Judgement, Trial
 from symbolic import Effect, Parameter
 
 SECONDS, PER_SECOND = 80, 50
 Pair = tuple[Trial, list[Recording]]
 """A trial, and the recordings that it was fitted to and judged by."""
+
+
+def compared_by(pair: Pair, criteria: SelectionCriteria = DEFAULT_CRITERIA) -> Comparison:
+    """What models are compared by that were fitted to the first recording."""
+    return Comparison(pair[1][:1], criteria, pair[0])
 
 
 class Law(Effect):

@@ -18,7 +18,7 @@ from identification.selection.criteria import (
 )
 from symbolic import InvalidInputError, effects_named
 from tests.identification.factories import recording
-from tests.identification.selection.compared import SECONDS, Pair, judgement, trials
+from tests.identification.selection.compared import SECONDS, Pair, compared_by, judgement, trials
 
 BLOCK, LONG_BLOCK = DEFAULT_CRITERIA.block, DEFAULT_CRITERIA.long_block
 RESOLUTION = DEFAULT_CRITERIA.resolution
@@ -41,16 +41,15 @@ def test_what_was_held_out_outweighs_a_weak_objection(
     pair: Pair, bic: float, error: float, block: float, earned: bool
 ) -> None:
     after, before = trials(pair, bic, error, block)
-    training = pair[1][:1]
 
-    assert delta_bic(after.fitted, before.fitted, training) == pytest.approx(bic, abs=1e-6)
-    assert addition_justified(after, before, training, SelectionCriteria(strong=6.0)) == earned
+    assert delta_bic(after.fitted, before.fitted, pair[1][:1]) == pytest.approx(bic, abs=1e-6)
+    assert addition_justified(after, before, compared_by(pair, SelectionCriteria(strong=6.0))) == earned
 
 
 def test_the_criterion_has_to_agree_unless_it_is_told_otherwise(pair: Pair) -> None:
     for bic in (-0.5, 0.5):
         after, before = trials(pair, bic, 9.0, LONG_BLOCK)
-        assert addition_justified(after, before, pair[1][:1], DEFAULT_CRITERIA) == (bic < 0)
+        assert addition_justified(after, before, compared_by(pair)) == (bic < 0)
 
 
 def test_an_objection_stands_where_nothing_held_out_foresees_the_gain(pair: Pair) -> None:
@@ -58,7 +57,7 @@ def test_an_objection_stands_where_nothing_held_out_foresees_the_gain(pair: Pair
     labels = (*before.fitted.labels, (pair[1][0].name, "more"))
     fitted_to_each = replace(after, fitted=replace(after.fitted, labels=labels))
     for richer in (fitted_to_each, replace(after, held_out=None)):
-        assert not addition_justified(richer, before, pair[1][:1], SelectionCriteria(strong=6.0))
+        assert not addition_justified(richer, before, compared_by(pair, SelectionCriteria(strong=6.0)))
 
 
 @pytest.mark.parametrize(
@@ -97,12 +96,10 @@ def test_a_length_follows_only_a_load_that_changes() -> None:
 
 
 def test_an_exchange_pays_for_its_parameters(pair: Pair) -> None:
-    training = pair[1][:1]
     dearer, before = trials(pair, 1.0, 2.5)
 
-    given = (before, training, DEFAULT_CRITERIA, before)
-    assert not exchange_justified(dearer, *given)
-    assert exchange_justified(replace(dearer, fitted=before.fitted), *given)
+    assert not exchange_justified(dearer, before, compared_by(pair))
+    assert exchange_justified(replace(dearer, fitted=before.fitted), before, compared_by(pair))
 
 
 @pytest.mark.parametrize(("error", "apart"), [(1.5, False), (2.5, True)])
@@ -118,7 +115,7 @@ def test_too_little_for_the_discretised_patch_is_nothing(pair: Pair) -> None:
         for trial, size in ((after, 0.9 * RESOLUTION), (before, RESOLUTION))
     ]
 
-    assert not addition_justified(*small, pair[1][:1], DEFAULT_CRITERIA)
+    assert not addition_justified(*small, compared_by(pair))
 
 
 @pytest.mark.parametrize(

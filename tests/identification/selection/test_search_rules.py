@@ -16,6 +16,7 @@ from identification.selection.trial_runner import TrialRunner
 from tests.identification.selection.compared import (
     SECONDS,
     Pair,
+    compared_by,
     effect_of,
     judgement,
     trials,
@@ -191,7 +192,7 @@ def test_of_equals_a_second_law_of_a_family_comes_last(pair: Pair) -> None:
     second, other = both(pair, 0, 1.5, ("sf", "st"))
     first = with_effects(second, "f")
     for flexible, leader in ((first, "f"), (second, "st")):
-        best, *_ = rank_for_confirmation([flexible, other], pair[1][:1], DEFAULT_CRITERIA)
+        best, *_ = rank_for_confirmation([flexible, other], compared_by(pair))
         assert "".join(best.trial.names) == leader
 
 
@@ -332,7 +333,7 @@ def both(pair: Pair, bic: float, error: float, names: Sequence[str] = "ab") -> t
 @pytest.mark.parametrize("distinguishable", [True, False])
 def test_of_equals_the_one_with_the_fewest_parameters_goes_on(pair: Pair, distinguishable: bool) -> None:
     dearer, other = both(pair, 0.0, 2.5 if distinguishable else 1.5)
-    ranked = rank_for_confirmation([dearer, other], pair[1][:1], DEFAULT_CRITERIA)
+    ranked = rank_for_confirmation([dearer, other], compared_by(pair))
     expected = [(other, (effect_of("a"),)), (dearer, ())]
     if distinguishable:
         expected = [(dearer, ()), (other, ())]
@@ -350,7 +351,7 @@ def test_one_that_is_fitted_to_the_judging_recordings_does_not_go_on(pair: Pair)
         best, other = both(pair, bic, 9.0)
         labels = (*other.fitted.labels, (owner, "more"))
         best = replace(best, fitted=replace(best.fitted, labels=labels))
-        (first, *_) = rank_for_confirmation([best, other], training, DEFAULT_CRITERIA)
+        (first, *_) = rank_for_confirmation([best, other], compared_by(pair))
         assert first.trial.names == (expected,)
 
 
@@ -361,7 +362,7 @@ def test_a_difference_of_no_worth_does_not_distinguish(pair: Pair) -> None:
     for factor, alike in ((1.01, True), (1.03, False)):
         one = replace(best, judgement=judgement(sizes))
         two = replace(other, judgement=judgement(factor * sizes))
-        (first, *_) = rank_for_confirmation([one, two], pair[1][:1], DEFAULT_CRITERIA)
+        (first, *_) = rank_for_confirmation([one, two], compared_by(pair))
         assert bool(first.indistinguishable) == alike
 
 
