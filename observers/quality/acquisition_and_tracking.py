@@ -22,10 +22,11 @@ from observers.layout import Expression, Layout, Parts, named, symbols_like, vec
 from observers.measurement.measurement_model import (
     MAX_ZERO_DEVIATIONS,
     MIN_LOAD_SHARE,
+    RIG,
     MeasurementModel,
     has_gear_friction,
 )
-from observers.measurement.torque_error import is_known
+from observers.measurement.torque_error import is_known, share_of_full_slide
 from observers.patch.patch_protocol import EQUIVALENT, split_theta_rig_tuning
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.acquisition import (
@@ -177,7 +178,9 @@ def build_step_with_acquisition(
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
     ground = (_told(reset, M_z, gear), was["M_slide"], tyre)
     zero = own["scale"] * newest_state(parts, measurement_model, after, "M_0")
-    known = _known_before(own, before["verdict"], tracked, zero, fields["zero_std"] * rig[0], scaled)
+    slide, declared = full_slide_torque(own["F_N"], rig[0]), named(RIG, rig)["zero_std"]
+    zero_std = slide * share_of_full_slide(declared, slide, fields["zero_std"])
+    known = _known_before(own, before["verdict"], tracked, zero, zero_std, scaled)
     search = _search_of(anew, searched.join(before), (*ground, *known), measurement_model)
     own["phase"] = ca.if_else(anew, 0, own["phase"])
     own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
@@ -230,16 +233,14 @@ def _known_before(
     scaled: str,
 ) -> tuple[Expression, ...]:  # fmt: skip
     """Mean and deviation of s [1] and of the torque's zero [N m] with which a search begins anew."""
-    found, std = ca.exp(named(VERDICT, verdict)["log_gain"]), zero_std * full_slide_torque(own["F_N"], 1)
-    # zero_std is a share of full slide at mu = 1 times the half-length [m].
-    most = MAX_ZERO_DEVIATIONS * std
+    found, most = ca.exp(named(VERDICT, verdict)["log_gain"]), MAX_ZERO_DEVIATIONS * zero_std
     lasted = ca.logic_and(own["lost"], own["confirmed"] == PROVED)
     moved = ca.if_else(ca.logic_and(tracked, lasted), MAY_HAVE_MOVED, 1)
     scale = ca.if_else(tracked, found, own["scale"])
     # From the steering torque nothing tells s on ice anew: it stays known. Garbage may have moved the
     # zero far: it keeps its range.
     scale_std = ca.if_else(tracked, (moved if scaled else 1) * RESTART_STD, VAGUE)
-    return scale, scale_std, ca.fmax(-most, ca.fmin(most, zero)), moved * std
+    return scale, scale_std, ca.fmax(-most, ca.fmin(most, zero)), moved * zero_std
 
 
 def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:

@@ -165,6 +165,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
     zero_std, states, model = observer.rig.zero_std, observer.states, observer.measurement_model
     gear = has_gear_friction(model)
     declared = f"{literal['zero_std']} * 0.375 * sample[2] * {literal['a']}"
+    restart = f"limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * {literal['a']}"
     return {
         "own": acquisition.OWN, "track": hysteresis_branches.TRACK, "gear": gear,
         "parts": mu_over_k_hypotheses.hypothesis_fields(gear),
@@ -187,7 +188,8 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "vague": repr(mu_over_k_hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
         "restart_std": repr(mu_over_k_hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
-        # Deviation of the torque's zero before the first sample [N m].
+        # Deviation of the torque's zero before the first sample, and on a new ground [N m].
         "zero_std": declared if zero_std is None else repr(zero_std),
+        "restart_zero_std": restart if zero_std is None else repr(zero_std),
         "zero_state": f"{terms['newest_x']}[{states.index('M_0')}]" if "M_0" in states else "0.0",
     }  # fmt: skip

@@ -145,13 +145,13 @@ def test_where_an_innovation_lasted_scale_and_zero_may_have_moved(
     own = dict.fromkeys(OWN, 0.0) | {"scale": 1, "F_N": 400.0, "confirmed": confirmed, "lost": lost}
     given = {name: ca.DM(value) for name, value in own.items()}
     verdict = ca.DM([0.2 * (name == "log_gain") for name in VERDICT])
-    known = given, verdict, ca.DM(1), ca.DM(0), 0.01
+    known = given, verdict, ca.DM(1), ca.DM(0), 1.5
     gain, gain_std, _, zero_std = _known_before(*known, "M_z")
     assert float(_known_before(*known, "")[1]) == RESTART_STD, "on ice a steering torque tells no s anew"
 
     assert float(gain) == pytest.approx(np.exp(0.2))
     assert float(gain_std) == pytest.approx(times * RESTART_STD)
-    assert float(zero_std) == pytest.approx(times * 0.01 * 150.0)
+    assert float(zero_std) == pytest.approx(times * 1.5)
 
 
 def test_single_spikes_of_the_torque_are_no_other_ground() -> None:

@@ -265,7 +265,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     if (changed) {
         if (tracked || lost) {
             const bool tells = ((status & ${NAME}_RESET) != 0) && is_known(M_z)${" && false" if gear};
-            restart_search(state, tells ? M_z : 0.0, tyre, tracked, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a},
+            restart_search(state, tells ? M_z : 0.0, tyre, tracked, ${restart_zero_std},
                            (tracked && lost && (state->own[OWN_CONFIRMED] == ${proved})) ? ${moved} : 1.0);
         }
         state->own[OWN_ACQUIRING] = 1.0;
