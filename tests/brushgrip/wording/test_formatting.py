@@ -142,6 +142,11 @@ def estimates(
     )  # fmt: skip
 
 
+def row_of(seen: Estimates) -> dict[str, Any]:
+    """The row of a recording in a table of many."""
+    return summary_row(cast(Recording, SimpleNamespace(name="a", ground=None)), seen)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -254,7 +259,7 @@ def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:
     seen = estimates(*[Status.USED] * 20, *[Status.INCONSISTENT] * 30)
     seen = replace(seen, usable=seen.status == 0)
     line = estimates_summary(seen)
-    row = summary_row(cast(Recording, SimpleNamespace(name="a", ground=None)), seen)
+    row = row_of(seen)
     short = estimates(*[Status.USED] * 120, Status.INCONSISTENT)
 
     assert row["since_usable"] == pytest.approx(0.3)
@@ -265,14 +270,14 @@ def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:
 def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
     seen = estimates(*[Status.USED, *[Status.MISSING] * 9] * 40)
     slower = replace(seen, usable=seen.usable & (seen.status == 0))
-    row = summary_row(cast(Recording, SimpleNamespace(name="a", ground=None)), slower)
+    row = row_of(slower)
 
     assert (row["samples"], row["measured"], row["usable"], row["informed"]) == (400, 40, 0.5, 0.5)
     # Behind the last torque nothing can be usable.
     assert row["since_usable"] == 0
     assert "usable in 50 % of 40 samples with a torque" in estimates_summary(slower)
     off = replace(slower, status=np.where(slower.t < 1, int(Status.IMPLAUSIBLE | Status.MISSING), 0))
-    row = summary_row(cast(Recording, SimpleNamespace(name="a", ground=None)), off)
+    row = row_of(off)
     assert (row["implausible"], row["wide"]) == (0.25, 1 / 3)
 
 
