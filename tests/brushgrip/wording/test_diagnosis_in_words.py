@@ -1,13 +1,21 @@
 """Sentences about a diagnosis are only as sure as its figures."""
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
-from brushgrip.wording.diagnosis_in_words import explained_grade, headline, split_parameter_label
-from identification import Diagnosis
+from brushgrip.wording.diagnosis_in_words import (
+    experiment_in_words,
+    explained_grade,
+    headline,
+    split_parameter_label,
+    taken_from_model,
+)
+from identification import Diagnosis, FoundModel
 from identification.diagnosis.result_parts import Grade
-from tests.brushgrip.factories import make_diagnosis
+from symbolic import Model, ModelBasis, ModelError, effects_named
+from tests.brushgrip.factories import experiment, make_diagnosis
 
 
 def graded(diagnosis: Diagnosis, *grades: Grade, errors: float = 5.0) -> Diagnosis:
@@ -137,3 +145,73 @@ def test_parameters_have_plain_names() -> None:
     assert split_parameter_label("k") == ("tread stiffness k", "")
     assert split_parameter_label("a [fem1]") == ("half-length a", "fem1")
     assert split_parameter_label("e [fem1]") == ("caster e", "fem1")
+
+
+FOUND = (
+    "The assumed model lacks compliance and contact shape (carcass torsion) and sensor and steering"
+    " (torque offset); 1.20 % of range stay unexplained: validation error 4.30 % (k refitted) → 2.37 %"
+)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, FOUND),
+        ({"holdout": ()}, "left-out error 4.05 %"),
+        ({"training": ("train_a",), "holdout": ()}, "training error 4.00 %"),
+        ({"found": False, "unexplained": False}, "lacks nothing"),
+        (
+            {"found": False},
+            "No effect alone explains enough of what the assumed model lacks: validation error 4.30 %",
+        ),
+    ],
+)
+def test_headline(options: dict[str, Any], words: str) -> None:
+    assert words in headline(make_diagnosis(**options))
+
+
+def found_model(training: int, holdout: int, **grades: str) -> FoundModel:
+    return FoundModel(
+        model=Model(effects=effects_named(["carcass_torsion", "torque_offset"])),
+        tyre={"k": 2.4e6, "carcass_torsion.k_t": 390.0},
+        own={},
+        error=ModelError(spread=0.03, correlation_time=1.0),
+        basis=ModelBasis(training=training, holdout=holdout, grades=grades),
+    )
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        (
+            found_model(1, 0, carcass_torsion="weak", torque_offset="strong"),
+            "carcass torsion (weak), k = 2.4·10⁶ N/m² and the error that observers allow the model,"
+            " 3.00 % of the torque of full slide; not torque offset, which belongs to a recording. It"
+            " stands on 1 recording, nothing judged it; 1 of 2 effects are weak or stand-ins",
+        ),
+        (
+            replace(
+                found_model(1, 0), error=ModelError(spread=0.03, correlation_time=1.0, relative=0.04)
+            ),
+            "the error that observers allow the model, 2.00 % of the torque's range",
+        ),
+        (found_model(2, 0), "It stands on 2 recordings, each left out in turn judged it"),
+        (found_model(4, 3), "It stands on 4 recordings, 3 validation recordings judged it"),
+        (replace(found_model(1, 0), basis=None), "does not say how many recordings that stands on"),
+    ],
+)
+def test_what_is_taken_from_a_model(model: FoundModel, words: str) -> None:
+    assert words in taken_from_model(model)
+
+
+def test_a_proposed_recording_says_where_to_turn_first_and_whether_it_is_enough() -> None:
+    # It begins at rest at 0 and goes as sin t, so to 1 rad first.
+    told = experiment_in_words(experiment())
+    assert told.endswith(
+        "5.0 standard errors, of which 2 are needed. It begins at 0° and turns to 57° first."
+    )
+    backwards = experiment()
+    psi = -0.5 * backwards.manoeuvre.psi
+    backwards = replace(backwards, manoeuvre=replace(backwards.manoeuvre, psi=psi))
+    assert experiment_in_words(backwards).endswith("begins at 0° and turns to −29° first.")
+    assert "first" not in experiment_in_words(replace(backwards, times=None))
