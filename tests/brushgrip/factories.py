@@ -36,6 +36,16 @@ def make_estimates(status: Sequence[int] | np.ndarray, **columns: np.ndarray) ->
     return Estimates(**(usual | columns))
 
 
+def rising(*status: Status, std: float = 0.02, off: float = 0.0, last: int | None = None) -> Estimates:
+    """Friction that rises from 1 to 1.25; usable in the second half, to the sample `last`."""
+    size, places, mu = len(status), np.arange(len(status)), np.linspace(1.0, 1.25, len(status))
+    usable = (places >= size / 2) & (places <= (size if last is None else last))
+    return make_estimates(
+        status, mu=mu, mu_eff=mu + off, mu_std=np.full(size, std), mu_eff_std=np.full(size, 2 * std),
+        M_z_predicted=np.zeros(size), informed=places >= size / 2, usable=usable,
+    )  # fmt: skip
+
+
 def _series(name: str, number: int, held_out: bool) -> Series:
     noise = np.random.default_rng(number).normal(0, 0.08, 600)
     t = np.arange(600) * 0.02

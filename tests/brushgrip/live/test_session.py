@@ -15,7 +15,7 @@ from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
 from brushgrip.live.session_state_in_words import LastUsable, state_line, usability_of
 from brushgrip.live.timestamp_filter import TimestampFilter, arrival_time
-from observers import Ekf, Status, SteeringLimits
+from observers import Ekf, Estimate, Status, SteeringLimits
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Model, Rig
 from tests.brushgrip.helpers import Run, write_model
@@ -45,6 +45,11 @@ def session_over(
     session = session_of("udp:5005", observer, record=record, **options)
     session._open = lambda: ListSource(rows)
     return session
+
+
+def store(session: Session, estimate: Estimate, *, t: float = 0.0, age: float = 0.0) -> None:
+    """Puts an estimate in as if its sample had come so long ago."""
+    session._store([Point((t,), 0.0, 1.0, estimate)], arrival_time() - age)
 
 
 def spoilt(rows: list[dict[str, float]]) -> list[dict[str, float]]:
@@ -203,7 +208,7 @@ def test_a_torque_of_the_other_sign_is_told_with_the_sign_that_is_expected() -> 
 def test_an_old_estimate_is_not_usable() -> None:
     for age, usable in ((0.9 * OLD, True), (1.1 * OLD, False)):
         session = session_of("udp:5005")
-        session._store([Point((0.0,), 0.0, 1.0, KNOWN)], arrival_time() - age)
+        store(session, KNOWN, age=age)
         assert session.state().usable is usable
     assert session.state().status == "no sample for 1 s"
 
@@ -367,7 +372,7 @@ def test_between_torques_the_last_one_says_what_is_usable() -> None:
     usable = []
     for step in range(200):
         estimate = KNOWN if step % 10 == 0 and step < 100 else without
-        session._store([Point((0.01 * step,), 0.0, 1.0, estimate)], arrival_time())
+        store(session, estimate, t=0.01 * step)
         usable.append(session.state().usable)
 
     # Half a second after the last torque nothing is usable any more.
@@ -378,9 +383,7 @@ def test_between_torques_the_last_one_says_what_is_usable() -> None:
 def test_a_flag_between_torques_is_told_at_once() -> None:
     session = session_of("udp:5005")
     for status in (Status.USED, Status.MISSING | Status.IMPLAUSIBLE):
-        session._store(
-            [Point((float(status),), 0.0, 1.0, replace(KNOWN, status=status))], arrival_time()
-        )
+        store(session, replace(KNOWN, status=status), t=float(status))
 
     assert not session.state().usable
 
@@ -391,7 +394,7 @@ def test_advice_is_given_only_where_turning_helps() -> None:
     session._adviser._text = "turn 8° more to the left"
     known = replace(prior_estimate(OBSERVER), informed=True, status=Status.USED)
     for status, is_given in ((Status.USED, True), (Status.INCONSISTENT, False), (Status.USED, True)):
-        session._store([Point((0.0,), 0.0, 1.0, replace(known, status=status))], arrival_time())
+        store(session, replace(known, status=status))
         assert ("turn 8°" in state_line(session.state())) == is_given
     session._ended = True
     assert "turn 8°" not in state_line(session.state())
@@ -413,7 +416,7 @@ def test_the_end_of_a_source_is_no_dead_sensor() -> None:
 
     assert state.status == "the source has ended: friction was never usable"
     assert usability_of(state) == "ended"
-    session._store([Point((1.5,), 0.0, 1.0, KNOWN)], arrival_time())
+    store(session, KNOWN, t=1.5)
     assert (
         session.state().status == "the source has ended: friction was 0.80 ± 0.20 at 1.5 s, last usable"
     )

@@ -189,3 +189,10 @@ def test_nothing_is_imported_before_it_is_needed(imported: str, absent: str) -> 
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
     assert done.stdout == "False\n"
+
+
+def test_a_diagnosis_is_shown_in_a_line() -> None:
+    shown = "<Diagnosis of 2 recordings, 3 held out: carcass_torsion, torque_offset>"
+
+    assert repr(make_diagnosis()) == shown
+    assert repr(make_diagnosis(found=False)).endswith(": no effect>")

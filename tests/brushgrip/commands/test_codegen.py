@@ -3,7 +3,6 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +12,11 @@ from observers import Ekf, from_files
 from observers.embedded import generate
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, compiler
-from tests.brushgrip.helpers import Outcome, Run, table_of, with_defaults
+from tests.brushgrip.helpers import Outcome, Run, table_of, with_defaults, write_model
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
 NEEDS_HOST = pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone")
-Model = Callable[..., Path]
 GENERATED = ["grip.c", "grip.h", "grip.hpp", "grip.json", "grip_vector.csv", "grip_sfun.c"]
 FILES = ["CMakeLists.txt", "check.c", "main.c", *GENERATED]
 
@@ -36,39 +34,13 @@ def codegen(run: Run, rig: Path, out: Path) -> Run:
     return lambda *options: run("codegen", *with_defaults(usual, options))
 
 
-@pytest.fixture
-def model(tmp_path: Path) -> Model:
-    """Writes a model file without effects; k is 2.1e6."""
-
-    def write(**content: object) -> Path:
-        path = tmp_path / "diagnosis" / "model.json"
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(json.dumps({"version": 1, "effects": [], "shared": {"k": 2.1e6}} | content))
-        return path
-
-    return write
-
-
-def test_that_directions_differ_is_told_beside_the_code(codegen: Run, out: Path, model: Model) -> None:
-    assert "less than mu_eff" not in codegen("--model", model()).out
-    unlike = model(
-        effects=["asymmetric_friction"], shared={"k": 2.1e6, "asymmetric_friction.ratio": 0.85}
-    )
+def test_that_directions_differ_is_told_beside_the_code(codegen: Run, out: Path) -> None:
+    assert "less than mu_eff" not in codegen("--model", write_model()).out
+    unlike = write_model({"asymmetric_friction.ratio": 0.85})
 
     assert "8 % less than mu_eff turning to positive psi: " in codegen("--model", unlike).out
     share = (out / "grip.h").read_text().partition("#define GRIP_WEAKER ")[2].split()[0]
     assert float(share.removesuffix("f")) == pytest.approx(0.15 / 1.85)
-
-
-def test_writes_all_that_a_target_needs(codegen: Run, out: Path) -> None:
-    outcome = codegen("--real", "double", "--target", "c")
-    parameters = json.loads((out / "grip.json").read_text())
-
-    assert outcome.status == 0
-    assert sorted(path.name for path in out.iterdir()) == sorted(FILES)
-    assert parameters["parameters"]["k"] == {"value": 2.4e6, "unit": "N/m^2"}
-    assert parameters["real"] == "double"
-    assert parameters["version"] in (out / "grip.h").read_text()
 
 
 @NEEDS_COMPILER
@@ -95,7 +67,7 @@ def test_an_fmu_needs_a_compiler(codegen: Run, out: Path, monkeypatch: pytest.Mo
 @NEEDS_COMPILER
 @pytest.mark.parametrize("torque", ["M_z", pytest.param("M", marks=pytest.mark.long), "model"])
 def test_builds_and_agrees_with_python(
-    codegen: Run, rig: Path, out: Path, tmp_path: Path, model: Model, torque: str
+    codegen: Run, rig: Path, out: Path, tmp_path: Path, torque: str
 ) -> None:
     if (cmake := shutil.which("cmake")) is None:
         pytest.skip("no cmake at hand")
@@ -105,7 +77,7 @@ def test_builds_and_agrees_with_python(
     if torque == "model":
         # As the demo finds it: bristles behind a compliance, which magnify rounding.
         values = {"k": 2489596.07, "rate_friction.c": 0.04043781, "carcass_torsion.k_t": 388.2496}
-        found = ["--model", model(effects=["rate_friction", "carcass_torsion"], shared=values)]
+        found = ["--model", write_model(values)]
     assert codegen(*found).status == 0
     strict = "-DCMAKE_C_FLAGS=-Wall -Wextra -Wconversion -Wdouble-promotion -Werror"
     for command in (["-S", "c", "-B", "b", strict], ["--build", "b"]):
@@ -205,20 +177,18 @@ def test_tuning_and_window_are_in_the_code(codegen: Run, out: Path) -> None:
     assert ",0.7,0.5," in vector[-400]
 
 
-def test_what_is_tuned_by_hand_goes_before_the_error_of_the_model(
-    codegen: Run, model: Model, out: Path
-) -> None:
+def test_what_is_tuned_by_hand_goes_before_the_error_of_the_model(codegen: Run, out: Path) -> None:
     error = {"spread": 0.02, "correlation_time": 1.0}
     by_hand = ("--tune", "error=0.2,explained=7")
-    assert codegen("--model", model(model_error=error), *by_hand).status == 0
+    assert codegen("--model", write_model(model_error=error), *by_hand).status == 0
     tuning = json.loads((out / "grip.json").read_text())["beliefs"]
 
     assert (tuning["error"], tuning["explained"]) == (0.2, 7.0)
     assert tuning["noise"] == pytest.approx(0.002)
 
 
-def test_a_folder_of_a_diagnosis_is_its_model(codegen: Run, model: Model, out: Path) -> None:
-    assert codegen("--model", model().parent).status == 0
+def test_a_folder_of_a_diagnosis_is_its_model(codegen: Run, out: Path) -> None:
+    assert codegen("--model", write_model({"k": 2.1e6}).parent).status == 0
     parameters = json.loads((out / "grip.json").read_text())
 
     assert parameters["parameters"]["k"]["value"] == 2.1e6
@@ -241,12 +211,14 @@ class TestReplacing:
         (out / "notes.txt").write_text("mine")
         assert codegen("--name", "other").status == 0
         assert codegen().status == 0
-        assert codegen("--real", "double").status == 0
+        assert codegen("--real", "double", "--target", "c").status == 0
         parameters = json.loads((out / "grip.json").read_text())
         others = [name.replace("grip", "other") for name in GENERATED]
 
         assert sorted(path.name for path in out.iterdir()) == sorted([*FILES, *others, "notes.txt"])
         assert parameters["real"] == "double"
+        assert parameters["parameters"]["k"] == {"value": 2.4e6, "unit": "N/m^2"}
+        assert parameters["version"] in (out / "grip.h").read_text()
         assert '"grip.h"' in (out / "main.c").read_text()
 
     @pytest.mark.long

@@ -11,7 +11,7 @@ from identification.free_decay.stiffness_and_damping_by_likelihood import identi
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
 from reference_rig import impact_rig_toml, make_impacts, write_impacts
-from tests.brushgrip.helpers import Outcome, Run, contents
+from tests.brushgrip.helpers import Run, contents
 
 LENGTHS = (0.036, 0.050)
 
@@ -32,17 +32,6 @@ def rig(tmp_path: Path) -> Path:
     )
     path.write_text(exact)
     return path
-
-
-@pytest.fixture
-def identify(run: Run, rig: Path, tmp_path: Path) -> Run:
-    """The command on some free vibrations."""
-
-    def command(*struck: object) -> Outcome:
-        given = ["--free-decay", *struck] if struck else []
-        return run("identify", "--rig", rig, "--out", tmp_path / "id.json", *given)
-
-    return command
 
 
 def test_identifies(run: Run, rig: Path, struck: list[Path]) -> None:
@@ -93,7 +82,7 @@ def test_a_recording_knows_its_rig(run: Run, struck: list[Path]) -> None:
 
 
 def test_no_result_without_a_solution(
-    identify: Run, struck: list[Path], monkeypatch: pytest.MonkeyPatch
+    run: Run, rig: Path, struck: list[Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def unsolved(*arguments: Any) -> Any:
         result = identify_free_decay(*arguments)
@@ -102,5 +91,6 @@ def test_no_result_without_a_solution(
 
     monkeypatch.setattr("identification.identify_free_decay", unsolved)
 
-    identify(*struck).refused("not solved: strike harder", status=1)
+    outcome = run("identify", "--rig", rig, "--out", "id.json", "--free-decay", *struck)
+    outcome.refused("not solved: strike harder", status=1)
     assert not Path("id.json").exists()

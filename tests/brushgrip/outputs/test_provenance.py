@@ -42,8 +42,10 @@ def test_inputs_have_their_digests_and_the_command_stands_there(recordings: list
     made = provenance_of(recordings, recordings[0], robust=0.1)
 
     assert [file["name"] for file in made["inputs"]] == ["a.csv", "b.csv"]
-    assert made["inputs"][0]["sha256"] == hashlib.sha256(b"t,psi of a.csv\n").hexdigest()
-    assert made["rig"]["content"] == "t,psi of a.csv\n"
+    content = b"t,psi of a.csv\n"
+    digest = hashlib.sha256(content).hexdigest()
+    assert made["inputs"][0] == {"name": "a.csv", "sha256": digest, "bytes": len(content)}
+    assert (made["rig"]["sha256"], made["rig"]["content"]) == (digest, content.decode())
     assert made["command"] == ["brushgrip", "diagnose", "a.csv"]
     assert made["time_utc"].endswith("+00:00")
     assert made["settings"] == {"robust": 0.1}
@@ -95,20 +97,6 @@ def test_only_what_a_run_wrote_is_cleared(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["kept.png", "mine.txt", "run.csv"]
 
 
-@pytest.mark.usefixtures("interpreted")
-def test_a_table_has_its_origin_beside_it(run: Run, write_csv: Write, rig: Path) -> None:
-    path, out = write_csv("bare.csv"), Path("torque.csv")
-
-    assert run("simulate", "--rig", rig, path, "--out", out).status == 0
-
-    told = json.loads(provenance_file(out).read_text())
-    assert told["inputs"][0] == {
-        "name": "bare.csv", "sha256": digest_of(path), "bytes": path.stat().st_size
-    }  # fmt: skip
-    assert told["rig"]["sha256"] == digest_of(rig)
-    assert told["command"][:2] == ["brushgrip", "simulate"]
-
-
 def test_beside_a_device_goes_nothing(run: Run, write_csv: Write, rig: Path) -> None:
     for device in ("/dev/null", "/dev/full"):
         assert provenance_file(Path(device)) == Path(os.devnull)
@@ -118,12 +106,19 @@ def test_beside_a_device_goes_nothing(run: Run, write_csv: Write, rig: Path) -> 
     assert not Path("/dev/null.provenance.json").exists()
 
 
-def test_what_is_no_text_is_told_by_its_escape_sequence(run: Run, write_csv: Write, rig: Path) -> None:
+@pytest.mark.usefixtures("interpreted")
+def test_a_table_has_its_origin_beside_it_and_what_is_no_text_by_its_escape_sequence(
+    run: Run, write_csv: Write, rig: Path
+) -> None:
     out = Path("torque.csv")
     odd = ("--ground", "steel\udcff")
 
     assert run("simulate", "--rig", rig, write_csv("bare.csv"), "--out", out, *odd).status == 0
-    assert json.loads(provenance_file(out).read_text())["settings"]["ground"] == ["steel\udcff"]
+    told = json.loads(provenance_file(out).read_text())
+    assert [file["name"] for file in told["inputs"]] == ["bare.csv"]
+    assert told["rig"]["sha256"] == digest_of(rig)
+    assert told["command"][:2] == ["brushgrip", "simulate"]
+    assert told["settings"]["ground"] == ["steel\udcff"]
 
 
 def test_a_comment_in_markdown_is_not_ended_by_what_it_tells(recordings: list[Path]) -> None:

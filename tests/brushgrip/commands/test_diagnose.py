@@ -20,7 +20,7 @@ from identification.selection.trial_runner import workers
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from tests.brushgrip.factories import make_diagnosis, make_outcome
-from tests.brushgrip.helpers import Outcome, Run, Write, contents, table_of
+from tests.brushgrip.helpers import PNG, Outcome, Run, Write, contents, table_of
 
 FILES = [
     "candidates.png", "diagnosis.json", "experiment_carcass_torsion.png", "friction.png", "loops.png",
@@ -95,6 +95,7 @@ def test_writes_everything(diagnose: Diagnose, asked: list[Any]) -> None:
     assert (outcome.status, outcome.err) == (0, "")
     assert asked == [(("a", "b"), ("c", "d"), 1)]
     assert sorted(path.name for path in out.iterdir()) == FILES
+    assert all(path.read_bytes().startswith(PNG) for path in out.glob("*.png"))
     assert [path.name for path in out.parent.iterdir()] == ["out"]
     assert content["recordings"] == ["a", "b"]
     assert content["effects"][0]["name"] == "carcass_torsion"

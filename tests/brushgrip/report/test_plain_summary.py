@@ -1,6 +1,5 @@
-"""Friction before and after: what belongs to training and held-out recordings, and the offline fit."""
+"""The mail on a diagnosis: friction, how sure it is, and what to do next."""
 
-import runpy
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,19 +8,12 @@ import numpy as np
 import pytest
 
 from brushgrip.estimation.assumed_and_found_friction import (
-    EKF_DECLARED,
     FrictionOutcome,
-    offline_friction,
 )
-from brushgrip.estimation.friction_over_load import at_load, common_load
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
-from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
+from brushgrip.published.bundled_files import demo_folder
 from brushgrip.report.friction_summary import (
-    last_usable_friction,
-    load_trend_in_words,
-    settling_and_coverage_rows,
-    usable_until,
     widest_causes,
 )
 from brushgrip.report.plain_summary import (
@@ -29,74 +21,28 @@ from brushgrip.report.plain_summary import (
     lines_to_send,
     next_steps,
 )
-from brushgrip.report.tables import friction_by_recording, settling_and_coverage_table
+from brushgrip.report.tables import friction_by_recording
 from brushgrip.report.validity_and_missing_effects import (
     band_caveats,
-    benefit_for_friction,
     demo_recordings_warning,
-    error_to_quote,
-    friction_over_speed,
-    missing_effects,
     notes_beside,
     summary_of,
 )
-from brushgrip.wording.formatting import percent
-from identification import Curve, Diagnosis, FoundFamily, FoundModel
+from identification import Diagnosis
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
-from tests.brushgrip.factories import TRACKS, make_diagnosis, make_estimates, make_outcome
+from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
 
-RANGE = " from 0.1 to 10 mm/s, in a typical recording"
 SPREAD = (("a", -0.02), ("b", 0.0), ("c", 0.02))
-
-
-def test_training_and_held_out_recordings_are_reported_apart() -> None:
-    before = make_outcome("c", "d").to_dict()["before"]
-
-    assert before["mean"]["settling"] == 4.25
-    assert before["training"]["mean"]["settling"] == 1.5
-    assert before["holdout"]["mean"]["settling"] == 7.0
-    assert before["holdout"]["mean"]["reference_coverage"] == pytest.approx(0.7)
-    headings, rows = settling_and_coverage_rows(make_outcome("c", "d"))
-    assert headings == ["figure", "validation", "training", "in plain words"]
-    assert rows[0][:3] == ("time to settle", "7.0 s → 1.0 s", "1.5 s → 1.0 s")
 
 
 def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> str:
     """The mail and what is to be known before acting on it, a line for each part."""
     parts = [part for some in lines_to_send(diagnosis, outcome, warning) for part in some]
     return "\n".join(f"{label}: {' '.join(items)}" for label, items in parts)
-
-
-def test_without_held_out_recordings_all_are_training() -> None:
-    assert "holdout" not in make_outcome().to_dict()["before"]
-    assert settling_and_coverage_rows(make_outcome())[0] == ["figure", "training", "in plain words"]
-
-
-def test_friction_is_that_of_the_last_usable_sample() -> None:
-    judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
-    diagnosis = make_diagnosis(("a", "b", "d"), ("c",))
-    rows = {name: cells for name, *cells in friction_by_recording(judged, diagnosis).rows}
-    load = f"{np.median(diagnosis.series[0].F_N):.0f}"
-
-    assert rows["a"] == ["ice", load, "1.20 ± 0.10", "from 5.0 s to the end"]
-    assert rows["b"] == [
-        "ice", load, "1.10 ± 0.10",
-        "from 5.0 s to 7.0 of 10.0 s; then the model does not explain the torque",
-    ]  # fmt: skip
-    assert rows["c"] == ["ice", load, "–", "never: it has not slid enough to tell"]
-    assert rows["d"][3] == "never: the deviation of mu is too large to act on"
-    moved = replace(TRACKS[1], changes=np.array([7.5]))
-    assert (moved.last_usable, last_usable_friction(moved)) == (None, "–")
-    assert usable_until(moved).startswith(
-        "for 3.0 s only, but not since a new ground was noticed at 7.5 s: "
-    )
-    document = judged.to_dict()["after"]["recordings"]
-    assert (document["b"]["last_usable"], document["b"]["usable_mu_eff"]) == (7.0, 1.1)
-    assert document["c"]["usable_mu_eff"] is None
 
 
 def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
@@ -252,25 +198,6 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
     assert "has a zero error (not confirmed)." in text
 
 
-def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
-    old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
-    outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
-    assert benefit_for_friction(make_diagnosis(), outcome) == (
-        "A value of friction comes out in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by"
-        " the model found; in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the assumed"
-        " model."
-    )
-    never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
-    once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
-    assert "in 1 of 2 recordings (first after 5.0 s) by the assumed" in benefit_for_friction(
-        make_diagnosis(), once
-    )
-    none = replace(outcome, tracks=(*never, *TRACKS[:2]))
-    assert "in none of 2 recordings by the assumed" in benefit_for_friction(make_diagnosis(), none)
-    assert benefit_for_friction(replace(make_diagnosis(), of_car=True), outcome) == ""
-    assert benefit_for_friction(make_diagnosis(found=False), outcome) == ""
-
-
 def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     note = assumed_tolerances([SimpleNamespace(rig=Rig(a=0.04, e=0.0))])  # type: ignore[list-item]
     diagnosis = replace(make_diagnosis(), notes=(note, "c got worse"))
@@ -303,41 +230,6 @@ def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:
     assert "that of turning" not in mail(make_diagnosis(), known)
 
 
-@pytest.mark.parametrize(
-    ("friction", "told"),
-    [
-        ([1.0, 1.1, 1.2], "friction rises by 0.10 for each tenfold sliding speed" + RANGE),
-        ([1.2, 1.1, 1.0], "friction falls by 0.10 for each tenfold sliding speed" + RANGE),
-        ([1.0, 1.001, 1.002], "friction rises by less than 0.01 for each tenfold sliding speed" + RANGE),
-        ([1.0, 1.0, 1.2], "friction rises with the speed of sliding" + RANGE),
-        ([1.0, 1.3, 1.2], "friction changes with the speed of sliding"),
-        ([1.0, 1.0, 1.0], "friction changes with the speed of sliding"),
-    ],
-)
-def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
-    friction: list[float], told: str
-) -> None:
-    y = np.array(friction)
-    curve = Curve(
-        x_name="sliding speed", x_unit="m/s", y_name="friction", y_unit="1", y=y, std=0.01 * y,
-        x=np.array([1e-4, 1e-3, 1e-2]), declared=np.ones(3),
-    )  # fmt: skip
-    name = "friction over speed"
-    family = FoundFamily(name=name, effects=("rate_friction",), rivals=(), curve=curve)
-    diagnosis = replace(make_diagnosis(), families=(family,))
-    found = replace(diagnosis.effects[0], name="rate_friction", family=name, indistinguishable_from=())
-
-    assert friction_over_speed(diagnosis) == told
-    assert missing_effects(replace(diagnosis, effects=(found,))) == [
-        f"(a) F{told[1:]} (likely, not proven).",
-        "(b) An error beyond noise remains that no effect explains.",
-    ]
-    # What may be another effect of the model is not clear.
-    open_one = replace(found, grade="ambiguous")
-    first, _ = missing_effects(replace(diagnosis, effects=(open_one,)))
-    assert first.endswith(" (how much of it is open).")
-
-
 def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
     budget = {SLOPE: 0.08, OF_LENGTHS: 0.05, OF_LOAD: 0.0331662}
     tracks = [replace(TRACKS[0], name=n, budget=budget, mu=np.full(11, 1.2 + d)) for n, d in SPREAD]
@@ -352,21 +244,6 @@ def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
     assert "The ± of a ground also covers how its recordings differ." in widest_causes(outcome)
     two = replace(outcome, grounds={"ice": ("a", "b", "c"), "snow": ()})
     assert next_steps(nothing, two)[0].startswith(next_steps(nothing, outcome)[0].partition(";")[0])
-
-
-def test_the_demo_states_the_friction_that_it_simulates() -> None:
-    made = runpy.run_path(str(demo_folder().parent / "make_recordings.py"))
-    effects, tyre = made["EFFECTS"], made["TYRE"]
-    model = Model(effects=effects_named(list(effects)))
-    values = {f"{name}.{p}": v for name, own in effects.items() for p, v in own.items()}
-    friction = [
-        model.full_slide(
-            np.zeros(model.memory_size), run["load"],
-            model.theta(values | {"mu": run["mu"], "k": tyre.k}),
-            [tyre.a, tyre.e], Rig(a=tyre.a, e=tyre.e).slide_rate,
-        )[0] for run in made["RUNS"].values()
-    ]  # fmt: skip
-    assert f"{float(min(friction)):.2f} to {float(max(friction)):.2f}" == TRUE_FRICTION
 
 
 def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_from() -> None:
@@ -384,27 +261,6 @@ def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_fro
     assert demo_recordings_warning(provenance_of([own])) == demo_recordings_warning(None) == ""
     text = mail(make_diagnosis(), make_outcome("c"), demo_recordings_warning(provenance_of([copied])))
     assert text.startswith("Note: Simulated, not measured")
-
-
-AT_REST = {"t": np.arange(3.0), "psi": np.zeros(3), "psi_dot": np.zeros(3)}
-
-
-def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:
-    # Full slide of the declared patch is proportional to mu, load and, with e = 0, half-length; the
-    # mean of both directions is (1 + ratio) / 2 of the greater.
-    model = Model(effects=effects_named(["asymmetric_friction"]))
-    tyre = {"k": 3e6, "asymmetric_friction.ratio": 0.8}
-    own = {"one": {"mu": 1.2}, "other": {"mu": 1.2}}
-    found = FoundModel(model=model, tyre=tyre, own=own, rig={"one": {"a": 0.044, "load": 1.05}})
-    recording = SimpleNamespace(
-        name="one", rig=Rig(a=0.04, e=0.0), F_N=np.full(3, 400.0), ground=None, **AT_REST
-    )
-
-    plain = SimpleNamespace(**{**vars(recording), "name": "other"})
-    ratio = offline_friction(found, recording) / offline_friction(found, plain)  # type: ignore[arg-type]
-    assert ratio == pytest.approx(1.1 * 1.05, rel=1e-9)
-    tyre["asymmetric_friction.ratio"] = 1.0
-    assert offline_friction(found, plain) == pytest.approx(1.2, rel=1e-6)  # type: ignore[arg-type]
 
 
 def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -> None:
@@ -509,14 +365,6 @@ def test_what_measuring_brings_is_of_what_is_measured_and_of_its_ground() -> Non
     assert any("± 0.005 would come to about ± 0.003 " in step for step in steps)
 
 
-def test_the_assumed_model_has_its_own_error_where_nothing_was_found() -> None:
-    diagnosis = make_diagnosis(("a", "b"), ("c",), found=False)
-    first = error_to_quote(diagnosis)
-    declared = percent(diagnosis.declared.summary()["holdout_torque_nrmse"])
-    assert f" off by {declared} of its range by the assumed model (4" in first
-    assert "by the model found" not in first
-
-
 def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
     outcome = replace(make_outcome("c"), tracks=TRACKS[:2], grounds={"ice": ("a", "b")})
     diagnosis = make_diagnosis(("a", "b"), ("c",))
@@ -539,39 +387,6 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
     assert "while the angle rises (unproven)." in told
 
 
-@pytest.mark.parametrize(
-    ("odd", "ratios", "told"),
-    [
-        (1, {}, "A correction that is no finding (carcass torsion) stands in for it. Even so"),
-        (
-            1,
-            {"": 1.1},
-            "stands in for it; without it friction above would be 10 % higher, but the cause itself may",
-        ),
-        (
-            2,
-            {"steel": 0.96, "ice": 1.001, "snow": 0.957},
-            "Corrections that are no findings (carcass torsion and stribeck) stand in for it; without"
-            " them friction above would be 4 % lower on steel and snow and the same on ice, but the"
-            " cause itself may change it by more. Even so",
-        ),
-    ],
-)
-def test_how_much_of_friction_rests_on_stand_ins(odd: int, ratios: dict[str, float], told: str) -> None:
-    diagnosis = make_diagnosis()
-    one = replace(diagnosis.effects[0], grade="stands_in")
-    others = (one, replace(one, name="stribeck"))[:odd]
-    clear = replace(
-        diagnosis.effects[0], name="rate_friction", grade="strong", indistinguishable_from=()
-    )
-    left = replace(diagnosis.unexplained, present=True)
-    diagnosis = replace(diagnosis, effects=(clear, *others), unexplained=left)
-
-    assert told in " ".join(
-        missing_effects(diagnosis, replace(make_outcome(), without_stand_ins=ratios))
-    )
-
-
 def test_grounds_that_may_be_one_are_named() -> None:
     """Means of 1.20 and 1.25, or 1.60, with standard deviations of 0.1 of three recordings each."""
     for middle, same in ((1.25, True), (1.6, False)):
@@ -581,75 +396,6 @@ def test_grounds_that_may_be_one_are_named() -> None:
         outcome = replace(make_outcome(), tracks=tracks, grounds=grounds)
         told = " These recordings do not tell ice from snow: the difference may be chance."
         assert (told in mail(make_diagnosis(), outcome)) is same
-
-
-def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_so() -> None:
-    names = tuple("abcde")
-    diagnosis = make_diagnosis(names, ())
-    loads = [replace(one, F_N=one.F_N + 10 * i) for i, one in enumerate(diagnosis.series)]
-    diagnosis = replace(diagnosis, series=tuple(loads))
-    values = {name: 1.0 + 0.1 * i for i, name in enumerate(names)}
-
-    def order(mu: dict[str, float], ground: str = "ice") -> str:
-        tracks = tuple(replace(TRACKS[0], name=n, mu=np.full(11, value)) for n, value in mu.items())
-        return load_trend_in_words(
-            replace(make_outcome(), tracks=tracks, grounds={ground: names}), diagnosis
-        )
-
-    assert order(values) == "", "of five, 1 of 60"
-    both = {"ice": names, "snow": tuple("fghij")}
-    tracks = [replace(TRACKS[0], name=n, mu=np.full(11, 2.0 - mu)) for n, mu in values.items()]
-    more = [replace(t, name=n) for t, n in zip(tracks, both["snow"], strict=True)]
-    series = (*loads, *(replace(s, name=n) for s, n in zip(loads, both["snow"], strict=True)))
-    outcome = replace(make_outcome(), tracks=(*tracks, *more), grounds=both)
-    told = load_trend_in_words(outcome, replace(diagnosis, series=series))
-    assert told.startswith(
-        "On ice (1.00 at 400 N, 0.90 at 410 N, 0.80 at 420 N, 0.70 at 430 N, 0.60 at 440 N) and snow"
-        " (1.00 at 400 N, 0.90 at 410 N, 0.80 at 420 N, 0.70 at 430 N, 0.60 at 440 N), recordings at"
-        " higher load gave lower friction (by chance in 1 of 7200 cases);"
-    )
-    unnamed = replace(outcome, grounds={"": (*names, *both["snow"])})
-    assert load_trend_in_words(unnamed, replace(diagnosis, series=series)) == ""
-
-
-def test_an_order_of_very_many_recordings_has_a_chance_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("brushgrip.report.friction_summary.kendall_load_test", lambda _: (0.0, False))
-    assert "by chance in 1 of 1000000 cases" in load_trend_in_words(make_outcome(), make_diagnosis())
-
-
-def test_friction_that_depends_on_the_load_is_told_at_one_load() -> None:
-    """mu_eff goes with F_N^-n, so that from 400 N to 800 N it falls by 2^-n."""
-    model = Model(effects=effects_named(["load_dependent_friction"]))
-    found = FoundModel(model=model, tyre={"k": 3e6, "load_dependent_friction.n": 0.2}, own={})
-    loads = np.array([400.0, 800.0, 500.0])
-    recording = SimpleNamespace(
-        name="one", rig=Rig(a=0.04, e=0.0), F_N=loads, ground=None, standstills=None, **AT_REST
-    )
-    seen = make_estimates([0, 0, 0], mu_eff=loads**-0.2, mu_eff_std=0.1 * loads**-0.2)
-    told = at_load(seen, found, recording, 500.0)  # type: ignore[arg-type]
-
-    np.testing.assert_allclose(told.mu_eff, 500.0**-0.2)
-    np.testing.assert_allclose(told.mu_eff_std, 0.1 * 500.0**-0.2)
-    lighter = SimpleNamespace(**{**vars(recording), "F_N": np.full(3, 300.0)})
-    assert common_load(found, [recording, lighter]) == 300.0, "one recorded"  # type: ignore[list-item]
-    assert common_load(replace(found, model=Model(), tyre={"k": 3e6}), [recording]) is None  # type: ignore[list-item]
-    fitted = replace(found, own={"one": {"mu": 1.2}})
-    at_two = [offline_friction(fitted, recording, load) for load in (400.0, 800.0)]  # type: ignore[arg-type]
-    assert at_two[1] / at_two[0] == pytest.approx(2**-0.2, rel=1e-9)
-
-
-def test_the_offline_fit_tells_friction_at_the_end_where_it_drifts() -> None:
-    model = Model(effects=effects_named(["friction_drift"]))
-    drift = {"friction_drift.gain": 0.3, "friction_drift.scale": 0.5}
-    found = FoundModel(model=model, tyre={"k": 3e6, **drift}, own={"one": {"mu": 1.2}})
-    psi = np.array([0.0, 0.4, -0.2])
-    recording = SimpleNamespace(
-        name="one", rig=Rig(a=0.04, e=0.0), F_N=np.full(3, 400.0), ground=None, t=np.arange(3.0),
-        psi=psi, psi_dot=np.gradient(psi),
-    )  # fmt: skip
-
-    grown = 1.2 * (1 + 0.3 * (1 - np.exp(-1.0 / 0.5)))
-    assert offline_friction(found, recording) == pytest.approx(grown, rel=1e-6)  # type: ignore[arg-type]
 
 
 def test_the_load_that_friction_is_told_at_stands_beside_it() -> None:
@@ -665,12 +411,3 @@ def test_the_load_that_friction_is_told_at_stands_beside_it() -> None:
     assert told.to_dict()["after"]["load"] == 589.4
     assert "at a load of 589" not in mail(diagnosis, silent)
     assert friction_by_recording(silent, diagnosis).headings[3] == "μ_eff"
-
-
-def test_figures_of_friction_that_changes_meanwhile_are_told_to_be_no_failure() -> None:
-    diagnosis, outcome = make_diagnosis(), make_outcome("c")
-    assert "time or travel" not in settling_and_coverage_table(outcome, diagnosis).caption
-    drifting = replace(diagnosis, model=Model(effects=effects_named(["friction_drift"])))
-    assert settling_and_coverage_table(outcome, drifting).caption.endswith(
-        "behind the arrow they tell that change too, and the fitted value is that of the end"
-    )

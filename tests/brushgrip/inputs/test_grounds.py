@@ -13,7 +13,7 @@ from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.recording_files import grounds_by_name
 from brushgrip.live.session_setup import source_and_estimator
 from brushgrip.outputs.provenance import provenance_of
-from tests.brushgrip.helpers import Run, Write
+from tests.brushgrip.helpers import Run, Write, write_model
 from tests.refusal import refused
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -52,19 +52,15 @@ def test_faults(given: list[str], word: str) -> None:
 
 
 @pytest.fixture
-def model(tmp_path: Path) -> Path:
+def model() -> Path:
     """Bristles four times as stiff on steel as on emery."""
-    content = {
-        "version": 1,
-        "effects": ["stiffness_by_ground"],
-        "tyre": {},
-        "grounds": {"steel": {"k": 4e6}, "emery": {"k": 1e6}},
-        "recordings": {"known": {"mu": 0.9}},
-        "rig": {"known": {"a": 0.047, "load": 1.02, "zero": 0.3}},
-    }
-    path = tmp_path / "model.json"
-    path.write_text(json.dumps(content))
-    return path
+    return write_model(
+        effects=["stiffness_by_ground"],
+        shared={},
+        grounds={"steel": {"k": 4e6}, "emery": {"k": 1e6}},
+        recordings={"known": {"mu": 0.9}},
+        rig={"known": {"a": 0.047, "load": 1.02, "zero": 0.3}},
+    )
 
 
 def first_torque(path: Path) -> float:

@@ -18,7 +18,6 @@ from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
 from identification.selection.trial_runner import workers
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, signatures
-from tests.brushgrip.helpers import PNG
 
 VOID = {"meta", "img", "link", "br", "input"}
 
@@ -87,17 +86,6 @@ def test_a_pale_line_is_spoken_of_where_there_is_one() -> None:
 def text_of(diagnosis: Diagnosis) -> str:
     """The text of a page, with single spaces."""
     return " ".join(Page(write_report(Path(), diagnosis).read_text("utf-8")).text.split())
-
-
-def test_writes_page_and_pictures(full: Path) -> None:
-    pictures = [
-        *("candidates.png", "experiment_carcass_torsion.png", "friction.png"),
-        *("loops.png", "mechanisms.png", "residuals.png", "signatures.png"),
-    ]
-
-    assert written(full.parent) == sorted([*pictures, "report.html"])
-    for picture in pictures:
-        assert (full.parent / picture).read_bytes().startswith(PNG)
 
 
 def test_page_stands_alone(full: Path) -> None:
@@ -302,13 +290,6 @@ def test_the_same_diagnosis_makes_the_same_page_in_processes_too(
 
     for path in full.parent.iterdir():
         assert (again.parent / path.name).read_bytes() == path.read_bytes()
-
-
-def test_a_diagnosis_is_shown_in_a_line() -> None:
-    shown = "<Diagnosis of 2 recordings, 3 held out: carcass_torsion, torque_offset>"
-
-    assert repr(make_diagnosis()) == shown
-    assert repr(make_diagnosis(found=False)).endswith(": no effect>")
 
 
 def test_an_own_effect_that_was_not_added_is_told_with_its_value_and_gain() -> None:

@@ -7,25 +7,20 @@ import numpy as np
 import pytest
 
 from brushgrip.outputs.provenance import provenance_of
-from tests.brushgrip.helpers import Run, Write, table_of
+from tests.brushgrip.helpers import Run, Write, table_of, write_model
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 
 @pytest.fixture(autouse=True)
-def model(tmp_path: Path, write_csv: Write) -> Path:
+def model(write_csv: Write) -> Path:
     """A model with a torque offset, which belongs to the recording run.csv."""
-    content = {
-        "version": 1,
-        "effects": ["torque_offset"],
-        "shared": {"k": 2.4e6},
-        "recordings": {"run": {"mu": 0.9, "torque_offset.M_0": 0.5}},
-        "rig": {"run": {"a": 0.045, "e": 0.009}},
-        "provenance": provenance_of([write_csv("run.csv")]),
-    }
-    path = tmp_path / "model.json"
-    path.write_text(json.dumps(content))
-    return path
+    return write_model(
+        effects=["torque_offset"],
+        recordings={"run": {"mu": 0.9, "torque_offset.M_0": 0.5}},
+        rig={"run": {"a": 0.045, "e": 0.009}},
+        provenance=provenance_of([write_csv("run.csv")]),
+    )
 
 
 @pytest.fixture

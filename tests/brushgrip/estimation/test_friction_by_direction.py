@@ -9,10 +9,14 @@ import pytest
 from brushgrip.estimation.friction_by_direction import friction_of_directions, hidden_by_zero
 from brushgrip.estimation.observe_recording import model_observer, observe, observer_factory
 from brushgrip.inputs.option_choices import ObserverName
-from brushgrip.wording.friction_in_words import last_usable
+from brushgrip.wording.friction_in_words import (
+    estimates_summary,
+    last_usable,
+)
 from identification import Recording
-from observers import DirectionalFriction, Ekf
+from observers import DirectionalFriction, Ekf, Status
 from symbolic import Rig, Tolerances, Tyre
+from tests.brushgrip.factories import rising
 
 A, K, F_N, RATE, PERIOD = 0.045, 2.4e6, 500.0, 0.15, 0.01
 TRUE = {"positive": 1.0, "negative": 0.6}
@@ -81,3 +85,60 @@ def test_the_direction_that_is_told_is_the_one_of_mu_eff(noise: float, seed: int
         assert estimates.mu_eff[at] == pytest.approx(TRUE[way], rel=0.05)
         assert row["weaker"] == pytest.approx({"positive": 0.4, "negative": 0.0}[way], abs=0.03)
         assert not math.isnan(float(row["mu_eff_positive"]))
+
+
+def test_friction_of_each_direction_is_of_the_last_ground() -> None:
+    seen = rising(*[Status.USED] * 20)
+    seen = replace(seen, M_z_predicted=np.where(np.arange(20) < 15, 1.0, -1.0))
+    steps, aligning = np.where(np.arange(20) < 15, -0.01, 0.01), DirectionalFriction()
+    psi, M_z = np.cumsum(steps), seen.M_z_predicted
+    row, line = friction_of_directions(seen, psi, M_z, aligning)
+
+    assert line == (
+        "mu_eff by direction, last usable: 1.25 ± 0.08 turning to positive psi, at 0.19 s;"
+        " 1.18 ± 0.08 turning to negative psi, at 0.14 s"
+    )
+    assert row["mu_eff_negative"] == pytest.approx(1.184, abs=1e-3)
+    assert (row["direction"], row["weaker"]) == ("positive", pytest.approx(1 - 1.184 / 1.25, abs=2e-3))
+    assert "(95 % band) turning to positive psi at the end" in estimates_summary(seen, way="positive")
+    # Exchanged where the angle turns back, mu is not of the direction whose torque is not let off yet.
+    later = replace(seen, M_z_predicted=np.where(np.arange(20) < 17, 1.0, -1.0))
+    _, line = friction_of_directions(later, psi, M_z, replace(aligning, at_reversal=True))
+    assert line.endswith("turning to negative psi, at 0.14 s")
+    # What was usable on the ground before says nothing of this one.
+    reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
+    row, line = friction_of_directions(replace(seen, status=reset), psi, M_z, aligning)
+    assert line.endswith("; not usable since the ground changed at 0.15 s, turning to negative psi")
+    assert "mu_eff_negative" not in row
+    assert row["direction"] == "positive"
+    assert math.isnan(float(row["weaker"]))
+    # A torque about zero tells nothing of the direction that it has, and a wheel that rests has none.
+    small = replace(seen, M_z_predicted=0.4 * seen.M_z_predicted)
+    for angle, way in ((psi, "positive"), (np.zeros(20), "")):
+        row, line = friction_of_directions(small, angle, M_z, aligning)
+        assert (list(row), row["direction"], line) == (["direction", "weaker"], way, "")
+
+
+@pytest.mark.parametrize(
+    ("turn", "M_z", "flag", "way"),
+    [
+        (1e-3, -0.1, Status.USED, "positive"),
+        (1e-3, 0.1, Status.USED, "negative"),
+        # Noise of the angle is no turn.
+        (1e-4, -0.1, Status.USED, "negative"),
+        (1e-3, np.nan, Status.USED, "positive"),
+        # The sensor's zero has moved.
+        (1.0, -0.1, Status.IMPLAUSIBLE, "negative"),
+    ],
+)
+def test_the_direction_is_exchanged_where_the_torque_opposes_the_motion(
+    turn: float, M_z: float, flag: Status, way: str
+) -> None:
+    seen, i = rising(*[Status.USED] * 20), np.arange(20)
+    seen = replace(
+        seen, M_z_predicted=1.0 * (i < 15), status=np.where((i > 15) & (i < 18), int(flag), 0)
+    )
+    psi, M_z = np.where(i > 15, turn, 0.0) - 0.01 * np.minimum(i, 14), np.where(i < 15, 1.0, M_z)
+    row, _ = friction_of_directions(seen, psi, M_z, DirectionalFriction())
+
+    assert row["direction"] == way

@@ -9,7 +9,7 @@ import pytest
 import brushgrip
 from brushgrip import commands
 from brushgrip.cli import own_packages_shadowed
-from brushgrip.cli.app import COMMANDS, app, command_of, found_commands, main, repeat_lists
+from brushgrip.cli.app import COMMANDS, app, command_of, found_commands, repeat_lists
 from brushgrip.cli.own_packages_shadowed import BEGINNINGS, foreign_packages
 from brushgrip.published.fetch import FetchError
 from symbolic import InvalidInputError
@@ -51,15 +51,6 @@ def test_known_errors_take_one_line(
 
     assert outcome.status == status
     assert outcome.err == "brushgrip: bad thing\n"
-
-
-def test_unknown_errors_propagate(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise ZeroDivisionError
-
-    monkeypatch.setattr("brushgrip.cli.app.app", fail)
-    with pytest.raises(ZeroDivisionError):
-        main(["fetch"])
 
 
 def test_fetch_goes_to_the_users_folder(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
