@@ -1,5 +1,6 @@
 """Every effect runs in generated C as it does in Python, also by loops over the bristles."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +70,8 @@ def test_every_effect_with_k_a_state(
     kind: type[Ekf] | type[Mhe], effect: Effect, recording: RigRecording, tmp_path: Path
 ) -> None:
     observer = observer_under(kind, (effect,), AligningTorque(stiffness=True), bristles=8)
+    # While friction is acquired, it hides what the estimator itself makes of k.
+    observer = replace(observer, acquire=False)
     rows = rows_of(recording)[: SAMPLES if kind is Ekf else SAMPLES // 2]
 
     assert_same(generate_code(observer, DOUBLE, tmp_path), rows, atol=1e-11)
