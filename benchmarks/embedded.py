@@ -155,7 +155,8 @@ def table(every: bool) -> None:
             steering = observer_of(kind, model, SteeringTorque())
             print(row(f"{title}, {name}, steering torque", steering), flush=True)
     for name, kind, model in DOUBLES:
-        print(row(f"{name}, double", observer_of(kind, model, AligningTorque()), DOUBLE), flush=True)
+        aligning = AligningTorque(stiffness=bool(model["model"].effects))
+        print(row(f"{name}, double", observer_of(kind, model, aligning), DOUBLE), flush=True)
 
 
 def main() -> None:

@@ -132,7 +132,9 @@ class EstimateRequest(GroundRequest):
             "observer": self.observer.value,
             "tuning": tuning and tuning.to_dict(),
             "by_direction": self.by_direction,
-            "stiffness_state": self.stiffness_state,
+            "stiffness": {None: "a state by a model found", True: "a state", False: "known"}[
+                self.stiffness_state
+            ],
         }
         if self.summary and any(is_same_file(self.summary, table) for table in tables):
             raise InvalidInputError(f"{self.summary}: --summary and --out must name different files")

@@ -14,6 +14,7 @@ from brushgrip.commands.options import (
     ModelFile,
     ObserverUsed,
     RigFile,
+    StiffnessState,
     TuningProfile,
     TuningValues,
     VehicleFile,
@@ -51,6 +52,7 @@ class LiveRequest:
     observer: ObserverUsed = ObserverName.EKF
     tuning: TuningProfile = None
     tune: TuningValues = None
+    stiffness_state: StiffnessState = None
     dbc: Annotated[Path | None, option("--dbc", "DBC", "Database of the signals of a CAN bus.")] = None
     speed: Annotated[float, option("--speed", "N", "Replay a file so many times as fast.")] = 1.0
     record: Annotated[
@@ -130,7 +132,7 @@ class LiveRequest:
                 show_json({"counts": state.counts, "wrote": [str(path) for path in session.recorded]})
 
     def _session(self, senders: "tuple[FrictionSender, ...]") -> "Session":
-        from brushgrip.estimation.observe_recording import observer_factory
+        from brushgrip.estimation.observe_recording import aligning_torque_model, observer_factory
         from brushgrip.inputs.command_inputs import gather_inputs
         from brushgrip.inputs.option_values import chosen_limits, chosen_tuning, parse_share
         from brushgrip.live.adviser import Adviser
@@ -142,7 +144,9 @@ class LiveRequest:
             effects=self.effects,
         )  # fmt: skip
         signals = replace(inputs.signals, dbc=self.dbc or inputs.signals.dbc)
-        factory = observer_factory(self.observer, chosen_tuning(self.tuning, self.tune))
+        aligning = aligning_torque_model(by_direction=False, stiffness_state=self.stiffness_state)
+        tuning = chosen_tuning(self.tuning, self.tune)
+        factory = observer_factory(self.observer, tuning, aligning)
         limits = chosen_limits(self.limit)
         adviser = None if self.target is None else Adviser(parse_share(self.target), limits)
         opened, estimator = source_and_estimator(

@@ -112,7 +112,9 @@ class PlanRequest:
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
         of_wheel = self.vehicle is None and self.torque == "M_z"
-        observer = chosen_observer(self.observer, self.torque, inputs, tuning, stiffness_state=of_wheel)
+        observer = chosen_observer(
+            self.observer, self.torque, inputs, tuning, stiffness_state=of_wheel or None
+        )
         car = read_vehicle_file(self.vehicle) if self.vehicle else None
         F_N = wheel_load(car, self.load)
         finals = with_picture(self.out)

@@ -119,9 +119,10 @@ def model_observer(
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
     elif has_aligning_torque(recording):
-        measurement_model = aligning or AligningTorque(stiffness=found is not None)
-    if aligning not in (None, measurement_model):
-        option = "--by-direction" if by_direction else "--stiffness-state, as --stiffness-known,"
+        usual = AligningTorque(stiffness=found is not None and found.surpasses_declared)
+        measurement_model = aligning or usual
+    if aligning not in (None, AligningTorque(), measurement_model):
+        option = "--by-direction" if by_direction else "--stiffness-state"
         raise InvalidInputError(f"{option} needs M_z of a wheel on a rig; leave it out")
     return kind(
         model=model, values=values, rig=rig, measurement_model=measurement_model,

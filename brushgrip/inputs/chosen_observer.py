@@ -47,10 +47,8 @@ def chosen_observer(
     **settings: Any,
 ) -> ModelObserver:
     """The observer of this name for a torque, "M_z" or "M"; settings are further fields of it."""
-    if stiffness_state is not None and (inputs.vehicle is not None or torque != "M_z"):
-        raise InvalidInputError(
-            "--stiffness-state, as --stiffness-known, needs M_z of a wheel on a rig; leave it out"
-        )
+    if stiffness_state and (inputs.vehicle is not None or torque != "M_z"):
+        raise InvalidInputError("--stiffness-state needs M_z of a wheel on a rig; leave it out")
     kind, described, (tuning, by_hand) = KINDS[name], rig_or_vehicle_file(inputs), chosen or (None, None)
     if inputs.vehicle is None:
         if torque != "M_z":

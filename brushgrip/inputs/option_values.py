@@ -8,12 +8,6 @@ from observers import SteeringLimits, Tuning, profile
 from observers.tuning import TUNING_FIELDS
 from symbolic import InvalidInputError, Vehicle
 
-OF_STATES = {
-    "stiffness_std": "k is no state of the observers that commands run; from Python:"
-    " Ekf(..., stiffness=True)"
-}
-"""Tuning values that have no effect unless a state is enabled in Python, and why."""
-
 
 class ChosenTuning(NamedTuple):
     """The profile that is named, or the usual one, and values that go before a model's error too."""
@@ -52,8 +46,6 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTunin
             raise InvalidInputError(f"--tune {pair}: expected NAME=NUMBER with a name out of {allowed}")
         if field in given:
             raise InvalidInputError(f"--tune {pair}: {field} is given twice")
-        if field in OF_STATES:
-            raise InvalidInputError(f"--tune {pair}: {OF_STATES[field]}")
         given[field] = parse_number(f"--tune {pair}", text, whole=field == "reset_after")
     chosen = ChosenTuning(Tuning() if name is None else profile(name), given)
     try:

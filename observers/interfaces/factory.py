@@ -47,8 +47,8 @@ def from_files(
             b_t are needed where the steering torque is measured, mu is not used.
         model: the folder of a diagnosis, or the model.json in it, whose k goes before that of the rig;
             None for the declared model. What belongs to one recording alone, as a torque zero, or to the
-            taring of a bench stays neutral. By a model that was found k is a state, as it differs a
-            little between recordings; beside the declared one it would pass for what that lacks.
+            taring of a bench stays neutral. By a model that explains something k is a state beside M_z,
+            as it differs a little between recordings; else it would pass for what the model lacks.
         effects: effects beside the library's that the model file may name.
         tuning: of an `Ekf` or `Mhe`, None for the usual one; the error of the model that the model file
             states goes before its own, see `observers.tuning_for`.
@@ -69,7 +69,7 @@ def from_files(
     if model is not None:
         found = read_model_file(model, effects)
     fields = getattr(kind, "__dataclass_fields__", {})
-    if model is not None and "measurement_model" in fields:
+    if found.surpasses_declared and "measurement_model" in fields:
         settings.setdefault("measurement_model", AligningTorque(stiffness=True))
     by_direction = isinstance(settings.get("measurement_model"), DirectionalFriction)
     if tuning is not None or by_hand or (found.error is not None and "tuning" in fields):

@@ -125,6 +125,12 @@ class FoundModel:
     basis: ModelBasis | None = None
     k_std: float | None = None
 
+    @property
+    def surpasses_declared(self) -> bool:
+        """Whether it explains more than the declared model."""
+        none = self.basis is not None and self.basis.explains_nothing
+        return bool(self.model.effects) and not none
+
     def __post_init__(self) -> None:
         """Check the deviation."""
         if self.k_std is not None and not 0 <= self.k_std < math.inf:

@@ -181,7 +181,6 @@ ROWS: list[tuple[str, ...]] = [
     ("estimate run.csv other.csv --summary run.csv", OVER),
     ("estimate run.csv other.csv --summary t_run.csv --out t.csv", "must name different files"),
     ("estimate run.csv other.csv --summary t.csv --observer root --tune gate=9", "root has no tuning"),
-    ("estimate run.csv other.csv --summary t.csv --tune stiffness_std=0.3", "k is no state of the obs"),
     ("codegen --tune mu=9", "mu must lie between least and greatest"),
     ("codegen --tune mist=1", "expected NAME=NUMBER with a name out of mu, mu_std"),
     *((f"estimate run.csv --tune {values}", said) for values, said in (
