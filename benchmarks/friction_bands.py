@@ -67,12 +67,13 @@ def measured(
     variant += ", k known" if known else ""
     print(f"\n{kind.__name__.upper()}, {tuning}, {model}{variant}")
     print(f"{'':16}" + "".join(f"{name:>11}" for name in COLUMNS))
-    table = {}
+    table, loads = {}, {}
     aligning = AligningTorque() if known else None
     for read in gather_inputs(NAMES).recordings(causal=True):
         recording = replace(read, ground=ground_named(read.name))
         observer = model_observer(kind, recording, found, tuning=PROFILES[tuning], aligning=aligning)
         observer = replace(observer, acquire=acquire)
+        loads[recording.name] = float(np.median(recording.F_N))
         table[recording.name] = figures(
             recording, run(observer, **run_arguments(recording)), offline_friction(offline, recording)
         )
@@ -83,6 +84,15 @@ def measured(
     for one, other in PAIRS:
         a, b = table[one], table[other]
         print(f"{one} and {other}: {abs(a[at] - b[at]) / np.hypot(a[of], b[of]):.2f} joint deviations")
+    for ground in ("steel", "emery"):
+        on = [name for name in table if ground_named(name) == ground]
+        mu, load = np.array([table[name][at] for name in on]), [loads[name] for name in on]
+        (slope, _), off, *_ = np.polyfit(np.log(load), np.log(mu), 1, full=True)
+        spread = np.sqrt(off[0] / (len(on) - 2))
+        print(
+            f"{ground}: coefficient of variation {mu.std(ddof=1) / mu.mean():.3f}, slope of log friction"
+            f" over log load {slope:.2f}, spread about it {spread:.3f}"
+        )
 
 
 def main() -> None:
