@@ -59,8 +59,8 @@ def microseconds(observer: Observer, sequence: list[Sample]) -> float:
 
 
 def ours(kind: Callable[..., Observer], **settings: object) -> Observer:
-    """An observer for the problem."""
-    return kind(model=MODEL, values=VALUES, rig=RIG, tuning=TUNING, **settings)
+    """An observer for the problem; rivals do not acquire friction among hypotheses."""
+    return kind(model=MODEL, values=VALUES, rig=RIG, tuning=TUNING, acquire=False, **settings)
 
 
 def alone() -> None:
