@@ -47,7 +47,7 @@ from observers.quality.acquisition_handover import (
     states_handed_over,
     take_acquired,
 )
-from observers.quality.equivalent_patch import added_torques
+from observers.quality.equivalent_patch import added_torques, build_patch_angle
 from observers.quality.hypotheses_verdict import VERDICT, build_mu_std_from_torque_scale
 from observers.quality.hysteresis_branches import TRACK, build_turning_point_update, sliding_onset_turn
 from observers.quality.mu_over_k_hypotheses import (
@@ -95,7 +95,7 @@ def initial_supervision(
     search = search_layout(gear).split(ca.MX(start))
     # The first verdict, before any torque counts, is the prior.
     own: dict[str, Expression] = dict.fromkeys(OWN, 0)
-    own |= {"acquiring": 1, "phase": 1, "scale": 1, "F_N": F_N, "F_N_first": F_N}
+    own |= {"acquiring": 1, "phase": 1, "scale": 1, "F_N": F_N, "F_N_first": F_N, "patch_psi": psi}
     return {"own": vector_of(OWN, own), **search}
 
 
@@ -169,6 +169,12 @@ def build_step_with_acquisition(
     at_torque, at_sample = added_torques(model, measurement_model, parts, after, theta, psi)
     M_z, output[PREDICTED] = M_z - at_torque, output[PREDICTED] - at_sample
     M_z = ca.if_else(lifted, float("nan"), M_z)
+    slide, declared = full_slide_torque(own["F_N"], rig[0]), named(RIG, rig)["zero_std"]
+    zero_std = slide * share_of_full_slide(declared, slide, fields["zero_std"])
+    if (patch_angle := build_patch_angle(model)) is not None:
+        variance = added + zero_std**2
+        own["patch_psi"] = patch_angle(own["patch_psi"], psi, M_z, variance, own["F_N"], theta)
+        psi = ca.if_else(is_known(psi), own["patch_psi"], float("nan"))
     reset = has_flag(named(OUTPUT, output)["status"], Status.RESET)
     changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
     restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)
@@ -178,8 +184,6 @@ def build_step_with_acquisition(
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
     ground = (_told(reset, M_z, gear), was["M_slide"], tyre)
     zero = own["scale"] * newest_state(parts, measurement_model, after, "M_0")
-    slide, declared = full_slide_torque(own["F_N"], rig[0]), named(RIG, rig)["zero_std"]
-    zero_std = slide * share_of_full_slide(declared, slide, fields["zero_std"])
     known = _known_before(own, before["verdict"], tracked, zero, zero_std, scaled)
     search = _search_of(anew, searched.join(before), (*ground, *known), measurement_model)
     own["phase"] = ca.if_else(anew, 0, own["phase"])

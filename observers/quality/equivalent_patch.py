@@ -3,7 +3,8 @@
 Acquisition weighs hypotheses on the declared patch, which costs little and forgets nothing wrongly. A
 model with effects is softer, or slides at another level: it is driven once through a turn and back, and
 the acquisition itself says which declared patch it looks like. What effects add to the patch's torque,
-as a spring does, no declared patch looks like, and it does not scale with friction: it is taken off.
+as a spring does, no declared patch looks like, and it does not scale with friction: it is taken off. So
+is the turn of what is in series with the patch, a carcass or backlash, as the torque tells it.
 """
 
 from collections.abc import Mapping
@@ -12,8 +13,9 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from observers.layout import Expression, Layout
+from observers.layout import Expression, Layout, symbols
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
+from observers.measurement.torque_error import is_known
 from observers.patch.update import signals_with_states
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_hypothesis_search_step
 from observers.quality.acquisition_handover import newest_of_sample, newest_state
@@ -23,6 +25,7 @@ from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
 from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Signals
+from symbolic.elements_in_series import deflection_of
 from symbolic.model import add_torques
 
 TURN, RATE, PERIOD = 0.3, 0.2, 0.01
@@ -32,6 +35,8 @@ SLIDES_AT = 0.08
 MISFIT = 0.05
 """Least difference of a model from its equivalent patch, as a share of the torque [1]."""
 
+CLEAR, ANY = 3.0, 1e9
+"""Deviations of a torque within which it allows a turn in series [1]; a torque of any size [N m]."""
 SLIDES = 0.75
 """Share of the full slide from which on a memory that mu enters is handed over [1].
 
@@ -62,6 +67,25 @@ def build_added_torque(model: Model) -> ca.Function | None:
     return named_function("added_torque", {"signals": signals, "theta": theta}, outputs)
 
 
+@cache
+def build_patch_angle(model: Model) -> ca.Function | None:
+    """(last, psi, M_z, variance, F_N, theta) -> angle of the patch behind what is in series [rad].
+
+    Of the angles that a torque of this variance allows it is the one next to the last; within a gap
+    whose flanks the torque does not tell apart, the patch stays. None where nothing is in series.
+    """
+    if (deflection := deflection_of(model)) is None:
+        return None
+    inputs = symbols(ca.MX, last=1, psi=1, M_z=1, variance=1, F_N=1, theta=len(model.coordinates))
+    last, psi, M_z, variance, F_N, theta = inputs.values()
+    known, elements = is_known(M_z), ca.vertcat(F_N, theta)
+    torque = ca.if_else(known, M_z, 0)
+    off = ca.if_else(known, CLEAR * ca.sqrt(variance), ANY)
+    low, high = (psi + deflection(torque + side * off, elements) for side in (-1, 1))
+    angle = ca.if_else(is_known(psi), ca.fmax(low, ca.fmin(high, last)), last)
+    return named_function("patch_angle", inputs, {"angle": angle})
+
+
 def added_torques(
     model: Model, measurement_model: MeasurementModel, parts: Layout, state: Expression,
     theta: Expression, psi: Expression,
@@ -90,6 +114,9 @@ def _equivalent(
     M_z = simulate(model, signals, np.array(theta).ravel(), np.array([a, e])).M_z
     if (added := build_added_torque(model)) is not None:
         M_z = M_z - np.asarray(added(signals, theta)).ravel()
+    if (behind := deflection_of(model)) is not None:
+        elements = np.vstack([F_N, np.tile(np.asarray(theta).reshape(-1, 1), count)])
+        psi = psi + np.asarray(behind(M_z.reshape(1, -1), elements)).ravel()
     tuning = Tuning(mu_std=1.0, error=MISFIT, psi_noise=1e-5, stiffness_std=1.0)
     start = build_hypothesis_search_start()(
         psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a)

@@ -33,7 +33,7 @@ from observers.quality import (
     tracking_consistency,
 )
 from observers.quality.acquisition_handover import covariance_pairs, handover_names, states_handed_over
-from observers.quality.equivalent_patch import build_added_torque
+from observers.quality.equivalent_patch import build_added_torque, build_patch_angle
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 from symbolic.deformation import corner_moment_and_derivative
@@ -62,9 +62,11 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         hypotheses_verdict.build_mu_std_from_torque_scale(patch.misfit > 0, model.gain_share),
         expand_with_constants("conclude", conclude, known),
     ]
+    theta = observer.constants[: len(observer.model.coordinates)].tolist()
     if (added := build_added_torque(observer.model)) is not None:
-        theta = observer.constants[: len(observer.model.coordinates)].tolist()
         functions.append(expand_with_constants("added_torque", added, {"theta": theta}))
+    if (angle := build_patch_angle(observer.model)) is not None:
+        functions.append(expand_with_constants("patch_angle", angle, {"theta": theta}))
     return [*functions, _observe_torque(observer, constants)]
 
 
@@ -170,6 +172,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "own": acquisition.OWN, "track": hysteresis_branches.TRACK, "gear": gear,
         "parts": mu_over_k_hypotheses.hypothesis_fields(gear),
         "added_torque": build_added_torque(observer.model) is not None,
+        "in_series": build_patch_angle(observer.model) is not None,
         "gear_spread": repr(float(model.gear_spread)),
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",

@@ -51,6 +51,7 @@ static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
     state->own[OWN_SCALE] = 1.0;
     state->own[OWN_F_N] = sample[2];
     state->own[OWN_F_N_FIRST] = sample[2];
+    state->own[OWN_PATCH_PSI] = sample[0];
     for (i = 0; i < VERDICTS; ++i) {
         state->verdict[i] = 0.0;
     }
@@ -229,6 +230,9 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
 %% if added_torque
     ${real} signals[4], added_by_effects, at_torque;
 %% endif
+%% if in_series
+    ${real} behind, zero_std;
+%% endif
 %% if block
     ${real} block[${block}];
 %% endif
@@ -261,6 +265,15 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     signals[0] = psi;
     added_torque(signals, &at_torque);
     M_z -= at_torque;
+%% endif
+%% if in_series
+    /* Nor with what turns in series with the patch. */
+    zero_std = ${restart_zero_std};
+    patch_angle(state->own[OWN_PATCH_PSI], psi, M_z, added + zero_std * zero_std, state->own[OWN_F_N], &behind);
+    state->own[OWN_PATCH_PSI] = behind;
+    if (is_known(psi)) {
+        psi = behind;
+    }
 %% endif
     if (changed) {
         if (tracked || lost) {
