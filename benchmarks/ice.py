@@ -52,7 +52,7 @@ OFF = {"a": 0.002, "load": 0.02, "k": 0.2, "zero": 0.03, "e": 0.002}
 """How far off half-length and caster [m], load and k [1], and the zero over 3/8 F_N a [1] may be."""
 EFFECTS = (
     "rate_friction", "carcass_torsion", "patch_width", "pressure_shape", "stribeck",
-    "viscoelastic_relaxation", "asymmetric_friction",
+    "viscoelastic_relaxation", "asymmetric_friction", "backlash",
 )  # fmt: skip
 MIN_TURN = 1e-9
 """Turn that counts as none [rad]."""

@@ -18,10 +18,17 @@ BALANCE_STEPS = 8
 """Newton steps within each of them, for the deflection against a patch that is linear [1]."""
 
 
-def deflection_of(model: Composition) -> ca.Function | None:
-    """(M_z, load and theta) -> turn of what is in series with the patch [rad]; None for nothing."""
+def deflection_of(model: Composition, *, gaps: bool = False) -> ca.Function | None:
+    """(M_z, load and theta) -> turn of what is in series with the patch [rad], or of gaps alone.
+
+    None where there is nothing.
+    """
     M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), model.symbols()[1]
-    turns = [effect.deflection(M_z, F_N, values) for effect, values in model.values(theta)]
+    turns = [
+        effect.deflection(M_z, F_N, values)
+        for effect, values in model.values(theta)
+        if effect.is_gap or not gaps
+    ]
     present = [turn for turn in turns if turn is not None]
     if not present:
         return None

@@ -66,8 +66,8 @@ torque is divided by [1]; what s adds to the relative deviation of mu [1]; last 
 explained; 1 after a change of the ground, or `FAILED`; torques in a row, computed from the steering
 torque, that friction does not explain, and 1 where friction is acquired anew; torques predicted at the
 last two of them [N m]; 1 once the model has explained torque since the handover, 2 where nothing lasted,
-`PROVED` where it has for long; smoothed innovation [N m]; angle of the patch behind what is in series
-with it [rad]."""
+`PROVED` where it has for long; smoothed innovation [N m]; angle behind the gaps in series with the patch
+[rad]."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 """Flags of the estimator that count while friction is acquired."""
 

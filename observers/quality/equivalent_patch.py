@@ -4,7 +4,7 @@ Acquisition weighs hypotheses on the declared patch, which costs little and forg
 model with effects is softer, or slides at another level: it is driven once through a turn and back, and
 the acquisition itself says which declared patch it looks like. What effects add to the patch's torque,
 as a spring does, no declared patch looks like, and it does not scale with friction: it is taken off. So
-is the turn of what is in series with the patch, a carcass or backlash, as the torque tells it.
+is the turn through a gap, which the torque tells by its sign.
 """
 
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ MISFIT = 0.05
 """Least difference of a model from its equivalent patch, as a share of the torque [1]."""
 
 CLEAR, ANY = 3.0, 1e9
-"""Deviations of a torque within which it allows a turn in series [1]; a torque of any size [N m]."""
+"""Deviations within which a torque may be on either flank of a gap [1]; a torque of any size [N m]."""
 SLIDES = 0.75
 """Share of the full slide from which on a memory that mu enters is handed over [1].
 
@@ -69,12 +69,12 @@ def build_added_torque(model: Model) -> ca.Function | None:
 
 @cache
 def build_patch_angle(model: Model) -> ca.Function | None:
-    """(last, psi, M_z, variance, F_N, theta) -> angle of the patch behind what is in series [rad].
+    """(last, psi, M_z, variance, F_N, theta) -> angle behind the gaps in series with the patch [rad].
 
-    Of the angles that a torque of this variance allows it is the one next to the last; within a gap
-    whose flanks the torque does not tell apart, the patch stays. None where nothing is in series.
+    Of the angles that a torque of this variance allows it is the one next to the last: where the torque
+    does not tell which flank is touched, what is behind stays. None where there is no gap.
     """
-    if (deflection := deflection_of(model)) is None:
+    if (deflection := deflection_of(model, gaps=True)) is None:
         return None
     inputs = symbols(ca.MX, last=1, psi=1, M_z=1, variance=1, F_N=1, theta=len(model.coordinates))
     last, psi, M_z, variance, F_N, theta = inputs.values()
@@ -114,7 +114,7 @@ def _equivalent(
     M_z = simulate(model, signals, np.array(theta).ravel(), np.array([a, e])).M_z
     if (added := build_added_torque(model)) is not None:
         M_z = M_z - np.asarray(added(signals, theta)).ravel()
-    if (behind := deflection_of(model)) is not None:
+    if (behind := deflection_of(model, gaps=True)) is not None:
         elements = np.vstack([F_N, np.tile(np.asarray(theta).reshape(-1, 1), count)])
         psi = psi + np.asarray(behind(M_z.reshape(1, -1), elements)).ravel()
     tuning = Tuning(mu_std=1.0, error=MISFIT, psi_noise=1e-5, stiffness_std=1.0)

@@ -35,6 +35,7 @@ class Backlash(Effect):
     parameters: tuple[Parameter, ...] = (
         Parameter(name="gap", unit="rad", neutral=0.0, start=0.005, lower=0.0, upper=0.5, scale=0.02),
     )
+    is_gap: bool = True
     signatures: tuple[ResidualSignature, ...] = (ResidualSignature("the torque near zero", sign=1),)
 
     def deflection(self, M_z: Expression, F_N: Expression, values: Values) -> Expression:

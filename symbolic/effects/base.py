@@ -138,6 +138,8 @@ class Effect:
         sensor: True where `transform_inputs` changes what everything else sees, so that it comes first.
         torque_by_ground: True where `torque` is the ground's, so that the torque of full slide includes
             it. What bearings, springs and the sensor add is not the ground's friction.
+        is_gap: True where `deflection` is the turn through a gap, crossed at no torque: its sign tells
+            the flank that is touched.
         of_lengths: True where it gives the declared half-length another meaning, so that lengths found
             within their tolerances without it say nothing of those beside it.
         tare: name of the parameter that the effect's torque adds so that the first sample's is zero, as
@@ -153,6 +155,7 @@ class Effect:
     memory: int = 0
     sensor: bool = False
     torque_by_ground: bool = False
+    is_gap: bool = False
     of_lengths: bool = False
     tare: str = ""
     signatures: tuple[ResidualSignature, ...] = ()

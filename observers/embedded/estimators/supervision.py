@@ -172,7 +172,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "own": acquisition.OWN, "track": hysteresis_branches.TRACK, "gear": gear,
         "parts": mu_over_k_hypotheses.hypothesis_fields(gear),
         "added_torque": build_added_torque(observer.model) is not None,
-        "in_series": build_patch_angle(observer.model) is not None,
+        "has_gap": build_patch_angle(observer.model) is not None,
         "gear_spread": repr(float(model.gear_spread)),
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",

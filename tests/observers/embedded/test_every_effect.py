@@ -25,8 +25,8 @@ from tests.symbolic.warmth import Warmth
 
 SAMPLES = 250
 ALIGNING = AligningTorque()
-QUICK = ("carcass_torsion", "sensor_delay", "stribeck", "viscoelastic_relaxation")
-"""A compliance, a sensor, a law of friction and a state of every bristle."""
+QUICK = ("backlash", "carcass_torsion", "sensor_delay", "stribeck", "viscoelastic_relaxation")
+"""A gap, a compliance, a sensor, a law of friction and a state of every bristle."""
 MARKED = [
     pytest.param(effect, id=name, marks=[] if name in QUICK else pytest.mark.long)
     for name, effect in KNOWN.items()

@@ -230,7 +230,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
 %% if added_torque
     ${real} signals[4], added_by_effects, at_torque;
 %% endif
-%% if in_series
+%% if has_gap
     ${real} behind, zero_std;
 %% endif
 %% if block
@@ -266,8 +266,8 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     added_torque(signals, &at_torque);
     M_z -= at_torque;
 %% endif
-%% if in_series
-    /* Nor with what turns in series with the patch. */
+%% if has_gap
+    /* Nor with the turn through a gap. */
     zero_std = ${restart_zero_std};
     patch_angle(state->own[OWN_PATCH_PSI], psi, M_z, added + zero_std * zero_std, state->own[OWN_F_N], &behind);
     state->own[OWN_PATCH_PSI] = behind;
