@@ -171,10 +171,7 @@ def build_step_with_acquisition(
     M_z = ca.if_else(lifted, float("nan"), M_z)
     slide, declared = full_slide_torque(own["F_N"], rig[0]), named(RIG, rig)["zero_std"]
     zero_std = slide * share_of_full_slide(declared, slide, fields["zero_std"])
-    if (patch_angle := build_patch_angle(model)) is not None:
-        variance = added + zero_std**2
-        own["patch_psi"] = patch_angle(own["patch_psi"], psi, M_z, variance, own["F_N"], theta)
-        psi = ca.if_else(is_known(psi), own["patch_psi"], float("nan"))
+    psi = _behind_gaps(model, own, psi, M_z, added + zero_std**2, theta)
     reset = has_flag(named(OUTPUT, output)["status"], Status.RESET)
     changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
     restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)
@@ -203,6 +200,16 @@ def build_step_with_acquisition(
     }  # fmt: skip
     outputs = {"state_next": ca.vertcat(after, added_parts.join(state_next)), "output": output}
     return named_function(step.name(), inputs, outputs)
+
+
+def _behind_gaps(
+    model: Model, own: Parts, psi: Expression, M_z: Expression, variance: Expression, theta: Expression
+) -> Expression:
+    """The angle of the patch behind the gaps of the model, kept in own; psi where it has none [rad]."""
+    if (patch_angle := build_patch_angle(model)) is None:
+        return psi
+    own["patch_psi"] = patch_angle(own["patch_psi"], psi, M_z, variance, own["F_N"], theta)
+    return ca.if_else(is_known(psi), own["patch_psi"], float("nan"))
 
 
 def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import PROFILES, Ekf, Estimates, SteeringTorque, causal_rate, run
+from observers import PROFILES, Ekf, Estimates, Status, SteeringTorque, causal_rate, run
 from observers.planning.steering_path import fastest_path
+from observers.quality.equivalent_patch import build_patch_angle
 from reference_rig import (
     RIG_EFFECTS,
     RigTyre,
@@ -130,3 +131,37 @@ def test_turns_that_slide_the_whole_patch_are_usable_and_right(mu):
     usable = deviations(mu, 0.2, (0.05, 0.2), error=0.008)
     assert usable.size > 100
     assert (usable < 3).all()
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.8])
+def test_a_gap_that_the_model_knows_does_not_keep_friction_from_being_known(mu: float) -> None:
+    """The torque tells its flanks apart; taken for a part of the patch, a gap is never explained."""
+    for seed in (31, 32, 33):
+        made = make_recording(
+            seed, {"backlash": {"gap": 0.02}}, mu=mu, k=K, load=400.0, bristles=500, duration=14.0
+        )
+        observer = Ekf(**found_model({"backlash.gap": 0.02}, bristles=40), rig=RIG)
+        found = run(observer, made.t, made.psi, made.F_N, made.M_z)
+        late = found.usable & (made.t > 8)
+
+        assert late.sum() > 0.9 * np.count_nonzero(made.t > 8)
+        assert found.mu_eff[late] == pytest.approx(mu, rel=0.05)
+        assert np.mean(found.status & (Status.INCONSISTENT | Status.SUSPECT) != 0) < 0.1
+
+
+def test_the_angle_behind_a_gap() -> None:
+    model = found_model({"backlash.gap": 0.02}, bristles=8)
+    angle = build_patch_angle(model["model"])
+    theta = model["model"].theta({**model["values"], "mu": 1.0})
+
+    def behind(last: float, psi: float, M_z: float) -> float:
+        return float(angle(last, psi, M_z, 0.01, 400.0, theta))
+
+    # The flank that a clear torque touches, whatever came before.
+    assert behind(0.0, 0.3, -2.0) == pytest.approx(0.29, abs=1e-5)
+    assert behind(0.0, 0.3, 2.0) == pytest.approx(0.31, abs=1e-5)
+    # Where the torque may be on either side, what is behind stays, and is taken along at the flanks.
+    assert behind(0.295, 0.3, -0.2) == pytest.approx(0.295)
+    assert behind(0.25, 0.3, np.nan) == pytest.approx(0.29, abs=1e-5)
+    assert behind(0.25, np.nan, -2.0) == 0.25
+    assert build_patch_angle(found_model({"carcass_torsion.k_t": 390.0})["model"]) is None
