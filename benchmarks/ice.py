@@ -8,7 +8,7 @@ band of mu: coverage of the 95 % band over usable samples; runs in which more th
 are usable and beyond three deviations; median deviation over mu after 0.3 rad of travel; median travel
 until the first usable sample; share of usable samples; runs that never have one. With --effects an
 effect of the rig moves the torque by 5 % of its range: the observer has the declared model, or that
-with the effect.
+with the effect. --effect names one in place of these, such as backlash.
 """
 
 import argparse
@@ -52,7 +52,7 @@ OFF = {"a": 0.002, "load": 0.02, "k": 0.2, "zero": 0.03, "e": 0.002}
 """How far off half-length and caster [m], load and k [1], and the zero over 3/8 F_N a [1] may be."""
 EFFECTS = (
     "rate_friction", "carcass_torsion", "patch_width", "pressure_shape", "stribeck",
-    "viscoelastic_relaxation", "asymmetric_friction", "backlash",
+    "viscoelastic_relaxation", "asymmetric_friction",
 )  # fmt: skip
 MIN_TURN = 1e-9
 """Turn that counts as none [rad]."""
@@ -69,13 +69,14 @@ STEERING_RATE = 500.0
 
 @dataclass(frozen=True, kw_only=True)
 class IceCase:
-    """What is run: observer, torque, tuning, effects (none, declared, found); all errors stated."""
+    """What is run: observer, torque, tuning, effects (none, declared, found); all errors stated; the effect."""
 
     observer: str = "ekf"
     torque: str = "M_z"
     tuning: str = "real_tyre"
     effects: str = "none"
     stated: bool = False
+    effect: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +116,7 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
         )  # fmt: skip
         columns = {"M": made.M + zero}
     elif case.effects != "none":
-        name = EFFECTS[seed % len(EFFECTS)]
+        name = case.effect or EFFECTS[seed % len(EFFECTS)]
         made = plant_effect(name, seed, tyre=tyre, load=load, duration=duration, share=0.05)
         columns, truth = {"M_z": made.M_z + zero}, true_friction(made)
         if case.effects == "found":
@@ -203,11 +204,12 @@ def main() -> None:
     parser.add_argument("--torque", choices=list(TORQUES), default="M_z")
     parser.add_argument("--tuning", choices=list(PROFILES), default="real_tyre")
     parser.add_argument("--effects", choices=["none", "declared", "found"], default="none")
+    parser.add_argument("--effect", default="", help="that one of the rig in place of several")
     parser.add_argument("--stated", action="store_true", help="draw all errors that the tuning states")
     options = parser.parse_args()
     case = IceCase(
         observer=options.observer, torque=options.torque, tuning=options.tuning,
-        effects=options.effects, stated=options.stated,
+        effects=options.effects, stated=options.stated, effect=options.effect,
     )  # fmt: skip
     print(
         "| observer | torque | tuning | effects | μ | runs | coverage |"

@@ -203,8 +203,9 @@ def build_step_with_acquisition(
 
 
 def _behind_gaps(
-    model: Model, own: Parts, psi: Expression, M_z: Expression, variance: Expression, theta: Expression
-) -> Expression:
+    model: Model, own: dict[str, Any], psi: Expression, M_z: Expression, variance: Expression,
+    theta: Expression,
+) -> Expression:  # fmt: skip
     """The angle of the patch behind the gaps of the model, kept in own; psi where it has none [rad]."""
     if (patch_angle := build_patch_angle(model)) is None:
         return psi
