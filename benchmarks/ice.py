@@ -69,7 +69,7 @@ STEERING_RATE = 500.0
 
 @dataclass(frozen=True, kw_only=True)
 class IceCase:
-    """What is run: observer, torque, tuning, effects (none, declared, found); all errors stated; the effect."""
+    """What is run: observer, torque, tuning, effects (none, declared, found), stated errors, effect."""
 
     observer: str = "ekf"
     torque: str = "M_z"
