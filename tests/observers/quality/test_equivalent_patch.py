@@ -136,9 +136,9 @@ def test_turns_that_slide_the_whole_patch_are_usable_and_right(mu):
 @pytest.mark.parametrize("mu", [0.1, 0.8])
 def test_a_gap_that_the_model_knows_does_not_keep_friction_from_being_known(mu: float) -> None:
     """The torque tells its flanks apart; taken for a part of the patch, a gap is never explained."""
-    for seed in (31, 32, 33):
+    for seed in (31, 32):
         made = make_recording(
-            seed, {"backlash": {"gap": 0.02}}, mu=mu, k=K, load=400.0, bristles=500, duration=14.0
+            seed, {"backlash": {"gap": 0.02}}, mu=mu, k=K, load=400.0, bristles=300, duration=12.0
         )
         observer = Ekf(**found_model({"backlash.gap": 0.02}, bristles=40), rig=RIG)
         found = run(observer, made.t, made.psi, made.F_N, made.M_z)
