@@ -139,6 +139,11 @@ def row(name: str, observer: Any, real: Real = SINGLE) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
+def on_aligning_torque(kind: type[Ekf] | type[Mhe], model: dict[str, Any]) -> Ekf | Mhe:
+    """An observer of M_z, k a state with effects, as by a model that was found."""
+    return observer_of(kind, model, AligningTorque(stiffness=bool(model["model"].effects)))
+
+
 def table(every: bool) -> None:
     """Print the table: observer, model and torque against what they cost."""
     heads = ["", "us here", "mu off by"]
@@ -146,17 +151,15 @@ def table(every: bool) -> None:
         heads += [f"{board.name}: mean", "ordinary, at most", "at most", "flash", "state", "stack"]
     print("| " + " | ".join(heads) + " |\n|" + "---|" * len(heads), flush=True)
     for name, model in models(every).items():
-        aligning = AligningTorque(stiffness=bool(model["model"].effects))
-        print(row(f"EKF, {name}", observer_of(Ekf, model, aligning)), flush=True)
-        print(row(f"MHE of 50, {name}", observer_of(Mhe, model, aligning)), flush=True)
+        for kind, title in ((Ekf, "EKF"), (Mhe, "MHE of 50")):
+            print(row(f"{title}, {name}", on_aligning_torque(kind, model)), flush=True)
         if any(effect.sensor for effect in model["model"].effects):
             continue
         for kind, title in ((Ekf, "EKF"), (Mhe, "MHE of 50")):
             steering = observer_of(kind, model, SteeringTorque())
             print(row(f"{title}, {name}, steering torque", steering), flush=True)
     for name, kind, model in DOUBLES:
-        aligning = AligningTorque(stiffness=bool(model["model"].effects))
-        print(row(f"{name}, double", observer_of(kind, model, aligning), DOUBLE), flush=True)
+        print(row(f"{name}, double", on_aligning_torque(kind, model), DOUBLE), flush=True)
 
 
 def main() -> None:

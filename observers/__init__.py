@@ -5,7 +5,7 @@ from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.interfaces.car_observer import RackSampler, car_observer, run_standstills
-from observers.interfaces.factory import from_files
+from observers.interfaces.factory import aligning_torque_for, from_files
 from observers.interfaces.loop import Loop
 from observers.interfaces.run import run
 from observers.interfaces.smoothing import smooth
@@ -77,6 +77,7 @@ __all__ = [
     "Tuning",
     "ZoneHistory",
     "ZoneRootState",
+    "aligning_torque_for",
     "build_clean",
     "car_observer",
     "causal_rate",

@@ -100,7 +100,7 @@ class PlanRequest:
         from brushgrip.outputs.console import progress, say
         from brushgrip.outputs.plan_texts import plan_csv, turning_instruction
         from brushgrip.pictures.plan import draw_plan_and_forecast
-        from observers import plan
+        from observers import aligning_torque_for, plan
         from observers.interfaces.factory import read_vehicle_file
         from observers.planning.noisy_forecast import assumed_noise
         from observers.planning.plan import MUS
@@ -132,9 +132,12 @@ class PlanRequest:
                 write_utf8(stages[0], plan_csv(planned, car, F_N))
                 draw_plan_and_forecast(stages[1], planned)
         say(turning_instruction(planned, car, inputs.signals.of("psi")))
-        self._say(planned, finals, car, assumed_noise(observer, F_N))
+        asked = of_wheel and not aligning_torque_for(inputs.found()).stiffness
+        self._say(planned, finals, car, assumed_noise(observer, F_N), counts_k=asked)
 
-    def _say(self, planned: "Plan", finals: list[Path], car: "Vehicle | None", noise: float) -> None:
+    def _say(
+        self, planned: "Plan", finals: list[Path], car: "Vehicle | None", noise: float, *, counts_k: bool
+    ) -> None:
         """Print what the plan tells on each ground; a target that is missed on one is a fault."""
         from brushgrip.estimation.friction_budget import declared_values_in_words
         from brushgrip.outputs.console import print_table, say, show_json
@@ -150,7 +153,7 @@ class PlanRequest:
         if not planned.reasons:
             of_torque = "" if car else f" of {noise:.2g} N m"
             say(f"this is enough in {ENOUGH} of {RUNS} simulated runs, noise{of_torque} on the torque")
-        if car is None and self.torque is TorqueChannel.GROUND and self.model is None:
+        if counts_k:
             say("k counts as a state: estimate with --stiffness-state")
         if car:
             if declared := declared_values_in_words(car, brakes=car.brakes):

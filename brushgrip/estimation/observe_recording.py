@@ -32,6 +32,7 @@ from observers import (
     Status,
     SteeringTorque,
     Tuning,
+    aligning_torque_for,
     run,
     run_standstills,
     smooth,
@@ -100,8 +101,8 @@ def model_observer(
 ) -> Ekf | Mhe:
     """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one.
 
-    The tuning, None for `real_tyre`, gets the found model's error, then what is set by hand. Where
-    aligning is None, k is a state by a found model alone, see `observers.from_files`.
+    The tuning, None for `real_tyre`, gets the found model's error, then what is set by hand; aligning is
+    that of `observers.aligning_torque_for` where it is None.
     """
     by_direction = isinstance(aligning, DirectionalFriction)
     if found is None:
@@ -119,8 +120,7 @@ def model_observer(
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
     elif has_aligning_torque(recording):
-        usual = AligningTorque(stiffness=found is not None and found.surpasses_declared)
-        measurement_model = aligning or usual
+        measurement_model = aligning or aligning_torque_for(found)
     if aligning not in (None, AligningTorque(), measurement_model):
         option = "--by-direction" if by_direction else "--stiffness-state"
         raise InvalidInputError(f"{option} needs M_z of a wheel on a rig; leave it out")

@@ -47,8 +47,8 @@ def from_files(
             b_t are needed where the steering torque is measured, mu is not used.
         model: the folder of a diagnosis, or the model.json in it, whose k goes before that of the rig;
             None for the declared model. What belongs to one recording alone, as a torque zero, or to the
-            taring of a bench stays neutral. By a model that explains something k is a state beside M_z,
-            as it differs a little between recordings; else it would pass for what the model lacks.
+            taring of a bench stays neutral. Whether k is a state beside M_z is up to
+            `aligning_torque_for`.
         effects: effects beside the library's that the model file may name.
         tuning: of an `Ekf` or `Mhe`, None for the usual one; the error of the model that the model file
             states goes before its own, see `observers.tuning_for`.
@@ -69,8 +69,8 @@ def from_files(
     if model is not None:
         found = read_model_file(model, effects)
     fields = getattr(kind, "__dataclass_fields__", {})
-    if found.surpasses_declared and "measurement_model" in fields:
-        settings.setdefault("measurement_model", AligningTorque(stiffness=True))
+    if "measurement_model" in fields:
+        settings.setdefault("measurement_model", aligning_torque_for(found))
     by_direction = isinstance(settings.get("measurement_model"), DirectionalFriction)
     if tuning is not None or by_hand or (found.error is not None and "tuning" in fields):
         settings["tuning"] = tuning_for(found, tuning, by_hand, by_direction=by_direction)
@@ -80,6 +80,15 @@ def from_files(
         rig=found.with_known_stiffness(geometry, tyre.k, ground),
         **settings,
     )
+
+
+def aligning_torque_for(found: FoundModel | None) -> AligningTorque:
+    """How M_z is measured by a model that was found, None for the declared one.
+
+    By a model that explains something k is a state, as it differs a little between recordings; else it
+    would pass for what the model lacks.
+    """
+    return AligningTorque(stiffness=found is not None and found.surpasses_declared)
 
 
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
