@@ -80,7 +80,7 @@ class DirectionalFriction(AligningTorque):
         followed, side_next = self._direction(now["psi"], now["M_z"], before, side)
         exchanged = side_next * side < 0
         # At rest and without a torque nothing tells of a change, and none is assumed.
-        turned = ca.fmin(now["dt"], now["travel"] / SLOW_TURN) * is_known(now["M_z"])
+        turned = ca.fmin(now["interval"], now["travel"] / SLOW_TURN) * is_known(now["M_z"])
         walked = last[WALKED] + ((1 + WIDENING * last[EVIDENCE]) ** 2 - 1) * turned
         here, other = ca.if_else(exchanged, 0, walked), ca.if_else(exchanged, walked, last[WALKED_OTHER])
         own = {FOLLOWED: followed, SIDE: side_next, EXCHANGED: exchanged}

@@ -43,9 +43,10 @@ MIN_FIRST_LOAD = 1e-3
 """Least load of a first sample [N]."""
 MIN_LOAD_SHARE = 0.05
 """Share of the first load below which a load is missing [1]: a torque weighs with 1 / F_N^2."""
-CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel", "gear_angle", "slip", "dry", "dry_std")
+CLEAN = (*SAMPLE, "M_age", "F_N_first", "interval", "travel", "gear_angle", "slip", "dry", "dry_std")
 """Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s];
-load of the first sample [N]; turn since the last sample without its sign [rad];
+load of the first sample [N]; time that a torque stands for, since the one before, at most
+`REFERENCE_STEP` if that is longer than dt [s]; turn since the last torque without its sign [rad];
 angle that a steering gear has followed [rad], its presliding, -1 to 1, and the torque of its declared
 dry friction with the standard deviation that presliding leaves to it [N m]."""
 MAX_ZERO_DEVIATIONS = 3.0
@@ -213,7 +214,7 @@ class AligningTorque:
         self, before: Parts, sample: Parts, rig: Expression, tuning: Expression
     ) -> tuple[Parts, Expression, Expression, Expression]:
         """The measured torque at the measured angle, its noise as declared or, if more, as seen."""
-        values, M_z, dt = named(RIG, rig), sample["M_z"], sample["dt"]
+        values, M_z = named(RIG, rig), sample["M_z"]
         declared = sensor_variance(values)
         if not self.torque_state:
             return before, sample["psi"], M_z, declared
@@ -222,9 +223,10 @@ class AligningTorque:
         )
         stated = (named(TUNING_FIELDS, tuning)["noise"] * slide_torque) ** 2
         usual = ca.if_else(is_known(values["noise"]), declared, stated)
-        after = update_noise(before, M_z, dt, usual, (SENSOR * slide_torque) ** 2)
+        after = update_noise(before, M_z, sample["dt"], usual, (SENSOR * slide_torque) ** 2)
         # That of one sample, from that of `REFERENCE_STEP`.
-        seen = after["variance"] * ca.fmax(1, REFERENCE_STEP / dt)
+        interval = before["waited"] + sample["dt"]
+        seen = after["variance"] * ca.fmax(1, REFERENCE_STEP / interval)
         return after, sample["psi"], M_z, ca.fmax(declared, seen)
 
     def check(self, rig: Rig, model: Model) -> None:
@@ -248,9 +250,12 @@ class AligningTorque:
         psi_dot = ca.if_else(turning, sample["psi_dot"], 0)
         # The rate tells noise of the angle from a turn; a rate of 0 may stand for no sensor at all.
         travel = ca.fabs(ca.if_else(psi_dot == 0, psi - last["psi"], psi_dot * sample["dt"]))
+        waited, dt = ca.logic_not(is_known(last["M_z"])), sample["dt"]
         now = dict.fromkeys(CLEAN, 0) | {
             "psi": psi, "psi_dot": psi_dot, "F_N": F_N, "F_N_first": last["F_N_first"],
-            "dt": sample["dt"], "M_z": ca.if_else(usable, sample["M_z"], float("nan")), "travel": travel,
+            "dt": dt, "M_z": ca.if_else(usable, sample["M_z"], float("nan")),
+            "interval": ca.fmax(dt, ca.fmin(REFERENCE_STEP, dt + waited * last["interval"])),
+            "travel": travel + waited * last["travel"],
         }  # fmt: skip
         return now, ca.logic_or(load_imputed, ca.logic_not(known))
 
@@ -276,7 +281,7 @@ class AligningTorque:
         unsure: Expression = 0,
     ) -> Measurement:  # fmt: skip
         """The measurement of a torque; unsure is a deviation of what is expected that lasts [N m]."""
-        slide_torque, dt = self._full_slide(now, rig), ca.fmin(now["dt"], MAX_WEIGHTED_STEP)
+        slide_torque, dt = self._full_slide(now, rig), ca.fmin(now["interval"], MAX_WEIGHTED_STEP)
         independent = independent_share(now["travel"], tuning["error_travel"])
         noise, error = sensor_noise_variance(rig, tuning, slide_torque), model_error_variance(x, tuning)
         lasting = error + (unsure / slide_torque) ** 2

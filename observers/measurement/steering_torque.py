@@ -151,6 +151,7 @@ class SteeringTorque:
         missing = ca.logic_not(is_known(sample["M"]))
         now = dict.fromkeys(CLEAN, 0) | {
             "psi": sample["psi"], "F_N": F_N, "F_N_first": last["F_N_first"], "dt": sample["dt"],
+            "interval": sample["dt"],
             "M": ca.if_else(missing, last["M"], sample["M"]),
             "M_age": ca.if_else(missing, last["M_age"] + sample["dt"], 0),
         }  # fmt: skip

@@ -88,9 +88,9 @@ def huber_scale(x: Parts, tuning: Parts, noise: Expression) -> Expression:
     return ca.if_else(stated, model_error_std(x, tuning) ** 2 + noise, ca.inf)
 
 
-NOISE = ("time", "sum", "newer", "older", "variance", "blocks")
-"""Time of the present block [s], and integral of its torque [N m s]; means of the last two blocks [N m];
-variance of a block [N^2 m^2]; blocks so far."""
+NOISE = ("waited", "time", "sum", "newer", "older", "variance", "blocks")
+"""Time since the last torque [s]; time of the present block [s], and integral of its torque [N m s];
+means of the last two blocks [N m]; variance of a block [N^2 m^2]; blocks so far."""
 MAX_BLOCKS = 100.0
 """Blocks over which the variance is averaged."""
 MAX_SQUARE = 9.0
@@ -107,26 +107,27 @@ def update_noise(
     usual is the variance of a block before one was seen, least that of a sensor without noise, about
     which the squares are limited [N^2 m^2].
     """
-    known = is_known(M_z)
-    time = before["time"] + dt
-    total = before["sum"] + ca.if_else(known, M_z, 0) * dt
+    known, interval = is_known(M_z), before["waited"] + dt
+    time = before["time"] + interval
+    total = before["sum"] + ca.if_else(known, M_z, 0) * interval
     mean = total / time
     closes = ca.logic_and(known, time >= JITTER * REFERENCE_STEP)
     variance = ca.if_else(before["blocks"] > 0, before["variance"], ca.fmax(before["variance"], usual))
     most = MAX_SQUARE * ca.fmax(variance, least)
     # A block may be longer than `REFERENCE_STEP`, of which the variance is counted.
-    length = time / ca.fmax(REFERENCE_STEP, dt)
+    length = time / ca.fmax(REFERENCE_STEP, interval)
     square = ca.fmin(length * (mean - 2 * before["newer"] + before["older"]) ** 2 / 6, most)
     # The usual variance weighs as one block.
     seen = ca.fmax(before["blocks"], 1)
     grown = variance + ca.if_else(before["blocks"] >= 2, (square - variance) / seen, 0)
     closed = {
-        "time": 0, "sum": 0, "newer": mean, "older": before["newer"], "variance": grown,
+        "waited": 0, "time": 0, "sum": 0, "newer": mean, "older": before["newer"], "variance": grown,
         "blocks": ca.fmin(before["blocks"] + 1, MAX_BLOCKS),
     }  # fmt: skip
-    present = {**before, "time": time, "sum": total, "variance": variance}
+    present = {**before, "waited": 0, "time": time, "sum": total, "variance": variance}
+    missing = {**before, "waited": interval}
     after: dict[str, Any] = {
-        name: ca.if_else(closes, closed[name], ca.if_else(known, present[name], before[name]))
+        name: ca.if_else(closes, closed[name], ca.if_else(known, present[name], missing[name]))
         for name in NOISE
     }
     return after

@@ -253,7 +253,7 @@ def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
     """Inputs of a sample of the supervision, while friction is acquired and afterwards."""
     return symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT),
-        psi=1, M_z=1, dt=1, added=1, tyre=3, limits=len(SETTINGS), friction=1,
+        psi=1, M_z=1, interval=1, added=1, tyre=3, limits=len(SETTINGS), friction=1,
         **gear_friction_size(gear),
     )  # fmt: skip
 

@@ -111,7 +111,9 @@ def build_tracking_step(patch: EquivalentPatch, measurement_model: MeasurementMo
     """
     gear, states = has_gear_friction(measurement_model), states_handed_over(measurement_model.states)
     inputs = supervision_symbols(gear)
-    search, verdict, own, output, psi, M_z, dt, added, tyre, limits, friction, *dry = inputs.values()
+    search, verdict, own, output, psi, M_z, interval, added, tyre, limits, friction, *dry = (
+        inputs.values()
+    )
     parts, numbers = search_layout(gear).split(search), named(OWN, own)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
@@ -133,7 +135,7 @@ def build_tracking_step(patch: EquivalentPatch, measurement_model: MeasurementMo
     judged = ca.logic_and(numbers["phase"] == 1, ca.logic_not(named(VERDICT, verdict)["unexplained"]))
     numbers["excess"] = output_if(judged, excess, (verdict, limits), numbers["excess"])
     own, result = build_tracking_consistency(patch, measurement_model)(
-        vector_of(OWN, numbers), verdict, output, share, turn, dt, M_z, added, counted, tyre,
+        vector_of(OWN, numbers), verdict, output, share, turn, interval, M_z, added, counted, tyre,
         limits, friction,
     )  # fmt: skip
     nothing = ca.MX(ca.DM.zeros(len(handover_names(states))))
@@ -187,8 +189,9 @@ def build_step_with_acquisition(
     own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
     search, verdict, own_next, handover, output = _either(measurement_model, patch)(
-        own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, now["dt"],
-        added, tyre, limits, friction, *([newest_of_sample(parts, after, DRY)] if gear else []),
+        own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z,
+        newest_of_sample(parts, after, ("interval",)), added, tyre, limits, friction,
+        *([newest_of_sample(parts, after, DRY)] if gear else []),
     )  # fmt: skip
     output[PREDICTED] += at_sample
     handed = take_acquired(parts, measurement_model.states, after, handover)

@@ -104,7 +104,7 @@ def _empty_window(window: Parts) -> dict[str, ca.MX]:
     before = window["x"][:, max(columns - 2, 0)]
     samples = ca.MX(window["samples"])
     samples[[ROWS.index("accepted"), ROWS.index("jump")], :] = 0
-    samples[ROWS.index("dt"), : columns - 1] = 0
+    samples[[ROWS.index("dt"), ROWS.index("interval")], : columns - 1] = 0
     x = ca.horzcat(ca.repmat(before, 1, columns - 1), window["x"][:, -1])
     return {"x": x, "mean": before, "samples": samples}
 

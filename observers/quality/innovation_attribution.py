@@ -70,8 +70,12 @@ def smoothed_innovation(
     It is in N m. Of a torque that is computed, which is known now and then, it is in deviations, and
     those count whose `range_of_predictions` is narrower than one.
     """
-    known, dt = is_known(inputs["M_z"]), inputs["dt"] + (predictions is not None) * BLOCK_TIME
-    share, clear = ca.fmin(dt / SMOOTHING_TIME, 1), CLEAR if predictions is None else CLEAR_COMPUTED
+    known = is_known(inputs["M_z"])
+    interval = inputs["interval"] + (predictions is not None) * BLOCK_TIME
+    share, clear = (
+        ca.fmin(interval / SMOOTHING_TIME, 1),
+        CLEAR if predictions is None else CLEAR_COMPUTED,
+    )
     slide, error = output["M_slide"] * own["scale"], named(SETTINGS, inputs["limits"])["error"]
     a = inputs["tyre"][1]
     _, variance, noisy = build_torque_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)

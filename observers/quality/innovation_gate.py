@@ -88,9 +88,9 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     results = outputs_of(measurement, *given.values())
     innovation, H, weight = (results[name] for name in ("innovation", "H", "weight"))
     huber_scale, independent = results["huber_scale"], results["independent"]
-    change = CHANGE
+    change, interval = CHANGE, now[CLEAN.index("interval")]
     if OTHER in measurement_model.states:
-        change, tuning = STROKE_CHANGE, _streak_at_any_rate(tuning, now[CLEAN.index("dt")])
+        change, tuning = STROKE_CHANGE, _streak_at_any_rate(tuning, interval)
     H_P_H, missing = ca.dot(H, inputs["P"] @ H), weight <= 0
     accepted, reset, run, counts_next = build_innovation_gate()(
         innovation, H_P_H, weight, huber_scale, inputs["counts"], tuning
@@ -107,7 +107,7 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         # An outlier is one to the estimate; to the reference, a change would be one.
         weight = weight * accepted * huber_weight(innovation, huber_scale, H_P_H)
         kept = update_reference(kept, about, H[at], weight, share * accepted)
-        turns = now[CLEAN.index("travel")] > AT_REST * now[CLEAN.index("dt")]
+        turns = now[CLEAN.index("travel")] > AT_REST * interval
         alarm = ca.logic_or(alarm, ca.logic_and(turns, has_changed(kept, tuning)))
         sums = ca.logic_not(ca.logic_or(alarm, reset)) * monitor_next[:2]
         monitor_next = ca.vertcat(sums, monitor_next[2:], reset_reference(kept, reset + alarm))
@@ -128,10 +128,10 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     return named_function("innovation", inputs, results)
 
 
-def _streak_at_any_rate(tuning: ca.MX, dt: ca.MX) -> ca.MX:
+def _streak_at_any_rate(tuning: ca.MX, interval: ca.MX) -> ca.MX:
     """The tuning with `reset_after` as long as so many samples of 10 ms at any rate above."""
     longer = ca.MX(tuning)
-    longer[TUNING_FIELDS.index("reset_after")] *= ca.fmax(1, JITTER * REFERENCE_STEP / dt)
+    longer[TUNING_FIELDS.index("reset_after")] *= ca.fmax(1, JITTER * REFERENCE_STEP / interval)
     return longer
 
 

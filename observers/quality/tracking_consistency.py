@@ -62,14 +62,15 @@ def build_tracking_consistency(
 ) -> ca.Function:
     """A sample while the estimator tracks.
 
-    (own, verdict, output, share, turn, dt, M_z, added, counted, tyre, limits, friction)
-    -> (own, output), torques as measured; turn is the present branch's [rad], counted 1 after a search.
+    (own, verdict, output, share, turn, interval, M_z, added, counted, tyre, limits, friction)
+    -> (own, output), torques as measured; turn is the present branch's [rad], interval
+    as in `CLEAN` [s], counted 1 after a search.
     """
     # M_z that is computed from the steering torque is compared with the predicted one. The friction and
     # the return torque of a steering gear last too.
     is_computed, gear = not measurement_model.scaled, has_gear_friction(measurement_model)
     inputs = symbols(
-        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, turn=1, dt=1,
+        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, turn=1, interval=1,
         M_z=1, added=1, counted=1, tyre=3, limits=len(SETTINGS), friction=1,
     )  # fmt: skip
     own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])

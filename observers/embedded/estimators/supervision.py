@@ -174,6 +174,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "added_torque": build_added_torque(observer.model) is not None,
         "has_gap": build_patch_angle(observer.model) is not None,
         "gear_spread": repr(float(model.gear_spread)),
+        "interval": f"{terms['newest_last']}[{CLEAN.index('interval')}]",
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",
         "limits": mu_over_k_hypotheses.SETTINGS,

@@ -188,6 +188,23 @@ def test_a_change_of_the_ground_under_bristles(generated: Generate, name: str) -
 
 
 @pytest.mark.parametrize(
+    "name", cases("ekf declared aligning; ekf few direction", "mhe declared aligning")
+)
+def test_a_torque_that_comes_more_slowly_than_the_angle(
+    generated: Generate, name: str, recording: RigRecording
+) -> None:
+    rows = rows_of(recording)[:400]
+    rows = np.repeat(rows, 10, axis=0)
+    at = np.arange(len(rows))
+    rows[:, 0], rows[:, 1] = np.interp(at, at[::10], rows[::10, 0]), np.nan
+    rows[at % 10 > 0, 2], rows[:, 4] = np.nan, 0.001
+    observer = observer_named(name)
+    expected = python_estimates(observer, rows)
+
+    np.testing.assert_allclose(generated(observer, DOUBLE).run(rows), expected, rtol=1e-7, atol=1e-9)
+
+
+@pytest.mark.parametrize(
     "name", cases("ekf creep aligning; ekf creep aligning,k", "mhe creep aligning; mhe creep aligning,k")
 )
 def test_creep_with_a_compliance_in_single_precision(

@@ -101,6 +101,24 @@ def test_until_the_patch_is_seen_the_prior_stands(
         np.testing.assert_allclose(getattr(estimates, name)[7:], getattr(later, name), atol=1e-12)
 
 
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
+def test_a_torque_at_100_hz_tells_as_much_in_a_loop_of_1_khz(recording: RigRecording, kind: Any) -> None:
+    """It counts for the time and the turn since the one before; in between, torques are missing."""
+    columns = columns_of(recording, slice(0, 600))
+    t = np.linspace(columns["t"][0], columns["t"][-1], 10 * 599 + 1)
+    angle, load = (np.interp(t, columns["t"], columns[name]) for name in ("psi", "F_N"))
+    M_z = np.full(t.size, nan)
+    M_z[::10] = columns["M_z"]
+    usual = run(make(kind, acquire=True), **columns)
+    rare = run(make(kind, acquire=True), t=t, psi=angle, F_N=load, M_z=M_z)
+
+    assert np.argmax(rare.usable[::10]) == pytest.approx(np.argmax(usual.usable), abs=40)
+    both = usual.usable & rare.usable[::10]
+    assert np.count_nonzero(both) > 0.9 * np.count_nonzero(usual.usable) > 100
+    np.testing.assert_allclose(rare.mu_std[::10][both], usual.mu_std[both], rtol=0.1)
+    np.testing.assert_allclose(rare.mu[::10][both], usual.mu[both], rtol=0.02)
+
+
 def test_times_need_not_begin_at_zero(observer: Any, columns: dict[str, Array]) -> None:
     estimates = run(observer, **columns)
     shifted = run(observer, **{**columns, "t": columns["t"] + 1e3})

@@ -16,7 +16,7 @@ from tests.refusal import refused
 
 GOOD = {"psi": 0.1, "psi_dot": 0.2, "F_N": 410.0, "dt": 0.01, "M_z": -2.0, "M": 3.0}
 LAST = {"psi": 0.05, "psi_dot": 0.3, "F_N": 390.0, "dt": 0.02, "M_z": -1.0, "M": 1.5, "M_age": 0.0,
-        "F_N_first": 400.0, "travel": 0.5}  # fmt: skip
+        "F_N_first": 400.0, "interval": 0.02, "travel": 0.5}  # fmt: skip
 NOTHING = (nan, inf, -inf)
 
 
@@ -31,11 +31,14 @@ def cleaned(measurement_model: MeasurementModel, **fault: float) -> tuple[dict[s
 
 def test_a_good_sample_passes() -> None:
     aligning, held = cleaned(AligningTorque())
-    assert aligning == {**GOOD, "M": 0.0, "M_age": 0.0, "F_N_first": 400.0, "travel": 0.2 * 0.01}
+    assert aligning == {
+        **GOOD, "M": 0.0, "M_age": 0.0, "F_N_first": 400.0, "interval": 0.01, "travel": 0.2 * 0.01
+    }  # fmt: skip
     assert not held
     steering, held = cleaned(SteeringTorque())
     assert steering == {
-        **GOOD, "psi_dot": 0.0, "M_z": 0.0, "M_age": 0.0, "F_N_first": 400.0, "travel": 0.0
+        **GOOD, "psi_dot": 0.0, "M_z": 0.0, "M_age": 0.0, "F_N_first": 400.0, "interval": 0.01,
+        "travel": 0.0,
     }  # fmt: skip
     assert not held
 
@@ -69,6 +72,22 @@ def test_without_a_load_the_last_one_is_held(
 ) -> None:
     now, held = cleaned(measurement_model, F_N=nothing)
     assert (now["F_N"], held) == (LAST["F_N"], True)
+
+
+def test_a_torque_stands_for_time_and_turn_since_the_one_before() -> None:
+    """A gap is no reason to take the sensor for less noisy than it is in 10 ms."""
+    waiting = LAST | {"M_z": nan, "interval": 0.003, "travel": 0.5}
+    sample = GOOD | {"dt": 0.001}
+    for dt, last, interval, travel in (
+        (0.001, waiting, 0.004, 0.5002),
+        (0.001, waiting | {"interval": 0.02}, 0.01, 0.5002),
+        (0.001, LAST, 0.001, 0.0002),
+        (0.02, waiting, 0.02, 0.504),
+    ):
+        given = [(sample | {"dt": dt})[name] for name in SAMPLE]
+        now, _ = build_clean(AligningTorque())(given, [last.get(name, 0.0) for name in CLEAN])
+        found = dict(zip(CLEAN, np.asarray(now).ravel().tolist(), strict=True))
+        assert (found["interval"], found["travel"]) == pytest.approx((interval, travel))
 
 
 def test_the_torque_of_a_wheel_that_is_lifted_says_nothing() -> None:

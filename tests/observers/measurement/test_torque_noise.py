@@ -53,6 +53,12 @@ def test_a_sensor_that_is_read_oftener_than_it_measures_is_as_noisy() -> None:
     assert seen(np.repeat(drawn, 10), 1000.0) == pytest.approx(seen(drawn, 100.0), rel=1e-9)
 
 
+def test_a_torque_that_comes_more_slowly_than_the_angle_is_as_noisy() -> None:
+    drawn = 0.05 * np.random.default_rng(5).standard_normal(400)
+    rare = np.where(np.arange(4000) % 10 == 0, np.repeat(drawn, 10), np.nan)
+    assert seen(rare, 1000.0) == pytest.approx(seen(drawn, 100.0), rel=0.05)
+
+
 def test_nothing_seen_is_the_usual_noise_and_silence_is_none() -> None:
     assert seen(np.zeros(1), 100.0) == pytest.approx(np.sqrt(USUAL))
     assert seen(np.zeros(300), 100.0) < 0.2 * np.sqrt(LEAST)

@@ -337,7 +337,7 @@ def test_of_the_noise_a_smoothed_innovation_has_a_part() -> None:
     Three times that is allowed.
     """
     tuning = Tuning(error=1e-6)
-    names = ("own", "output", "M_z", "dt", "added", "tyre", "limits")
+    names = ("own", "output", "M_z", "interval", "added", "tyre", "limits")
     own = dict.fromkeys(OWN, 0.0) | {"scale": 1, "F_N": 400.0}
     output = dict.fromkeys(OUTPUT, 0.0)
     limits = [getattr(tuning, name) for name in SETTINGS]

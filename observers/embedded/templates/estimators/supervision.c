@@ -202,7 +202,7 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
 }
 
 /* A sample while the estimator tracks; the search for s goes on until friction is confirmed or the model doubted. */
-static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} dt, ${real} added, const ${real} *tyre, const ${real} *limits) {
+static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
     const ${real} at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
     const ${real} known = is_known(state->output[OUT_NIS]) ? 1.0 : 0.0;
     ${real} track[TRACKS], own[OWNS], share, worth, least, counts = 0.0, now;
@@ -219,7 +219,7 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} dt,
     } else {
         set_numbers(state->track, track, TRACKS);
     }
-    follow_output(state->own, state->verdict, state->output, share, now, dt, M_z, added, counts, tyre, limits, own, state->result);
+    follow_output(state->own, state->verdict, state->output, share, now, ${interval}, M_z, added, counts, tyre, limits, own, state->result);
     set_numbers(state->own, own, OWNS);
 }
 
@@ -286,7 +286,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     if (state->own[OWN_ACQUIRING] != 0.0) {
         acquire(state, psi, M_z, added, tyre, limits);
     } else {
-        follow(state, psi, M_z, sample[3], added, tyre, limits);
+        follow(state, psi, M_z, added, tyre, limits);
     }
 %% if added_torque
     state->output[OUT_M_Z_PREDICTED] += added_by_effects;
