@@ -222,8 +222,14 @@ def beyond_range(recording: Recording) -> str:
 
 def unstated_range(recording: Recording) -> str:
     """That the sensor of the torque seems to end, where no range is declared; empty if it does not."""
-    end = None if recording.standstills is not None else sensor_saturation(recording)
-    if end is None:
+    if recording.standstills is not None or recording.rig.range is not None:
+        return ""
+    return seems_to_end(recording.recorded_torque, recording.psi, recording.F_N)
+
+
+def seems_to_end(torque: Array, psi: Array, F_N: Array) -> str:
+    """That a torque seems to end by its sensor, arguments as of `sensor_saturation`; empty if not."""
+    if (end := sensor_saturation(torque, psi, F_N)) is None:
         return ""
     return (
         f"the torque seems to end at {end.torque:.2g} N m by its sensor, not by the ground: {end.sign};"

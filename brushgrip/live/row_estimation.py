@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.suspicious_recordings import load_outside
+from brushgrip.estimation.suspicious_recordings import load_outside, seems_to_end
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car_plausibility import rack_signals, require_plausible_car
@@ -83,6 +83,7 @@ class RowEstimator(ABC):
     weaker: float = 0.0  # Share of friction that the weaker direction of a found model holds less [1].
     note: str = ""  # The same in words.
     loads: tuple[float, float] | None = None  # Least and greatest behind a found model [N].
+    range_is_known: bool = False  # Whether the rig says up to where the torque's sensor is straight.
     _stretch: _Stretch | None
 
     @property
@@ -98,11 +99,17 @@ class RowEstimator(ABC):
     def implausible(self, recorded: NDArray[np.float64], /) -> str:
         """Wrong units and signs in samples, shape (n, columns), that the observer itself cannot see."""
 
-    def outside(self, recorded: NDArray[np.float64], /) -> str:
-        """That the load of samples, shape (n, columns), is outside those behind a found model."""
-        if self.loads is None or "F_N" not in self.columns:
+    def remarks(self, recorded: NDArray[np.float64], /) -> str:
+        """What samples, shape (n, columns), show beside friction, empty for nothing.
+
+        The torque seems to end by a sensor whose range is not declared; the load is outside those behind
+        a found model.
+        """
+        if "F_N" not in self.columns or not recorded.size:
             return ""
-        return load_outside(recorded[:, self.columns.index("F_N")], self.loads)
+        psi, F_N, torque = recorded.T[1:4]
+        ends = "" if self.range_is_known else seems_to_end(torque, psi, F_N)
+        return "; ".join(filter(None, (ends, load_outside(F_N, self.loads))))
 
     @abstractmethod
     def reset(self) -> None:

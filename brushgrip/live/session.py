@@ -69,7 +69,7 @@ class Session:
         self._threads: list[threading.Thread] = []
         self._stretch, self._done, self._came, self._looked = 0, -np.inf, -np.inf, 0.0
         self._t, self._fault, self._implausible, self._ended = nan, "", "", False
-        self._outside = ""
+        self._remarks = ""
         self._newest: Estimate | None = None
         self._measured, self._last_usable, self._estimating = -np.inf, LastUsable(), False
 
@@ -117,7 +117,7 @@ class Session:
             recording=f"{recorder.path}, {recorder.samples} samples" if recorder else "",
             ended=ended,
             weaker=self.estimator.weaker,
-            note="; ".join(filter(None, (self._outside, self.estimator.note))),
+            note="; ".join(filter(None, (self._remarks, self.estimator.note))),
         )
 
     def _words(self, estimate: Estimate | None, age: float) -> str:
@@ -245,7 +245,7 @@ class Session:
         points = self.ring.since(self.ring.end - MAX_QUEUED_SAMPLES, self._stretch)
         recorded = points.values[:, : len(self.estimator.columns)]
         self._implausible = self.estimator.implausible(recorded)
-        self._outside = self.estimator.outside(recorded)
+        self._remarks = self.estimator.remarks(recorded)
         if not self.plausible:
             self._counts["usable"], self._last_usable = 0, LastUsable()
 

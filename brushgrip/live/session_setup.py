@@ -64,6 +64,7 @@ def source_and_estimator(
     estimator = WheelRowEstimator(
         lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser, where, inputs.signals
     )
+    estimator.range_is_known = rig.range is not None
     if found is not None:
         estimator.weaker, estimator.note = weaker_direction(found.values_for_estimation(ground))
         estimator.loads = None if found.basis is None else found.basis.loads

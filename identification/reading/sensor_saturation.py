@@ -20,7 +20,6 @@ from math import comb, exp, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.recordings import Recording
 from identification.reading.table import MIN_SAMPLES
 from symbolic.array_alias import Array
 
@@ -69,13 +68,18 @@ class SensorSaturation:
     sign: str
 
 
-def sensor_saturation(recording: Recording) -> SensorSaturation | None:
-    """Where the sensor of the torque seems to end; None where nothing says that it does."""
-    torque = recording.recorded_torque
-    known = np.isfinite(torque)
-    if recording.rig.range is not None or np.count_nonzero(known) < MIN_SAMPLES:
+def sensor_saturation(torque: Array, psi: Array, F_N: Array) -> SensorSaturation | None:
+    """Where the sensor of the torque seems to end; None where nothing says that it does.
+
+    Args:
+        torque: as measured, NaN where it is missing [N m], shape (n,).
+        psi: yaw angle [rad], shape (n,).
+        F_N: load [N], shape (n,); samples where one of the three is missing do not count.
+    """
+    known = np.isfinite(torque) & np.isfinite(psi) & np.isfinite(F_N)
+    if np.count_nonzero(known) < MIN_SAMPLES:
         return None
-    torque, load = torque[known], recording.F_N[known]
+    torque, psi, load = torque[known], psi[known], F_N[known]
     size = np.abs(torque)
     most = float(np.quantile(size, QUANTILE))
     rough = _differences(torque)
@@ -85,7 +89,7 @@ def sensor_saturation(recording: Recording) -> SensorSaturation | None:
     noise, at_top = _noise(rough[small]), _noise(rough[great])
     changes = np.abs(np.diff(torque))
     least = float(changes[changes > 0].min(initial=np.inf))
-    by_angle = _correlation(_differences(recording.psi[known])[small], rough[small]) ** 2
+    by_angle = _correlation(_differences(psi)[small], rough[small]) ** 2
     pairs = small[1:] & small[:-1]
     is_noise = noise > STEPS * least and _correlation(rough[:-1][pairs], rough[1:][pairs]) < WHITE
     if not is_noise or by_angle > BY_ANGLE:

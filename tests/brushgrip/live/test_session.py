@@ -17,6 +17,7 @@ from brushgrip.live.session_state_in_words import LastUsable, state_line, usabil
 from brushgrip.live.timestamp_filter import TimestampFilter, arrival_time
 from observers import Ekf, Estimate, Status, SteeringLimits
 from observers.protocol import prior_estimate
+from reference_rig import make_recording
 from symbolic import InvalidInputError, Model, Rig
 from tests.brushgrip.helpers import Run, write_model
 from tests.brushgrip.live.sessions import (
@@ -213,6 +214,19 @@ def test_an_old_estimate_is_not_usable() -> None:
     assert session.state().status == "no sample for 1 s"
 
 
+def test_a_torque_that_seems_to_end_by_its_sensor_is_told_unless_its_range_is_declared(
+    tmp_path: Path,
+) -> None:
+    made = make_recording(590_021, mu=0.8, duration=14.0, bristles=500)
+    columns = zip(made.t, made.psi, made.F_N, 2.0 * np.tanh(made.M_z / 2.0), strict=True)
+    rows = [dict(zip(("t", "psi", "F_N", "M_z"), map(float, row), strict=True)) for row in columns]
+    declared = tmp_path / "rig.toml"
+    declared.write_text(f"{RIG.read_text()}[sensor]\nrange = 1.0\n")
+    soft, straight = (run_to_end(session_over(rows, rig=rig)).state().note for rig in (RIG, declared))
+    assert soft.startswith("the torque seems to end at 2 N m")
+    assert not straight
+
+
 def test_an_observer_behind_its_source_says_nothing_usable(monkeypatch: pytest.MonkeyPatch) -> None:
     session = session_over(rows_of(400))
     own = session.estimator
@@ -225,7 +239,7 @@ def test_an_observer_behind_its_source_says_nothing_usable(monkeypatch: pytest.M
         return own(row)
 
     monkeypatch.setattr(session, "estimator", slow)
-    for name in ("columns", "suspicions", "implausible", "reset", "weaker", "note", "outside"):
+    for name in ("columns", "suspicions", "implausible", "reset", "weaker", "note", "remarks"):
         monkeypatch.setattr(slow, name, getattr(own, name), raising=False)
     session.start()
     wait_for(lambda: len(taken) > 30)
