@@ -40,6 +40,9 @@ TURNED = """:host { overflow: hidden }
 CUT_OFF = '<span class="cut-off">not usable: this page is cut off</span>'
 """In place of "usable" where the words are not replaced for a second, by an animation of the style: of
 what runs no more, or cannot be reached, nothing else would say so."""
+SHOWN_BY_BROWSER = "requestAnimationFrame(() => setTimeout(() => { sent.text = sent.name }))"
+"""The browser says, once it is drawn, which update it shows: a slow one gets no other before, or it
+would show what is long past from a queue."""
 COLUMNS = (
     *("t", "mu", "low", "high", "usable_mu", "usable_low", "usable_high"),
     *("psi", "torque", "predicted"),
@@ -56,6 +59,9 @@ class LiveView:
         style = STYLE.read_text("utf-8")
         self.points = models.ColumnDataSource({name: [] for name in COLUMNS})
         self.words = models.Div(stylesheets=[style], sizing_mode="stretch_width")
+        # Its name is the number of the last update, its text that of the one that is shown.
+        self.sent = models.Div(name="0", text="0", visible=False)
+        self.sent.js_on_change("name", models.CustomJS(args={"sent": self.sent}, code=SHOWN_BY_BROWSER))
         self.button = models.Button(label="", stylesheets=[style], align="center")
         self.button.on_click(lambda: setattr(session, "recording", not session.recording))
         self._top = models.Range1d(0.0, MIN_AXIS_TOP)
@@ -67,7 +73,9 @@ class LiveView:
         return layouts.column(*parts, sizing_mode="stretch_width")
 
     def update(self) -> None:
-        """Bring words and pictures up to date."""
+        """Bring words and pictures up to date, once the browser shows the last ones."""
+        if self.sent.text != self.sent.name:
+            return
         state = self._session.state()
         new = self._session.ring.since(max(self._at, self._session.ring.end - 20 * SHOWN))
         self._at = new.end
@@ -79,6 +87,11 @@ class LiveView:
         # Bokeh sends what is set, but not what is as before.
         self.words.text = friction_html(state, self._session.estimator.columns)
         self.button.label = "Stop recording" if self._session.recording else "Record"
+        self.sent.name = str(int(self.sent.name) + 1)
+
+    def begin(self, _: Any) -> None:
+        """The browser shows what it found when it opened the page."""
+        self.sent.text = self.sent.name
 
     def _columns(self, new: RingPoints) -> dict[str, Any]:
         """The last point of every `GRID`, the newest one among them."""
@@ -160,7 +173,9 @@ def serve_page(session: Session, host: str, port: int, opened: Callable[[str], N
         view = LiveView(session)
         document.title, document.template = "brushgrip live", import_module("jinja2").Template(HEAD)
         document.add_root(view.layout())
+        document.add_root(view.sent)
         view.update()
+        document.on_event("document_ready", view.begin)
         document.add_periodic_callback(view.update, PERIOD)
 
     page = application.Application(function.FunctionHandler(show))

@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,10 @@ def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
     assert 'data-mu="nan"' in view.words.text
     assert not len(view.points.data["t"])
     run_to_end(session)
+    view.update()
+    # A browser that does not show yet what it was sent gets nothing else.
+    assert 'data-mu="nan"' in view.words.text
+    view.sent.text = view.sent.name
     view.update()
     newest = session.ring.since(299)
 
@@ -84,6 +89,25 @@ def test_a_page_whose_process_is_gone_or_hangs_calls_nothing_usable(
     wait_for(lambda: verdict.inner_text().strip() == "not usable: this page is cut off")
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("page", ["1"], indirect=True)
+def test_a_slow_browser_calls_nothing_usable_that_is_long_past(
+    browser: Any, page: tuple[subprocess.Popen[bytes], str, Path]
+) -> None:
+    _, address, _ = page
+    wait_for(lambda: _answers(address))
+    desk, phone = browser.new_page(), browser.new_page(viewport={"width": 390, "height": 844})
+    desk.goto(address)
+    phone.goto(address)
+    phone.context.new_cdp_session(phone).send("Emulation.setCPUThrottlingRate", {"rate": 6})
+    verdict = phone.locator(".verdict")
+    wait_for(lambda: verdict.inner_text().strip() == "usable")
+    desk.locator(".ended").wait_for(timeout=60_000)
+    ended = time.monotonic()
+    wait_for(lambda: verdict.inner_text().strip() == "ended")
+    assert time.monotonic() - ended < 6
+
+
 @pytest.fixture
 def browser() -> Iterator[Any]:
     """Debian's chromium, driven by Playwright."""
@@ -126,7 +150,8 @@ def test_a_browser_shows_what_estimate_says_of_the_recording(
     asked: list[str] = []
     phone.on("request", lambda request: asked.append(request.url))
     phone.goto(address)
-    now = phone.locator(".now")
+    now = phone.locator(".now.ended")
+    now.wait_for(timeout=60_000)
     wait_for(lambda: float(now.get_attribute("data-t") or 0) == 14)
     shown = {name: json.loads(now.get_attribute(f"data-{name}")) for name in ("t", "mu", "std")}
     background = phone.evaluate("getComputedStyle(document.body).backgroundColor")
