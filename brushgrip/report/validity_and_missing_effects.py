@@ -14,13 +14,7 @@ from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, unexplained_is_larger
-from brushgrip.wording.formatting import (
-    effect_words,
-    judged_error_name,
-    listed,
-    percent,
-    sentence,
-)
+from brushgrip.wording.formatting import effect_words, judged_error_name, listed, percent, sentence
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE

@@ -7,20 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import (
-    FrictionOutcome,
-)
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import demo_folder
-from brushgrip.report.friction_summary import (
-    widest_causes,
-)
-from brushgrip.report.plain_summary import (
-    friction_and_notes,
-    lines_to_send,
-    next_steps,
-)
+from brushgrip.report.friction_summary import widest_causes
+from brushgrip.report.plain_summary import friction_and_notes, lines_to_send, next_steps
 from brushgrip.report.tables import friction_by_recording
 from brushgrip.report.validity_and_missing_effects import (
     band_caveats,

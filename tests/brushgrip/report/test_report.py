@@ -205,11 +205,7 @@ def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent() -> None
 @pytest.mark.parametrize(
     ("training", "holdout", "words"),
     [
-        (
-            1,
-            0,
-            "1 recording for training (train_0), none for validation: with a single recording the",
-        ),
+        (1, 0, "1 recording for training (train_0), none for validation: with a single recording the"),
         (5, 0, "5 recordings for training, none for validation: each was left out in turn to judge."),
         (
             2,

@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import (
-    EKF_DECLARED,
-)
+from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED
 from brushgrip.report.validity_and_missing_effects import (
     benefit_for_friction,
     error_to_quote,
