@@ -392,9 +392,8 @@ def test_advice_is_given_only_where_turning_helps() -> None:
     session = session_of("udp:5005")
     session._adviser = Adviser(0.15, SteeringLimits())
     session._adviser._text = "turn 8° more to the left"
-    known = replace(prior_estimate(OBSERVER), informed=True, status=Status.USED)
     for status, is_given in ((Status.USED, True), (Status.INCONSISTENT, False), (Status.USED, True)):
-        store(session, replace(known, status=status))
+        store(session, replace(KNOWN, status=status))
         assert ("turn 8°" in state_line(session.state())) == is_given
     session._ended = True
     assert "turn 8°" not in state_line(session.state())
