@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
@@ -99,9 +98,8 @@ def test_a_measured_rate_and_a_steering_torque() -> None:
     rows[200]["psi_dot"] = math.nan
     session = run_to_end(session_over(rows, Path("live.parquet"), rig=rig))
 
-    inputs = gather_inputs([str(Path("live.parquet"))], rig=rig)
     assert session.estimator.columns == ("t", "psi", "F_N", "M", "psi_dot")
-    same_to_the_last_digit(session, estimated(Path("live.parquet"), inputs=inputs))
+    same_to_the_last_digit(session, estimated(Path("live.parquet"), rig=rig))
 
 
 def rows_by_column(**columns: np.ndarray) -> list[dict[str, float]]:
@@ -119,8 +117,7 @@ def test_a_car_that_stands_rolls_and_brakes(car: Path) -> None:
     rows = rows_by_column(t=t, rack=rack, F_rack=force, speed=speed, brake=brake)
     session = run_to_end(session_over(rows, Path("car.parquet"), rig=None, vehicle=car))
 
-    inputs = gather_inputs([str(Path("car.parquet"))], vehicle=car)
-    same_to_the_last_digit(session, estimated(Path("car.parquet"), inputs=inputs))
+    same_to_the_last_digit(session, estimated(Path("car.parquet"), rig=None, vehicle=car))
     held = session.ring.since(0).of("status") == Status.HELD
     assert np.array_equal(np.flatnonzero(held[:300]), [*range(15), *range(100, 180)])
 
