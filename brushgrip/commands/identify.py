@@ -32,11 +32,7 @@ class IdentifyRequest:
     ] = None
     plates: Annotated[
         list[str] | None,
-        option(
-            "--plates",
-            "REC...",
-            "Recordings of a car whose front wheels stand on turntables.",
-        ),
+        option("--plates", "REC...", "Recordings of a car whose front wheels stand on turntables."),
     ] = None
     lock_to_lock: Annotated[
         list[str] | None,

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from observers import SteeringLimits, Tuning, profile
 from observers.tuning import TUNING_FIELDS
 from symbolic import InvalidInputError, Vehicle
+from symbolic.tables.toml_and_json_parsing import prefix_errors
 
 
 class ChosenTuning(NamedTuple):
@@ -48,10 +49,8 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTunin
             raise InvalidInputError(f"--tune {pair}: {field} is given twice")
         given[field] = parse_number(f"--tune {pair}", text, whole=field == "reset_after")
     chosen = ChosenTuning(Tuning() if name is None else profile(name), given)
-    try:
+    with prefix_errors("--tune"):
         _ = chosen.tuning
-    except InvalidInputError as error:
-        raise InvalidInputError(f"--tune: {error}") from None
     return chosen
 
 
@@ -73,10 +72,8 @@ def chosen_limits(texts: Sequence[str] | None) -> SteeringLimits:
                 f"--limit {pair}: expected NAME=NUMBER, each name once out of {', '.join(names)}"
             )
         given[name] = parse_number(f"--limit {pair}", text)
-    try:
+    with prefix_errors("--limit"):
         return SteeringLimits(**given)
-    except InvalidInputError as error:
-        raise InvalidInputError(f"--limit: {error}") from None
 
 
 def parse_share(text: str) -> float:

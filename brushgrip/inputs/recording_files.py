@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from brushgrip.outputs.atomic import file_keys
 from identification import READERS, Recording
 from identification.fits.autocorrelation import autoregression
+from identification.reading.checked_file_reading import as_read_error
 from identification.reading.table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
@@ -60,8 +61,9 @@ def locate_recording(name: str, *, of_car: bool = False) -> Path:
         folders += [] if of_car else [download_folder()]  # Of a car nothing is published.
     for folder in folders:
         for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in ADDED_SUFFIXES)):
-            if _is_there(path) and not path.is_dir():
-                return path
+            with as_read_error(path):
+                if path.exists() and not path.is_dir():
+                    return path
     if given.is_dir():
         raise InvalidInputError(f"{name}: is a folder, expected a recording ({', '.join(READERS)})")
     places = ", ".join(str(folder) if folder != Path() else "here" for folder in folders)
@@ -71,13 +73,6 @@ def locate_recording(name: str, *, of_car: bool = False) -> Path:
         f" in {places if given.name == name else given.parent}"
         + (OF_CAR if of_car or given.suffix.lower() in CAR_LOGS else PUBLISHED * (len(folders) > 1))
     )
-
-
-def _is_there(path: Path) -> bool:
-    try:
-        return path.exists()
-    except OSError as error:
-        raise InvalidInputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
 def refuse_overwriting(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:

@@ -119,9 +119,8 @@ class FileSource:
 
     def __init__(self, table: Table, speed: float) -> None:
         """Begin at the first sample; `speed` is that of the clock [1]."""
-        names = list(table.columns)
-        self._rows = zip(*(table.columns[name].tolist() for name in names), strict=True)
-        self._names, self._t = names, table.columns["t"]
+        self._rows = zip(*(values.tolist() for values in table.columns.values()), strict=True)
+        self._names, self._t = list(table.columns), table.columns["t"]
         self._speed, self._begin, self._at = speed, time.monotonic(), 0
 
     def read(self) -> list[Row]:

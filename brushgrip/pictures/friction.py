@@ -126,21 +126,19 @@ def _overview_line(axes: Axes, track: FrictionTrack, colour: str) -> None:
 
 def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
     """Limits of the axis for the usable estimates; the wide band before may be cut off."""
-    low, high = [], []
+    ends: list[float] = []
     for track in tracks:
         chosen = track.usable if track.usable.any() else np.ones(track.t.size, dtype=bool)
         chosen = chosen & np.isfinite(track.mu)
         if chosen.any():
             mu, reach = track.mu[chosen], BAND_STDS * np.nan_to_num(track.mu_std[chosen])
-            low.append(float(np.quantile(mu - reach, 0.05)))
-            high.append(float(np.quantile(mu + reach, 0.95)))
+            ends += [float(np.quantile(mu - reach, 0.05)), float(np.quantile(mu + reach, 0.95))]
         if track.reference is not None:
-            low.append(track.reference)
-            high.append(track.reference)
-    if not low:
+            ends.append(track.reference)
+    if not ends:
         return 0.0, 2.0
-    margin = 0.15 * max(max(high) - min(low), 0.1)
-    return max(0.0, min(low) - margin), max(high) + margin
+    margin = 0.15 * max(max(ends) - min(ends), 0.1)
+    return max(0.0, min(ends) - margin), max(ends) + margin
 
 
 def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> list[Artist]:
@@ -161,6 +159,5 @@ def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> 
         key.append(Line2D([], [], color="#777777", lw=0.9, ls=CHANGE, label="change of the ground"))
     references = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
     if references:
-        label = ", ".join(references)
-        key.append(Line2D([], [], color=MEASURED, lw=0.8, label=label))
+        key.append(Line2D([], [], color=MEASURED, lw=0.8, label=", ".join(references)))
     return key

@@ -86,14 +86,14 @@ def usable_until(track: FrictionTrack) -> str:
     if at == end:
         return f"{since} to the end{gaps}"
     why = status_in_words(track.last_status)
-    if at is None and track.usable.any() and not track.changes.size:
-        return f"{_lasted(track)}, but contradicted later: {status_in_words(Status.INCONSISTENT)}"
-    if at is None and track.usable.any():
-        since = f"{track.changes[-1]:.1f} s"
-        return f"{_lasted(track)}, but not since a new ground was noticed at {since}: {why}"
-    if at is None:
+    if at is not None:
+        return f"{since} to {track.t[at]:.1f} of {track.t[end]:.1f} s{gaps}; then {why}"
+    if not track.usable.any():
         return f"never: {why}"
-    return f"{since} to {track.t[at]:.1f} of {track.t[end]:.1f} s{gaps}; then {why}"
+    lasted = f"for {float(np.diff(track.t, append=track.t[-1])[track.usable].sum()):.1f} s only"
+    if not track.changes.size:
+        return f"{lasted}, but contradicted later: {status_in_words(Status.INCONSISTENT)}"
+    return f"{lasted}, but not since a new ground was noticed at {track.changes[-1]:.1f} s: {why}"
 
 
 def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
@@ -165,11 +165,6 @@ def has_unusable_gap(outcome: FrictionOutcome) -> bool:
     """Whether a track of the model found is not usable somewhere after its first usable sample."""
     tracks = outcome.tracks_of().values()
     return any((np.diff(track.usable.astype(int)) < 0).any() for track in tracks)
-
-
-def _lasted(track: FrictionTrack) -> str:
-    """How long a track is usable in all."""
-    return f"for {float(np.diff(track.t, append=track.t[-1])[track.usable].sum()):.1f} s only"
 
 
 _FIGURE_TEXTS: Mapping[str, tuple[str, float, str, str]] = {

@@ -37,11 +37,7 @@ CHECKS = {
 }
 """What a stiffness far from the declared one asks for, of a rig and of a car."""
 STIFFNESS = "tread stiffness k"
-PART_OF_BAND = {
-    "half-length a": OF_LENGTHS,
-    "caster e": OF_LENGTHS,
-    "load": OF_LOAD,
-}
+PART_OF_BAND = {"half-length a": OF_LENGTHS, "caster e": OF_LENGTHS, "load": OF_LOAD}
 """The part of a band that each value makes whose tolerance is assumed.
 
 That of k is no narrower where it is declared: it then counts what the torque's scale may be off by.

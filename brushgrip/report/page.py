@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
 from brushgrip.estimation.observe_recording import FrictionTrack
+from brushgrip.outputs.atomic import write_utf8
 from brushgrip.pictures.diagnosis import (
     MAX_RECORDINGS,
     draw_candidates,
@@ -91,9 +92,8 @@ def write_report(
         model=found_model(diagnosis),
         tables=tables,
     )
-    path = folder / PAGE
-    path.write_text(text, encoding="utf-8", newline="\n")
-    return path
+    write_utf8(folder / PAGE, text)
+    return folder / PAGE
 
 
 def remove_stale_pictures(folder: Path, written: Container[str]) -> None:

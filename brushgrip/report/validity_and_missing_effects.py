@@ -1,8 +1,8 @@
 """What a report's friction is valid for, and what the model found changes, in plain words."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import groupby
-from operator import itemgetter
 from string import ascii_lowercase
 from typing import Any
 
@@ -14,13 +14,7 @@ from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, unexplained_is_larger
-from brushgrip.wording.formatting import (
-    effect_words,
-    judged_error_name,
-    listed,
-    percent,
-    sentence,
-)
+from brushgrip.wording.formatting import effect_words, judged_error_name, listed, percent, sentence
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
@@ -124,7 +118,8 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
     if not any(effect.grade in CLEAR for effect in diagnosis.effects):
         return []
     told = []
-    for cause, effects in _by_cause(diagnosis):
+    for cause, group in groupby(diagnosis.effects, key=partial(_cause, diagnosis)):
+        effects = list(group)
         if cause:
             clearest = min(effects, key=lambda effect: effect.grade not in CLEAR)
             told.append(f"{cause} ({_sureness(clearest, cause)})")
@@ -162,13 +157,6 @@ def _friction_without(outcome: FrictionOutcome) -> str:
     return f"friction above would be {told}, but the cause itself may change it by more"
 
 
-def _by_cause(diagnosis: Diagnosis) -> list[tuple[str, list[FoundEffect]]]:
-    """Effects in a row that have one cause, which is empty of stand-ins."""
-    causes = ((e, "" if e.grade == "stands_in" else _cause(diagnosis, e)) for e in diagnosis.effects)
-    groups = groupby(causes, key=itemgetter(1))
-    return [(cause, [effect for effect, _ in group]) for cause, group in groups]
-
-
 def _sureness(effect: FoundEffect, cause: str) -> str:
     """How sure an effect is that leaves this cause open or not."""
     if effect.grade == "weak":
@@ -181,7 +169,9 @@ def _sureness(effect: FoundEffect, cause: str) -> str:
 
 
 def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
-    """The mechanism of an effect, or the effect; with those of other mechanisms that it may be."""
+    """The mechanism of an effect, or the effect; with others that it may be. Empty for a stand-in."""
+    if effect.grade == "stands_in":
+        return ""
     names = (effect.name, *effect.indistinguishable_from)
     families = [effect.family, *(_family_of(name) for name in names[1:])]
     known = MECHANISMS | {OVER_SPEED: friction_over_speed(diagnosis)}

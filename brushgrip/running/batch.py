@@ -45,7 +45,7 @@ from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
-from brushgrip.wording.formatting import csv_text
+from brushgrip.wording.formatting import csv_field, csv_text
 from brushgrip.wording.friction_in_words import (
     band_parts,
     estimates_summary,
@@ -264,9 +264,7 @@ def summary_row(recording: Recording, estimates: Estimates, beside: str = "") ->
         "weaker": nan if at is None else 0.0,
         "first_usable": nan if at is None else estimates.usable_from,
         "last_usable": nan if at is None else float(estimates.t[at]),
-        "since_usable": nan
-        if at is None
-        else float(estimates.t[at:][measured[at:]][-1] - estimates.t[at]),
+        "since_usable": nan if at is None else float(estimates.t[measured][-1] - estimates.t[at]),
         "usable": estimates.usable_share,
         "informed": float((estimates.informed & measured).sum()) / count,
         **{name: share(flag) for name, flag in FLAGS.items()},
@@ -286,7 +284,7 @@ def summary_csv(rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
-def _cell(value: str | int | float) -> str | int | float:
+def _cell(value: str | int | float) -> str:
     if isinstance(value, str):
         return f"'{value}" if value.startswith(FORMULA) else value
-    return value if isinstance(value, int) else "" if value != value else f"{value:.{DIGITS}g}"
+    return csv_field(value, DIGITS)

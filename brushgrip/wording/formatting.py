@@ -227,12 +227,13 @@ def _power_of_ten(size: float) -> int:
 
 def csv_text(columns: Mapping[str, NDArray[Any]], digits: int = 0) -> str:
     """Columns under their names: floats that round-trip or have so many digits, 0 or 1, NaN empty."""
-    lists = [[_field(value, digits) for value in values.tolist()] for values in columns.values()]
+    lists = [[csv_field(value, digits) for value in values.tolist()] for values in columns.values()]
     rows = [",".join(columns), *(",".join(row) for row in zip(*lists, strict=True))]
     return "\n".join(rows) + "\n"
 
 
-def _field(value: float, digits: int) -> str:
+def csv_field(value: float, digits: int) -> str:
+    """A number as `csv_text` writes it."""
     if isinstance(value, int):
         return str(int(value))
     if math.isnan(value):

@@ -14,7 +14,7 @@ MAX_FILE_SIZE = 500_000_000
 
 def require_readable(path: Path, largest: int = MAX_FILE_SIZE) -> int:
     """The size of a file that may be read [bytes]; a pipe or a device may block or never end."""
-    with _as_input_error(path):
+    with as_read_error(path):
         status = path.stat()
         if path.is_dir():
             raise InvalidInputError(f"{path}: is a directory, expected a file")
@@ -32,12 +32,13 @@ def require_readable(path: Path, largest: int = MAX_FILE_SIZE) -> int:
 def read_bytes(path: Path, largest: int = MAX_FILE_SIZE) -> bytes:
     """The content of a file that `require_readable` allows."""
     size = require_readable(path, largest)
-    with _as_input_error(path), path.open("rb") as file:
+    with as_read_error(path), path.open("rb") as file:
         return file.read(size)
 
 
 @contextmanager
-def _as_input_error(path: Path) -> Iterator[None]:
+def as_read_error(path: Path) -> Iterator[None]:
+    """Says in one line why a file cannot be read."""
     try:
         yield
     except FileNotFoundError:

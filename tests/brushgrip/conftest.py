@@ -99,6 +99,13 @@ def rig(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
+def steering_rig(rig: Path) -> Path:
+    """The rig with what a steering torque needs."""
+    rig.write_text(RIG.replace("[tyre]", "J_A = 0.15\nb_t = 1.0\n\n[tyre]"))
+    return rig
+
+
+@pytest.fixture
 def car(tmp_path: Path) -> Path:
     """The vehicle file of a car without anything optional."""
     path = tmp_path / "car.toml"

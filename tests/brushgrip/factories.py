@@ -1,7 +1,8 @@
 """A hand-made diagnosis and its parts."""
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -204,11 +205,12 @@ def _quality(settling: float) -> FrictionQuality:
     )  # fmt: skip
 
 
-def make_outcome(*holdout: str) -> FrictionOutcome:
+def make_outcome(*holdout: str, **changes: Any) -> FrictionOutcome:
     """Figures of friction of the recordings a, b, c and d."""
     before = {name: _quality(s) for name, s in (("a", 1.0), ("b", 2.0), ("c", 6.0), ("d", 8.0))}
     after = {name: _quality(1.0) for name in before}
-    return FrictionOutcome(before=before, after=after, grounds={"": tuple(before)}, holdout=holdout)
+    usual = {"before": before, "after": after, "grounds": {"": tuple(before)}, "holdout": holdout}
+    return FrictionOutcome(**(usual | changes))
 
 
 def _track(name: str, usable: slice, value: float, status: Status = Status.USED) -> FrictionTrack:
@@ -230,6 +232,11 @@ TRACKS = (
     _track("d", slice(0, 0), 1.0),
 )
 """Of these recordings: usable to the end, usable for a while, and twice never."""
+
+
+def make_track(name: str, mu: float = 1.2, **changes: Any) -> FrictionTrack:
+    """The first of them under another name, of one friction from the beginning to the end."""
+    return replace(TRACKS[0], name=name, mu=np.full(11, mu), **changes)
 
 
 def _families() -> tuple[FoundFamily, ...]:

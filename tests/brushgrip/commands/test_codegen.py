@@ -65,14 +65,11 @@ def test_an_fmu_needs_a_compiler(codegen: Run, out: Path, monkeypatch: pytest.Mo
 
 
 @NEEDS_COMPILER
+@pytest.mark.usefixtures("steering_rig")
 @pytest.mark.parametrize("torque", ["M_z", pytest.param("M", marks=pytest.mark.long), "model"])
-def test_builds_and_agrees_with_python(
-    codegen: Run, rig: Path, out: Path, tmp_path: Path, torque: str
-) -> None:
+def test_builds_and_agrees_with_python(codegen: Run, out: Path, tmp_path: Path, torque: str) -> None:
     if (cmake := shutil.which("cmake")) is None:
         pytest.skip("no cmake at hand")
-    rig = tmp_path / "rig.toml"
-    rig.write_text("[rig]\na = 0.045\ne = 0.009\nJ_A = 0.15\nb_t = 1.0\n\n[tyre]\nk = 2.4e6\n")
     found = ["--torque", torque]
     if torque == "model":
         # As the demo finds it: bristles behind a compliance, which magnify rounding.

@@ -35,12 +35,6 @@ def steered(write_csv: Write) -> Path:
 
 
 @pytest.fixture
-def steering_rig(rig: Path) -> Path:
-    rig.write_text(rig.read_text().replace("e = 0.009\n", "e = 0.009\nJ_A = 0.15\nb_t = 1.0\n"))
-    return rig
-
-
-@pytest.fixture
 def estimate(run: Run, rig: Path) -> Run:
     return lambda *arguments, observer="ekf", out="mu.csv": run(
         "estimate", "--rig", rig, "--observer", observer, "--out", out, *arguments

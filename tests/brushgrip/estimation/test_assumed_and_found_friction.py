@@ -6,9 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import (
-    offline_friction,
-)
+from brushgrip.estimation.assumed_and_found_friction import offline_friction
 from brushgrip.estimation.friction_over_load import at_load, common_load
 from identification import FoundModel
 from symbolic import Model, Rig, effects_named

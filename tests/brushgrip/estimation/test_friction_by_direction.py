@@ -9,10 +9,7 @@ import pytest
 from brushgrip.estimation.friction_by_direction import friction_of_directions, hidden_by_zero
 from brushgrip.estimation.observe_recording import model_observer, observe, observer_factory
 from brushgrip.inputs.option_choices import ObserverName
-from brushgrip.wording.friction_in_words import (
-    estimates_summary,
-    last_usable,
-)
+from brushgrip.wording.friction_in_words import estimates_summary, last_usable
 from identification import Recording
 from observers import DirectionalFriction, Ekf, Status
 from symbolic import Rig, Tolerances, Tyre

@@ -20,11 +20,10 @@ ONE = Model(effects=effects_named(["carcass_torsion"]))
     ],
 )  # fmt: skip
 def test_k_is_a_state_by_a_model_found_where_nothing_is_asked_for(
-    rig: Path, found: bool, torque: str, asked: bool | None, is_state: bool
+    steering_rig: Path, found: bool, torque: str, asked: bool | None, is_state: bool
 ) -> None:
-    rig.write_text("[rig]\na = 0.045\ne = 0.009\nJ_A = 0.15\nb_t = 1.0\n\n[tyre]\nk = 2.4e6\n")
     model = write_model({"carcass_torsion.k_t": 390.0}) if found else None
-    inputs = gather_inputs(rig=rig, model=model)
+    inputs = gather_inputs(rig=steering_rig, model=model)
     observer = chosen_observer("ekf", torque, inputs, None, stiffness_state=asked)
 
     assert ("stiffness" in observer.states) == is_state

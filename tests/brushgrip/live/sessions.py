@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from brushgrip.estimation.observe_recording import observe, observer_factory
-from brushgrip.inputs.command_inputs import Inputs, gather_inputs
+from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.live.mapped_columns import Row
 from brushgrip.live.session import Session
@@ -73,9 +73,9 @@ def run_to_end(session: Session) -> Session:
     return session
 
 
-def estimated(path: Path, observer: str = "ekf", inputs: Inputs | None = None) -> Estimates:
-    """What `brushgrip estimate` says of a file."""
-    inputs = inputs or gather_inputs([str(path)], rig=RIG)
+def estimated(path: Path, observer: str = "ekf", **options: Any) -> Estimates:
+    """What `brushgrip estimate` says of a file; options of `gather_inputs`."""
+    inputs = gather_inputs([str(path)], **({"rig": RIG} | options))
     (recording,) = inputs.recordings(causal=True, torque_required=False)
     return observe(observer_factory(ObserverName(observer)), recording, inputs.found())
 

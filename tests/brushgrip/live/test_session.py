@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import OLD, Session
@@ -100,9 +99,8 @@ def test_a_measured_rate_and_a_steering_torque() -> None:
     rows[200]["psi_dot"] = math.nan
     session = run_to_end(session_over(rows, Path("live.parquet"), rig=rig))
 
-    inputs = gather_inputs([str(Path("live.parquet"))], rig=rig)
     assert session.estimator.columns == ("t", "psi", "F_N", "M", "psi_dot")
-    same_to_the_last_digit(session, estimated(Path("live.parquet"), inputs=inputs))
+    same_to_the_last_digit(session, estimated(Path("live.parquet"), rig=rig))
 
 
 def rows_by_column(**columns: np.ndarray) -> list[dict[str, float]]:
@@ -120,8 +118,7 @@ def test_a_car_that_stands_rolls_and_brakes(car: Path) -> None:
     rows = rows_by_column(t=t, rack=rack, F_rack=force, speed=speed, brake=brake)
     session = run_to_end(session_over(rows, Path("car.parquet"), rig=None, vehicle=car))
 
-    inputs = gather_inputs([str(Path("car.parquet"))], vehicle=car)
-    same_to_the_last_digit(session, estimated(Path("car.parquet"), inputs=inputs))
+    same_to_the_last_digit(session, estimated(Path("car.parquet"), rig=None, vehicle=car))
     held = session.ring.since(0).of("status") == Status.HELD
     assert np.array_equal(np.flatnonzero(held[:300]), [*range(15), *range(100, 180)])
 
@@ -406,9 +403,8 @@ def test_advice_is_given_only_where_turning_helps() -> None:
     session = session_of("udp:5005")
     session._adviser = Adviser(0.15, SteeringLimits())
     session._adviser._text = "turn 8° more to the left"
-    known = replace(prior_estimate(OBSERVER), informed=True, status=Status.USED)
     for status, is_given in ((Status.USED, True), (Status.INCONSISTENT, False), (Status.USED, True)):
-        store(session, replace(known, status=status))
+        store(session, replace(KNOWN, status=status))
         assert ("turn 8°" in state_line(session.state())) == is_given
     session._ended = True
     assert "turn 8°" not in state_line(session.state())

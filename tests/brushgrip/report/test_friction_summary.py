@@ -13,7 +13,7 @@ from brushgrip.report.friction_summary import (
 )
 from brushgrip.report.tables import friction_by_recording, settling_and_coverage_table
 from symbolic import Model, effects_named
-from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
+from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, make_track
 
 
 def test_training_and_held_out_recordings_are_reported_apart() -> None:
@@ -34,7 +34,7 @@ def test_without_held_out_recordings_all_are_training() -> None:
 
 
 def test_friction_is_that_of_the_last_usable_sample() -> None:
-    judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
+    judged = make_outcome("c", tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     diagnosis = make_diagnosis(("a", "b", "d"), ("c",))
     rows = {name: cells for name, *cells in friction_by_recording(judged, diagnosis).rows}
     load = f"{np.median(diagnosis.series[0].F_N):.0f}"
@@ -64,17 +64,15 @@ def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_
     values = {name: 1.0 + 0.1 * i for i, name in enumerate(names)}
 
     def order(mu: dict[str, float], ground: str = "ice") -> str:
-        tracks = tuple(replace(TRACKS[0], name=n, mu=np.full(11, value)) for n, value in mu.items())
-        return load_trend_in_words(
-            replace(make_outcome(), tracks=tracks, grounds={ground: names}), diagnosis
-        )
+        tracks = tuple(make_track(n, value) for n, value in mu.items())
+        return load_trend_in_words(make_outcome(tracks=tracks, grounds={ground: names}), diagnosis)
 
     assert order(values) == "", "of five, 1 of 60"
     both = {"ice": names, "snow": tuple("fghij")}
-    tracks = [replace(TRACKS[0], name=n, mu=np.full(11, 2.0 - mu)) for n, mu in values.items()]
+    tracks = [make_track(n, 2.0 - mu) for n, mu in values.items()]
     more = [replace(t, name=n) for t, n in zip(tracks, both["snow"], strict=True)]
     series = (*loads, *(replace(s, name=n) for s, n in zip(loads, both["snow"], strict=True)))
-    outcome = replace(make_outcome(), tracks=(*tracks, *more), grounds=both)
+    outcome = make_outcome(tracks=(*tracks, *more), grounds=both)
     told = load_trend_in_words(outcome, replace(diagnosis, series=series))
     assert told.startswith(
         "On ice (1.00 at 400 N, 0.90 at 410 N, 0.80 at 420 N, 0.70 at 430 N, 0.60 at 440 N) and snow"

@@ -7,20 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import (
-    FrictionOutcome,
-)
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import demo_folder
-from brushgrip.report.friction_summary import (
-    widest_causes,
-)
-from brushgrip.report.plain_summary import (
-    friction_and_notes,
-    lines_to_send,
-    next_steps,
-)
+from brushgrip.report.friction_summary import widest_causes
+from brushgrip.report.plain_summary import friction_and_notes, lines_to_send, next_steps
 from brushgrip.report.tables import friction_by_recording
 from brushgrip.report.validity_and_missing_effects import (
     band_caveats,
@@ -34,7 +26,7 @@ from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
-from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
+from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, make_track
 
 SPREAD = (("a", -0.02), ("b", 0.0), ("c", 0.02))
 
@@ -47,7 +39,7 @@ def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> s
 
 def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     tracks = (replace(TRACKS[0], budget={OF_LENGTHS: 0.03, OF_LOAD: 0.04}), *TRACKS[1:])
-    judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
+    judged = make_outcome("c", tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
     assert widest_causes(judged).startswith(
         "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
         " what the load may be off, 40 %; what the lengths of contact and caster may be off, 20 %"
@@ -84,8 +76,8 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
 
 
 def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
-    tracks = (*TRACKS[:2], replace(TRACKS[0], name="c", mu=np.full(11, 1.3)))
-    judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c"), "": ("d",)})
+    tracks = (*TRACKS[:2], make_track("c", 1.3))
+    judged = make_outcome("c", tracks=tracks, grounds={"ice": ("a", "b", "c"), "": ("d",)})
     # t of two degrees of freedom 4.3027, scatter 0.1; own deviation 0.05.
     half = np.hypot(4.3027 * 0.1 * np.sqrt(4 / 3), 1.96 * 0.05)
 
@@ -132,7 +124,7 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     graded = replace(
         diagnosis, effects=(replace(torsion, grade="ambiguous"), replace(offset, grade="weak"))
     )
-    text = mail(graded, replace(make_outcome("c"), tracks=TRACKS))
+    text = mail(graded, make_outcome("c", tracks=TRACKS))
 
     assert (
         "leaves out: (a) The tyre's body yields, or its pressure is spread otherwise (one of these, not"
@@ -140,16 +132,16 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     )
     assert "which of carcass torsion" not in text
     drift = replace(torsion, grade="ambiguous", indistinguishable_from=("friction_drift",))
-    other = mail(replace(graded, effects=(drift,)), replace(make_outcome("c"), tracks=TRACKS))
+    other = mail(replace(graded, effects=(drift,)), make_outcome("c", tracks=TRACKS))
     assert (
         "leaves out: (a) The tyre's body yields, or its pressure is spread otherwise or friction"
         " changes with time or with the angle turned (one of these, not known which). (b) An er" in other
     )
     assert "which of carcass torsion or friction drift it is" in other
     assert "whether the weak signs of torque offset are chance" in text
-    known = replace(make_outcome("c"), tracks=TRACKS[:2])
+    known = make_outcome("c", tracks=TRACKS[:2])
     assert next_steps(graded, known)[0].startswith("as something unknown remains")
-    never = replace(make_outcome("c"), tracks=TRACKS)
+    never = make_outcome("c", tracks=TRACKS)
     little = replace(graded, unexplained=replace(graded.unexplained, structured=0.0))
     much = replace(graded, unexplained=replace(graded.unexplained, structured=1.0))
     assert "turning to and fro" in next_steps(little, never)[0]
@@ -188,7 +180,7 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
     torsion, offset = diagnosis.effects
     weak = replace(offset, grade="weak", standard_errors=2.5, deviations=136.6)
     diagnosis = replace(diagnosis, effects=(replace(torsion, experiment=None), weak))
-    text = mail(diagnosis, replace(make_outcome("c"), tracks=TRACKS[:2]))
+    text = mail(diagnosis, make_outcome("c", tracks=TRACKS[:2]))
     assert (
         "To do first: Fit a recording of each ground (with --holdout, leave that out), which settles"
         in text
@@ -207,9 +199,9 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
         " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 % around the value found. The ± counts the"
         " tolerances."
     ]
-    text = mail(diagnosis, replace(make_outcome("c"), tracks=TRACKS))
+    text = mail(diagnosis, make_outcome("c", tracks=TRACKS))
     assert band_caveats(diagnosis)[0] in text
-    to_declare = next_steps(diagnosis, replace(make_outcome("c"), tracks=TRACKS))[-1]
+    to_declare = next_steps(diagnosis, make_outcome("c", tracks=TRACKS))[-1]
     assert to_declare.startswith(
         "at the rig, measure half-length a, caster e, load and tread stiffness k, and declare"
     )
@@ -224,7 +216,7 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
 
 
 def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:
-    known = replace(make_outcome("c"), tracks=TRACKS)
+    known = make_outcome("c", tracks=TRACKS)
     text = mail(make_diagnosis(), replace(known, slide_speed=0.00182, slide_rate=0.1))
     assert "that of turning at 0.1 rad/s (5.7°/s, sliding 1.8 mm/s); not for" in text
     assert "that of turning" not in mail(make_diagnosis(), known)
@@ -232,8 +224,8 @@ def test_friction_is_told_with_the_sliding_speed_that_it_belongs_to() -> None:
 
 def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
     budget = {SLOPE: 0.08, OF_LENGTHS: 0.05, OF_LOAD: 0.0331662}
-    tracks = [replace(TRACKS[0], name=n, budget=budget, mu=np.full(11, 1.2 + d)) for n, d in SPREAD]
-    outcome = replace(make_outcome(), tracks=tuple(tracks), grounds={"ice": ("a", "b", "c")})
+    tracks = [make_track(n, 1.2 + d, budget=budget) for n, d in SPREAD]
+    outcome = make_outcome(tracks=tuple(tracks), grounds={"ice": ("a", "b", "c")})
     nothing = make_diagnosis(found=False, unexplained=False)
     # t of two degrees of freedom 4.3027, scatter 0.02; 64 % of the own variance of 0.05**2 goes.
     between, own = 4.3027 * 0.02 * np.sqrt(4 / 3), 1.96 * 0.05
@@ -264,8 +256,8 @@ def test_recordings_of_the_demo_are_told_as_simulated_wherever_they_are_read_fro
 
 
 def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -> None:
-    tracks = (*TRACKS[:2], replace(TRACKS[0], name="c", mu=np.full(11, 1.3)))
-    outcome = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c")})
+    tracks = (*TRACKS[:2], make_track("c", 1.3))
+    outcome = make_outcome("c", tracks=tracks, grounds={"ice": ("a", "b", "c")})
     note = (
         "the fitted stiffness k is 1·10⁶ N/m², 60 % above the declared one: if the torque reads too"
         " high, A; if the declared half-length of the contact is too short, B; if the tyre is so, C"
@@ -340,11 +332,9 @@ def test_what_measuring_brings_is_of_what_is_measured_and_of_its_ground() -> Non
     budgets = {"ice": {OF_LOAD: 0.01, OF_LENGTHS: 0.05}, "snow": {OF_LOAD: 0.05, OF_LENGTHS: 0.01}}
     names = {"ice": ("a", "b", "c"), "snow": ("d", "e", "f")}
     tracks = tuple(
-        replace(TRACKS[0], name=name, budget=budgets[ground], mu=np.full(11, 1.2))
-        for ground, own in names.items()
-        for name in own
+        make_track(name, budget=budgets[ground]) for ground, own in names.items() for name in own
     )
-    outcome = replace(make_outcome(), tracks=tracks, grounds=names)
+    outcome = make_outcome(tracks=tracks, grounds=names)
     for value, brought in (
         (
             "load ± 2 %",
@@ -366,7 +356,7 @@ def test_what_measuring_brings_is_of_what_is_measured_and_of_its_ground() -> Non
 
 
 def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
-    outcome = replace(make_outcome("c"), tracks=TRACKS[:2], grounds={"ice": ("a", "b")})
+    outcome = make_outcome("c", tracks=TRACKS[:2], grounds={"ice": ("a", "b")})
     diagnosis = make_diagnosis(("a", "b"), ("c",))
     assert "both directions" not in mail(diagnosis, outcome)
     model = Model(effects=effects_named(["asymmetric_friction"]))
@@ -391,15 +381,15 @@ def test_grounds_that_may_be_one_are_named() -> None:
     """Means of 1.20 and 1.25, or 1.60, with standard deviations of 0.1 of three recordings each."""
     for middle, same in ((1.25, True), (1.6, False)):
         values = {"a": 1.1, "b": 1.2, "c": 1.3, "d": middle - 0.1, "e": middle, "f": middle + 0.1}
-        tracks = tuple(replace(TRACKS[0], name=n, mu=np.full(11, mu)) for n, mu in values.items())
+        tracks = tuple(make_track(n, mu) for n, mu in values.items())
         grounds = {"ice": ("a", "b", "c"), "snow": ("d", "e", "f")}
-        outcome = replace(make_outcome(), tracks=tracks, grounds=grounds)
+        outcome = make_outcome(tracks=tracks, grounds=grounds)
         told = " These recordings do not tell ice from snow: the difference may be chance."
         assert (told in mail(make_diagnosis(), outcome)) is same
 
 
 def test_the_load_that_friction_is_told_at_stands_beside_it() -> None:
-    outcome = replace(make_outcome(), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
+    outcome = make_outcome(tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     diagnosis = make_diagnosis(("a", "b", "c", "d"), ())
     told, silent = replace(outcome, load=589.4), outcome
     table = friction_by_recording(told, diagnosis)

@@ -78,7 +78,7 @@ def test_a_correlation_of_nothing_has_no_sign() -> None:
 
 
 def test_a_pale_line_is_spoken_of_where_there_is_one() -> None:
-    outcome = replace(make_outcome(), tracks=TRACKS[:1])
+    outcome = make_outcome(tracks=TRACKS[:1])
     assert not has_unusable_gap(outcome)
     assert has_unusable_gap(replace(outcome, tracks=TRACKS[:2]))
 
@@ -152,7 +152,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
 @pytest.mark.usefixtures("no_drawing")
 def test_the_first_screen_says_what_friction_is() -> None:
-    outcome = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
+    outcome = make_outcome("c", tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     text = write_report(Path(), make_diagnosis(("a", "b", "d"), ("c",)), (), outcome).read_text("utf-8")
     page = Page(text)
     first, rest = page.text.split("What was found\n\n", 1)
@@ -205,11 +205,7 @@ def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent() -> None
 @pytest.mark.parametrize(
     ("training", "holdout", "words"),
     [
-        (
-            1,
-            0,
-            "1 recording for training (train_0), none for validation: with a single recording the",
-        ),
+        (1, 0, "1 recording for training (train_0), none for validation: with a single recording the"),
         (5, 0, "5 recordings for training, none for validation: each was left out in turn to judge."),
         (
             2,

@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import (
-    EKF_DECLARED,
-)
+from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED
 from brushgrip.report.validity_and_missing_effects import (
     benefit_for_friction,
     error_to_quote,
@@ -23,7 +21,7 @@ RANGE = " from 0.1 to 10 mm/s, in a typical recording"
 
 def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
-    outcome = replace(make_outcome("c"), tracks=(*old, *TRACKS[:2]))
+    outcome = make_outcome("c", tracks=(*old, *TRACKS[:2]))
     assert benefit_for_friction(make_diagnosis(), outcome) == (
         "A value of friction comes out in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by"
         " the model found; in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the assumed"
@@ -111,6 +109,4 @@ def test_how_much_of_friction_rests_on_stand_ins(odd: int, ratios: dict[str, flo
     left = replace(diagnosis.unexplained, present=True)
     diagnosis = replace(diagnosis, effects=(clear, *others), unexplained=left)
 
-    assert told in " ".join(
-        missing_effects(diagnosis, replace(make_outcome(), without_stand_ins=ratios))
-    )
+    assert told in " ".join(missing_effects(diagnosis, make_outcome(without_stand_ins=ratios)))

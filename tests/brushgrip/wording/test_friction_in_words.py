@@ -18,9 +18,7 @@ from brushgrip.wording.friction_in_words import (
     unusable_samples_and_remedy,
     with_95_band,
 )
-from brushgrip.wording.recording_remarks import (
-    remark_counts,
-)
+from brushgrip.wording.recording_remarks import remark_counts
 from identification import Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
