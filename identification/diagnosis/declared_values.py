@@ -24,6 +24,11 @@ class _Wanted(NamedTuple):
     std: float
     at_end: bool
 
+    @property
+    def declared(self) -> float:
+        """The declared value; rounding leaves a zero one."""
+        return round(self.value - self.off, 9) + 0.0
+
 
 def notes_on_declared_values(
     fits: Sequence[Fit], estimates: Mapping[str, ParameterEstimate]
@@ -69,7 +74,7 @@ def _is_common(wanted: Sequence[_Wanted]) -> bool:
     The deviation of a recording that was left out of the fit does not count that of shared values.
     """
     off, std = np.array([(one.off, one.std) for one in wanted]).T
-    one_declared = len({f"{one.value - one.off:.6g}" for one in wanted}) == 1
+    one_declared = len({one.declared for one in wanted}) == 1
     one_way = len(set(np.sign(off))) == 1
     return bool(one_declared and one_way and (np.abs(off) > std).all() and np.ptp(off) <= 2 * std.max())
 
@@ -80,7 +85,7 @@ def _common_note(wanted: Sequence[_Wanted]) -> str:
     # The tolerance draws what is found to what is declared.
     return (
         f"all {len(wanted)} recordings want {one.name} {than} than the declared"
-        f" {one.value - one.off:g}{unit}, {value:.3g}{unit} or beyond: measure it"
+        f" {one.declared:g}{unit}, {value:.3g}{unit} or beyond: measure it"
     )
 
 

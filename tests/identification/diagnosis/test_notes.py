@@ -141,6 +141,15 @@ def test_a_length_that_is_too_short_in_every_recording_is_said_once() -> None:
     assert not any("at the end of its tolerance" in note for note in notes)
 
 
+def test_what_all_want_in_place_of_zero(fitted: Fit) -> None:
+    stds = {f"a [{name}]": ParameterEstimate(value=0.0, std=3e-4, unit="m") for name in "bcd"}
+    told = _lengths(fitted, 0.0031, 0.0028, 0.0033, declared=0.0)
+    told = replace(told, prior_steps=(1 + 1e-13) * told.prior_steps)  # As rounding makes it.
+    (note,) = notes_on(errors(a=0.04), errors(a=0.02), told, estimates=stds)
+
+    assert note == "all 3 recordings want a more than the declared 0 m, 0.00307 m or beyond: measure it"
+
+
 def test_what_all_want_is_not_said_where_one_has_no_tolerance(fitted: Fit) -> None:
     stds = {f"a [{name}]": ParameterEstimate(value=0.0, std=3e-4, unit="m") for name in "bcd"}
     told = _lengths(fitted, 0.048, 0.0478, 0.0482)
