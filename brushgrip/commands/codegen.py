@@ -76,6 +76,15 @@ class CodegenRequest:
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C
     torque: TorqueMeasured = TorqueChannel.GROUND
     stiffness_state: StiffnessState = None
+    no_acquire: Annotated[
+        bool,
+        typer.Option(
+            "--no-acquire",
+            help="Leave out the acquisition, for fewer instructions: friction is followed from the prior"
+            " alone, and may be wrong while usable where the prior is far off, as on ice; wrong units"
+            " and signs are not noticed.",
+        ),
+    ] = False
     tunable: Annotated[
         RunTime | None,
         option(
@@ -110,7 +119,7 @@ class CodegenRequest:
         )
         observer = chosen_observer(
             self.observer, self.torque, inputs, tuning, self.ground,
-            stiffness_state=self.stiffness_state, **window,
+            stiffness_state=self.stiffness_state, acquire=not self.no_acquire, **window,
         )  # fmt: skip
         found = inputs.found()
         if self.ground is not None and not (found and found.grounds):
@@ -130,7 +139,7 @@ class CodegenRequest:
             require_replaceable(finals)
         # After the files are there: whoever reads the first line alone has them all the same.
         say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
-        say(observer_export.prior_in_words(observer.tuning, self.rig))
+        say(observer_export.prior_in_words(observer, self.rig))
         observer_export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
         if found is not None:
             _, unlike = weaker_direction(found.values_for_estimation(self.ground))

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from brushgrip.outputs.console import say
-from observers import FunctionObserver, Tuning
+from observers import FunctionObserver
 from observers.embedded import (
     DOUBLE,
     SINGLE,
@@ -17,6 +17,7 @@ from observers.embedded import (
     generate_ros2,
     require_replaceable,
 )
+from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.factory import read_rig_file
 from symbolic import InvalidInputError
 
@@ -58,12 +59,15 @@ def state_bytes(files: Sequence[Path], name: str) -> int | None:
     return None
 
 
-def prior_in_words(tuning: Tuning, rig: Path | None) -> str:
+def prior_in_words(observer: ModelObserver, rig: Path | None) -> str:
     """The prior in words, and that the rig file's friction is not it."""
     declared = None if rig is None else read_rig_file(rig)[1].mu
-    text = (
-        f"prior mu {tuning.mu:g} with standard deviation {tuning.mu_std:g}, a tenth of it spread evenly"
-        " from ice on: until friction is acquired, mu and mu_std are of both"
+    tuning = observer.tuning
+    text = f"prior mu {tuning.mu:g} with standard deviation {tuning.mu_std:g}, "
+    text += (
+        "a tenth of it spread evenly from ice on: until friction is acquired, mu and mu_std are of both"
+        if observer.acquire
+        else "from which friction is followed without acquisition: usable does not wait for it"
     )
     if declared is None or declared == tuning.mu:
         return text

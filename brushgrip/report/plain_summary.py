@@ -94,7 +94,7 @@ def lines_to_send(
         "Provisional because" if provisional else "Stiffness": cases[not known :],
         "More on how sure": [caution, trend, *also] if known else [],
         "To do then": [f"After {one}, {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
-        "Gain": [benefit],
+        "Friction known": [benefit],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)

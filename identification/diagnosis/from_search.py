@@ -72,7 +72,9 @@ def build_diagnosis(
         model=fitted.model,
         values=values,
         series=_series(before, after, everything, holdout),
-        notes=notes_on(errors_before, errors_after, fitted, training, after.fits[1:], effects),
+        notes=notes_on(
+            errors_before, errors_after, fitted, training, after.fits[1:], effects, estimates
+        ),
         criteria=search.criteria,
         stiffness_ratio=farthest_stiffness_ratio(fitted, training),
         model_error_before=error_before,

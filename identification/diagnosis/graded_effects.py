@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.diagnosis.declared_values import notes_on_declared_values
 from identification.diagnosis.found_stiffness import return_torque_note, stiffness_note
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
 from identification.experiments.proposed_experiment import Proposal
-from identification.fits.fitting import AT_BOUND, Fit, parameters_at_bounds
+from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
@@ -21,7 +22,7 @@ from identification.selection.criteria import (
 from identification.selection.search_step import SearchStep
 from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
-from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
+from symbolic import USUAL, Effect, Scope, parameter_name
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which the judged error has to fall, and deviations that a parameter has to be off
@@ -183,6 +184,7 @@ def notes_on(
     recordings: Sequence[Recording] = (),
     own: Sequence[Fit] = (),
     effects: Sequence[FoundEffect] = (),
+    estimates: Mapping[str, ParameterEstimate] | None = None,
 ) -> tuple[str, ...]:
     """Sentences on the final model, without a full stop; `own` are fits to held-out recordings."""
     stiffnesses = [stiffness_note(fitted.values.of(one)["k"], one) for one in recordings]
@@ -199,7 +201,7 @@ def notes_on(
     notes += [
         f"{effect}: {what}, so that it is a stand-in" for effect, _, what in parameters_at_bounds(fitted)
     ]
-    notes += [note for one in (fitted, *own) for note in _at_their_tolerances(one)]
+    notes += notes_on_declared_values((fitted, *own), estimates or {})
     notes += [note for one in recordings if (note := _zero_note(one, fitted.values.of(one)))]
     for effect in effects:
         if UNRECORDED_LOAD in effect.indistinguishable_from:
@@ -232,19 +234,6 @@ def assumed_tolerances(recordings: Sequence[Recording]) -> str:
         if any(getattr(r.rig.tolerances, name) is None for r in recordings)
     ]
     return f"{ASSUMED}: {', '.join(missing)}" if missing else ""
-
-
-def _at_their_tolerances(fitted: Fit) -> list[str]:
-    """Recordings of which a declared value is off by all that its tolerance allows."""
-    distances = np.abs(fitted.bound_distances).min(axis=0)
-    return [
-        f"{owner}: {name} is at the end of its tolerance, {fitted.values.at((owner, name)):g}"
-        f" {TOLERATED.get(name, '1')}".removesuffix(" 1")
-        for (owner, name), weight, distance in zip(
-            fitted.labels, fitted.prior_weights, distances, strict=True
-        )
-        if weight > 0 and distance <= AT_BOUND
-    ]
 
 
 def _zero_note(recording: Recording, values: Mapping[str, float]) -> str:

@@ -24,6 +24,8 @@ MAX_NAMES = 20
 """Names of channels that a message lists."""
 _STEERING_WHEEL = re.compile(r"steering.?wheel|hand.?wheel|lenkrad|volant|^(swa|swt|sas)", re.IGNORECASE)
 """Names of a channel that belongs to the steering wheel, not to the wheel about its kingpin."""
+_OF_GROUND = re.compile(r"m_?z|align", re.IGNORECASE)
+"""Names of a torque that is the ground's by its name, not perhaps that which turns the wheel."""
 _NEEDS_STEERING_RATIO = ("psi", "psi_dot", "M_z", "M")
 _USUAL_NAMES = {
     "t": ("time", "zeit", "timestamp", "sec"),
@@ -183,7 +185,19 @@ def map_hint(
     }
     load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
     ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).for_ratio if of_hand else ""
-    return f"{load}; say which is which{IN_PYTHON}, such as {corrected_map({}, changed)}{ratio}"
+    taken = "" if "M_z" in of_hand else _torque_taken(channels.get("M_z") if "M_z" in guessed else None)
+    return f"{load}{taken}; say which is which{IN_PYTHON}, such as {corrected_map({}, changed)}{ratio}"
+
+
+def _torque_taken(channel: str | None) -> str:
+    """Which torque a channel is taken for whose name does not tell, and how to say another one."""
+    if channel is None or _OF_GROUND.search(channel):
+        return ""
+    name = excerpt(name_without_unit(channel))[1:-1]
+    return (
+        f"; {name} is taken for M_z, the moment of the ground on the wheel: one that turns the wheel is"
+        f" M (M={name}, with J_A and b_t in the rig file) or, turned slowly, M_z=-{name}"
+    )
 
 
 def _proposed_source(column: str, channel: str | None) -> SignalSource:

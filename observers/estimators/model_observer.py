@@ -198,11 +198,12 @@ class ModelObserver(CasadiObserver):
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        """Measurement model, states, tuning and, as `settings`, what the observer adds."""
+        """Measurement model, states, acquisition, tuning and, as `settings`, what the observer adds."""
         own = set(ModelObserver.__dataclass_fields__)
         return {
             "sensing": type(self.measurement_model).__name__,
             "states": list(self.states),
+            "acquire": self.acquire,
             "beliefs": asdict(self.tuning),
             "settings": {n: getattr(self, n) for n in self.__dataclass_fields__ if n not in own},
         }

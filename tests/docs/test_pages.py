@@ -193,15 +193,18 @@ def test_the_lower_end_of_each_direction_counts_in_a_table_of_many(
         r'^python -c "(.*)"$', (ROOT / "docs/start/cluster.md").read_text("utf-8"), re.MULTILINE
     )
     names = ["mu_eff", "mu_eff_std", "mu_eff_positive", "mu_eff_std_positive", "mu_eff_negative"]
-    header = ",".join(["recording", *names, "mu_eff_std_negative", "direction", "weaker"])
-    low_bands = ["0.5,0.05,,,,,,0", "1,0.02,1,0.02,0.5,0.05,positive,0.5"]
+    header = ",".join(
+        ["recording", *names, "mu_eff_std_negative", "direction", "weaker", "since_usable"]
+    )
+    low_bands = ["0.5,0.05,,,,,,0,0", "1,0.02,1,0.02,0.5,0.05,positive,0.5,0"]
     others = [
-        "0.5,0.15,,,,,,0", "0.5,0.05,,,,,,0.3", ",,,,,,,", "1,0.02,1,0.02,,,positive,",
+        "0.5,0.15,,,,,,0,0", "0.5,0.05,,,,,,0.3,0", ",,,,,,,,", "1,0.02,1,0.02,,,positive,,0",
         # The weaker direction has a wider band than the one of mu_eff; the stronger may have the lower.
-        "1,0.02,1,0.02,0.5,0.15,positive,0.5", "0.5,0.02,0.9,0.35,0.5,0.02,negative,0",
+        "1,0.02,1,0.02,0.5,0.15,positive,0.5,0", "0.5,0.02,0.9,0.35,0.5,0.02,negative,0,0",
+        "0.5,0.05,,,,,,0,0.3",  # Known, but not at the end.
     ]  # fmt: skip
-    for rows, expected in ((low_bands, ""), (others, "a b c d e f")):
-        named = map(",".join, zip("abcdef", rows, strict=False))
+    for rows, expected in ((low_bands, ""), (others, "a b c d e f g")):
+        named = map(",".join, zip("abcdefg", rows, strict=False))
         Path("table.csv").write_text("\n".join([header, *named]))
         exec(line, {})
         assert capsys.readouterr().out == f"{expected}\n"

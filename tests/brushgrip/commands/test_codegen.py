@@ -140,6 +140,31 @@ def test_says_what_a_step_costs(codegen: Run, out: Path) -> None:
     assert "a tenth of it spread evenly from ice on: until friction is acquired" in said[1]
 
 
+@NEEDS_COMPILER
+def test_acquisition_may_be_left_out_as_in_python(
+    codegen: Run, rig: Path, out: Path, tmp_path: Path
+) -> None:
+    def made(*options: str) -> tuple[bool, int]:
+        told = codegen("--json", *options).out
+        return json.loads((out / "grip.json").read_text())["acquire"], json.loads(told)["cost"][
+            "at_most"
+        ]
+
+    (usual, most), (acquire, less) = made(), made("--no-acquire")
+    assert (usual, acquire, less < most / 2) == (True, False, True)
+    assert "from which friction is followed without acquisition" in codegen("--no-acquire").out
+    generate(from_files(Ekf, rig, acquire=False), tmp_path / "python", name="grip")
+    for name in ("grip.json", "grip_vector.csv"):
+        assert (out / name).read_text() == (tmp_path / "python" / name).read_text()
+    sources = [out / "grip.c", out / "check.c"]
+    command = [str(compiler()), "-O1", "-ffp-contract=off", *sources, "-o", tmp_path / "check", "-lm"]
+    subprocess.run(command, check=True)
+    checked = subprocess.run(
+        [tmp_path / "check", out / "grip_vector.csv"], capture_output=True, text=True
+    )
+    assert "the same as in Python" in checked.stdout
+
+
 def test_k_may_be_a_state(codegen: Run, out: Path) -> None:
     fixed = json.loads(codegen("--json").out)["cost"]
     cost = json.loads(codegen("--stiffness-state", "--json").out)["cost"]

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED, FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import demo_folder
@@ -35,6 +35,18 @@ def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> s
     """The mail and what is to be known before acting on it, a line for each part."""
     parts = [part for some in lines_to_send(diagnosis, outcome, warning) for part in some]
     return "\n".join(f"{label}: {' '.join(items)}" for label, items in parts)
+
+
+def test_when_friction_is_known_is_no_gain_where_it_is_known_later() -> None:
+    later = replace(TRACKS[0], usable=np.arange(11) == 10)
+    outcome = make_outcome("c", tracks=(replace(TRACKS[0], label=EKF_DECLARED), later))
+    text = mail(make_diagnosis(), outcome)
+
+    assert (
+        "\nFriction known: A value of friction comes out in 1 of 1 recordings (first after 10.0 s"
+        in text
+    )
+    assert "Gain" not in text
 
 
 def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:

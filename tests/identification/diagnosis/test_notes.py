@@ -8,14 +8,14 @@ from typing import cast
 import numpy as np
 import pytest
 
-from identification import Recording, Standstills
+from identification import Recording, Standstills, diagnose
 from identification.diagnosis.found_stiffness import stiffness_note, stiffness_ratio
 from identification.diagnosis.graded_effects import notes_on
 from identification.diagnosis.result_parts import TorqueErrors
 from identification.fits.fitting import Fit, parameters_at_bounds
-from identification.fits.parameter_values import Values
+from identification.fits.parameter_values import ParameterEstimate, Values
 from symbolic import Model, Rig, Tolerances, effects_named
-from tests.identification.factories import recording
+from tests.identification.factories import read_campaign, recording
 
 
 def errors(left_out: dict[str, float] | None = None, **nrmse: float) -> TorqueErrors:
@@ -82,12 +82,80 @@ def test_a_length_at_the_end_of_its_tolerance_in_a_validation_recording(fitted: 
     values = replace(fitted.values, rig={"c": {"a": 0.047}})
     own = replace(
         fitted, labels=(("c", "a"),), prior_weights=np.ones(1), values=values,
-        bound_distances=np.array([[-2.0], [0.0]]),
+        bound_distances=np.array([[-2.0], [0.0]]), prior_steps=np.zeros(1), scales=np.ones(1),
     )  # fmt: skip
 
     notes = notes_on(errors(a=0.04), errors(a=0.02), fitted, own=[own])
 
     assert notes == ("c: a is at the end of its tolerance, 0.047 m",)
+
+
+def _lengths(fitted: Fit, *found: float, end: float = 0.0475, declared: float = 0.05) -> Fit:
+    """Of recordings that want such half-lengths, in units of a millimetre."""
+    names = "bcde"[: len(found)]
+    off = [1e3 * (a - declared) for a in found]
+    return replace(
+        fitted, labels=tuple((name, "a") for name in names), prior_weights=np.ones(len(found)),
+        values=replace(fitted.values, rig=dict(zip(names, ({"a": a} for a in found), strict=True))),
+        bound_distances=np.array([[1e3 * (end - a), 1.0] for a in found]).T,
+        prior_steps=np.array(off), scales=np.full(len(found), 1e-3),
+        residuals={name: np.zeros(1) for name in names},
+    )  # fmt: skip
+
+
+ALL = "all 3 recordings want a less than the declared 0.05 m, 0.048 m or beyond: measure it"
+ENDED = "b: a is at the end of its tolerance, 0.0475 m"
+
+
+@pytest.mark.parametrize(
+    ("found", "std", "notes"),
+    [
+        ((0.048, 0.0478, 0.0482), 0.0003, (ALL,)),
+        ((0.048, 0.0478), 0.0003, ()),  # Too few.
+        ((0.048, 0.0478, 0.0482), 0.003, ()),  # No more than what is not known.
+        ((0.048, 0.0478, 0.0482), 0.00013, ()),  # They do not agree.
+        ((0.048, 0.0478, 0.0502), 0.001, ()),
+        ((0.048, 0.0478, 0.0482), None, ()),
+        ((0.0475, 0.0478, 0.05), 0.0003, (ENDED,)),
+        ((0.0475,) * 3, 0.0003, (ALL.replace("0.048", "0.0475"),)),
+    ],
+)
+def test_what_all_recordings_want_of_a_declared_value_is_said_once(
+    fitted: Fit, found: tuple[float, ...], std: float | None, notes: tuple[str, ...]
+) -> None:
+    stds = {f"a [{name}]": ParameterEstimate(value=0.0, std=std, unit="m") for name in "bcde"}
+    told = _lengths(fitted, *found)
+
+    assert notes_on(errors(a=0.04), errors(a=0.02), told, estimates=stds) == notes
+
+
+def test_a_length_that_is_too_short_in_every_recording_is_said_once() -> None:
+    """The rig has 40 mm, 37.2 are declared; k takes a part of it."""
+    _, made = read_campaign(None, 3, 4, duration=8.0)
+    only = Tolerances(a=0.0025, e=0, load=0)
+    short = [replace(one, rig=replace(one.rig, a=0.93 * one.rig.a, tolerances=only)) for one in made]
+    notes = diagnose(short[:3], short[3:], candidates=(), jobs=1).notes
+
+    (note,) = (note for note in notes if "recordings want" in note)
+    assert note.startswith("all 4 recordings want a more than the declared 0.0372 m, 0.038")
+    assert not any("at the end of its tolerance" in note for note in notes)
+
+
+def test_what_all_want_in_place_of_zero(fitted: Fit) -> None:
+    stds = {f"a [{name}]": ParameterEstimate(value=0.0, std=3e-4, unit="m") for name in "bcd"}
+    told = _lengths(fitted, 0.0031, 0.0028, 0.0033, declared=0.0)
+    told = replace(told, prior_steps=(1 + 1e-13) * told.prior_steps)  # As rounding makes it.
+    (note,) = notes_on(errors(a=0.04), errors(a=0.02), told, estimates=stds)
+
+    assert note == "all 3 recordings want a more than the declared 0 m, 0.00307 m or beyond: measure it"
+
+
+def test_what_all_want_is_not_said_where_one_has_no_tolerance(fitted: Fit) -> None:
+    stds = {f"a [{name}]": ParameterEstimate(value=0.0, std=3e-4, unit="m") for name in "bcd"}
+    told = _lengths(fitted, 0.048, 0.0478, 0.0482)
+    exact = replace(told, residuals={**told.residuals, "z": np.zeros(1)})
+
+    assert notes_on(errors(a=0.04), errors(a=0.02), exact, estimates=stds) == ()
 
 
 def test_fit_that_stopped_early(fitted: Fit) -> None:

@@ -105,12 +105,25 @@ def test_one_file_has_one_decimal_sign_and_a_comma_between_fields_is_none(tmp_pa
 def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "Zeit [s];Winkel [°];Moment [Nm];Last [kN]", delimiter=";")
     message = refused(read_recording, path, RIG)
-    assert "missing; there are Zeit [s], Winkel [°], Moment [Nm], Last [kN]; say" in message
+    assert (
+        "missing; there are Zeit [s], Winkel [°], Moment [Nm], Last [kN]; Moment is taken for M_z, the"
+        in message
+    )
+    assert "turns the wheel is M (M=Moment, with J_A and b_t in the rig file) or, turned" in message
+    assert "slowly, M_z=-Moment; say which is which" in message
     assert message.endswith("such as --map t=Zeit,psi=Winkel,M_z=Moment,F_N=Last")
     require_expected(read_recording(path, RIG, signals="t=Zeit,psi=Winkel,M_z=Moment,F_N=Last"))
     assert "M_z=Moment" in refused(read_recording, path, RIG, torque_required=False)
     message = refused(read_recording, path, RIG, torque_required=False, signals="M=Moment")
     assert message.endswith("--map t=Zeit,psi=Winkel,F_N=Last,M=Moment")
+
+
+@pytest.mark.parametrize("torque", ["Mz", "AligningTorque", "SteeringWheelTorque", "M_z", "M"])
+def test_a_torque_whose_name_tells_which_it_is_is_not_asked_about(torque: str, tmp_path: Path) -> None:
+    message = refused(read_recording, write(tmp_path / "run.csv", f"Time,Angle,{torque},Load"), RIG)
+
+    assert "say which is which" in message
+    assert "taken for M_z" not in message
 
 
 def test_a_proposal_has_time_units_and_the_steering_ratio(tmp_path: Path) -> None:

@@ -1,0 +1,93 @@
+"""Values declared with a tolerance that recordings want otherwise: all alike, or one at its end."""
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from identification.fits.fitting import AT_BOUND, Fit
+from identification.fits.parameter_values import ParameterEstimate
+from symbolic import TOLERATED
+
+FEWEST_ALIKE = 3
+"""Fewest recordings that together speak for a declared value that is wrong."""
+
+
+class _Wanted(NamedTuple):
+    """What a recording wants in place of a declared value."""
+
+    owner: str | None
+    name: str
+    value: float
+    off: float  # From the declared value.
+    std: float
+    at_end: bool
+
+    @property
+    def declared(self) -> float:
+        """The declared value; rounding leaves a zero one."""
+        return round(self.value - self.off, 9) + 0.0
+
+
+def notes_on_declared_values(
+    fits: Sequence[Fit], estimates: Mapping[str, ParameterEstimate]
+) -> list[str]:
+    """Once what all recordings want, else each that a tolerance stops; `estimates` give deviations."""
+    wanted = [one for fitted in fits for one in _wanted(fitted, estimates)]
+    count = len({name for fitted in fits for name in fitted.residuals})
+    common = {}
+    for name in dict.fromkeys(one.name for one in wanted):
+        of_all = [one for one in wanted if one.name == name]
+        if len(of_all) == count >= FEWEST_ALIKE and _is_common(of_all):
+            common[name] = _common_note(of_all)
+    single = [
+        f"{one.owner}: {one.name} is at the end of its tolerance, {one.value:g}{_unit(one.name)}"
+        for one in wanted
+        if one.at_end and one.name not in common
+    ]
+    return [*common.values(), *single]
+
+
+def _wanted(fitted: Fit, estimates: Mapping[str, ParameterEstimate]) -> list[_Wanted]:
+    distances = np.abs(fitted.bound_distances).min(axis=0)
+    columns = zip(
+        fitted.labels, fitted.prior_weights, fitted.prior_steps * fitted.scales, distances, strict=True
+    )
+    return [
+        _Wanted(
+            owner=owner,
+            name=name,
+            value=fitted.values.at((owner, name)),
+            off=float(off),
+            std=one.std if (one := estimates.get(f"{name} [{owner}]")) and one.std is not None else inf,
+            at_end=bool(distance <= AT_BOUND),
+        )
+        for (owner, name), weight, off, distance in columns
+        if weight > 0
+    ]
+
+
+def _is_common(wanted: Sequence[_Wanted]) -> bool:
+    """Whether all are off one declared value the same way, each clearly, and agree on how far.
+
+    The deviation of a recording that was left out of the fit does not count that of shared values.
+    """
+    off, std = np.array([(one.off, one.std) for one in wanted]).T
+    one_declared = len({one.declared for one in wanted}) == 1
+    one_way = len(set(np.sign(off))) == 1
+    return bool(one_declared and one_way and (np.abs(off) > std).all() and np.ptp(off) <= 2 * std.max())
+
+
+def _common_note(wanted: Sequence[_Wanted]) -> str:
+    one, value = wanted[0], float(np.mean([each.value for each in wanted]))
+    unit, than = _unit(one.name), "more" if one.off > 0 else "less"
+    # The tolerance draws what is found to what is declared.
+    return (
+        f"all {len(wanted)} recordings want {one.name} {than} than the declared"
+        f" {one.declared:g}{unit}, {value:.3g}{unit} or beyond: measure it"
+    )
+
+
+def _unit(name: str) -> str:
+    return f" {TOLERATED.get(name, '1')}".removesuffix(" 1")
