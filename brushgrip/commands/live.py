@@ -60,8 +60,8 @@ class LiveRequest:
         file_option(
             "--record",
             "OUT.parquet",
-            "Record from the beginning; where the file is there, or the source begins anew, to OUT_2"
-            " and so on.",
+            "Record from the beginning, as Parquet or MDF4 (OUT.mf4); where the file is there, or the"
+            " source begins anew, to OUT_2 and so on.",
         ),
     ] = None
     target: Annotated[
@@ -136,9 +136,12 @@ class LiveRequest:
         from brushgrip.inputs.command_inputs import gather_inputs
         from brushgrip.inputs.option_values import chosen_limits, chosen_tuning, parse_share
         from brushgrip.live.adviser import Adviser
+        from brushgrip.live.recorder import writer_for
         from brushgrip.live.session import Session
         from brushgrip.live.session_setup import source_and_estimator
 
+        if self.record is not None:
+            writer_for(self.record)
         inputs = gather_inputs(
             rig=self.rig, vehicle=self.vehicle, model=self.model, channel_map=self.channel_map,
             effects=self.effects,

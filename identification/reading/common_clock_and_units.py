@@ -48,6 +48,8 @@ def table_from_channels(
         timeless = [] if file.own_clocks or "t" in names else ["t"]
         raise missing_channels(path, [*timeless, "rack", "F_rack"], file.names, signals)
     own_clocks = "t" not in signals.signals and all(s.times is not None for s in read.values())
+    if own_clocks and names.get("t") == "t":
+        own_clocks = not _is_clock(file.read("t"), *read.values())
     if not own_clocks:
         if "t" not in names:
             raise missing_channels(path, ["t"], file.names, signals, file.read)
@@ -87,6 +89,11 @@ def apply_map(table: Table, needed: Sequence[str], signals: SignalMap) -> Table:
     )
     mapped = table_from_channels(table.path, file, needed, signals)
     return replace(table, columns=mapped.columns, sources=mapped.sources, names=mapped.names)
+
+
+def _is_clock(time: ChannelSamples, *channels: ChannelSamples) -> bool:
+    """Whether a channel holds the times of all channels, and so tells where they begin, too."""
+    return all(np.array_equal(time.values, np.asarray(s.times)) for s in channels)
 
 
 def _with_unit(column: str, name: str, samples: ChannelSamples) -> ChannelSamples:

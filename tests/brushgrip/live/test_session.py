@@ -89,6 +89,35 @@ def test_says_what_estimate_says_of_the_recording(observer: str, spoil: bool) ->
         assert counts == {"samples": 320}
 
 
+@pytest.mark.parametrize("name", ["live.mf4", "LIVE.MF4"])
+def test_a_recording_in_mdf_says_the_same_and_has_units(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
+    monkeypatch.setattr("brushgrip.live.recorder.GROUP", 100)
+    # Times of a file count from its first sample unless it says where they begin.
+    session = run_to_end(session_over(spoilt(rows_of(320))[7:], Path(name)))
+
+    assert session.recorded == [Path(name)]
+    assert [path.name for path in Path().iterdir()] == [name]
+    same_to_the_last_digit(session, estimated(Path(name)))
+    with asammdf.MDF(name) as file:
+        units = {n: file.get(n).unit for n in ("t", "psi", "F_N", "M_z", "M_slide", "mu_eff")}
+        np.testing.assert_array_equal(file.get("mu_eff").timestamps, session.ring.since(0).t)
+    assert list(units.values()) == ["s", "rad", "N", "N m", "N m", ""]
+
+
+def test_a_recording_of_another_format_is_refused_before_the_source_is_opened(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    named = ("live", "udp:5005", "--rig", RIG, "--no-page", "--record")
+    run(*named, "run.csv").refused(
+        "run.csv: a recording is Parquet or MDF4; end its name in .parquet or .mf4"
+    )
+    monkeypatch.setitem(sys.modules, "asammdf", None)
+    run(*named, "run.mf4").refused("pip install 'brushgrip[mdf]'")
+
+
 def test_a_measured_rate_and_a_steering_torque() -> None:
     rig = Path("rig.toml")
     rig.write_text(RIG.read_text().replace("[rig]", "[rig]\nJ_A = 0.15\nb_t = 1.0"))
