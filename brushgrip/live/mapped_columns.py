@@ -11,12 +11,15 @@ from identification.reading.signal_map import SignalMap
 from identification.reading.table import MAX_VALUES, possible_columns
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError
+from symbolic.tables.toml_and_json_parsing import excerpt
 
 Row = Mapping[str, float]
 """One sample: values by column, SI units, NaN where one is missing; `t` is its time [s]."""
 _LOG = logging.getLogger(__name__)
 MAX_NAMES = 200
 """Names of a source that are remembered."""
+MAX_LISTED = 5
+"""Names that a message lists."""
 OF_WHEEL, OF_CAR = (("psi",), ("M_z", "M")), (("rack", "handwheel"), ("F_rack", "T_bar"))
 """Columns of angle and torque, of each the first that a source has."""
 
@@ -65,6 +68,9 @@ class MappedColumns:
     def __call__(self, values: Mapping[str, float]) -> dict[str, float]:
         """The columns of values by name; a line may hold some of the names that others hold."""
         plan = self._plan_of(tuple(values))
+        if not plan.keys() - {"t"}:
+            names = ", ".join(list(values)[:MAX_LISTED]) or "nothing"
+            raise InvalidInputError(f"{self._where}: no column but a time in {excerpt(names)}")
         return {column: values[name] * factor for column, (name, factor) in plan.items()}
 
     def _plan(self, names: tuple[str, ...]) -> dict[str, tuple[str, float]]:

@@ -18,6 +18,7 @@ from brushgrip.live.timestamp_filter import arrival_time
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of
 from identification.reading.table import Table
 from identification.reading.units import UNITS, is_unit, unit_of_name
+from symbolic import InvalidInputError
 
 MAX_LINE_LENGTH = 10_000
 """Longest line that is read [letters]."""
@@ -141,18 +142,26 @@ class FileSource:
 
 
 class _TextSource:
-    """Lines of text as samples; what cannot be read is counted."""
+    """Lines of text as samples; what cannot be read is counted.
+
+    Lines have times of their own or all that of their arrival: it is none by the clock of the others.
+    """
 
     def __init__(self, columns: MappedColumns) -> None:
-        self.refused, self.fault = 0, ""
+        self.refused, self.fault, self._is_timed = 0, "", False
         self._columns, self._values_of = columns, LineParser()
 
     def _rows(self, lines: list[bytes]) -> list[Row]:
         rows: list[Row] = []
         for line in lines:
             try:
-                if values := self._values_of(line.decode()):
-                    rows.append({"t": arrival_time(), **self._columns(values)})
+                if (values := self._values_of(line.decode())) is None:
+                    continue
+                row = self._columns(values)
+                self._is_timed |= "t" in row
+                if self._is_timed and "t" not in row:
+                    raise InvalidInputError("no t, which lines before had")
+                rows.append({"t": arrival_time(), **row})
             except ValueError as error:  # Also of letters, and of columns that are missing.
                 self.refused, self.fault = self.refused + 1, str(error)
         return rows

@@ -111,14 +111,45 @@ def test_datagrams(udp: tuple[UdpSource, socket.socket]) -> None:
     source, sender = udp
     for datagram in (JSON_LINE, "\xff\xfe", "", "t,psi [deg],M_z,F_N\n0.6,90,-1,560\n0.7,x,1,2", "1,2"):
         sender.send(datagram.encode("latin-1"))
-    sender.send(b'{"psi": 0.03, "M_z": -1, "F_N": 560}')
-    before = arrival_time()
-    rows = read_all(source, 3)
+    rows = read_all(source, 2)
 
     assert rows[0] == {"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560.0}
     assert rows[1] == {"t": 0.6, "psi": pytest.approx(math.pi / 2), "M_z": -1.0, "F_N": 560.0}
-    assert rows[2]["t"] == pytest.approx(before, abs=5.0)
     assert source.refused == 3
+
+
+UNTIMED = '{"psi": 0.03, "M_z": -1, "F_N": 560}'
+
+
+def test_a_sample_without_a_time_has_that_of_its_arrival_unless_others_have_their_own(
+    udp: tuple[UdpSource, socket.socket],
+) -> None:
+    source, sender = udp
+    sender.send(UNTIMED.encode())
+    assert read_all(source, 1)[0]["t"] == pytest.approx(arrival_time(), abs=5.0)
+    sender.send("\n".join([JSON_LINE, UNTIMED, UNTIMED, "psi,M_z,F_N", "0.03,-1,560"]).encode())
+
+    assert [row["t"] for row in read_all(source, 1)] == [0.5]
+    assert (source.refused, source.fault) == (3, "no t, which lines before had")
+
+
+@pytest.mark.parametrize(
+    "foreign", ['{"temperature": 20.5}', '{"t": 0.7, "temperature": 20.5}', "{}", "temperature,x\n1,2"]
+)
+def test_lines_without_a_column_are_no_samples(
+    foreign: str, udp: tuple[UdpSource, socket.socket]
+) -> None:
+    source, sender = udp
+    reading, writing = os.pipe()
+    lines = f"{JSON_LINE}\n{foreign}\n{foreign}\n{JSON_LINE}\n"
+    sender.send(lines.encode())
+    os.write(writing, lines.encode())
+    for of_lines in (source, LineSource(reading, columns())):
+        assert [row["psi"] for row in read_all(of_lines, 2)] == [0.02, 0.02]
+        assert of_lines.refused == 2
+        assert "no column but a time in" in of_lines.fault
+    os.close(reading)
+    os.close(writing)
 
 
 @pytest.mark.skipif(not hasattr(time, "CLOCK_BOOTTIME"), reason="a clock of Linux")
