@@ -10,6 +10,8 @@ from observers.estimators.model_observer import ModelObserver
 from symbolic import InvalidInputError
 
 PLANNING = "where to turn is being planned"
+STOP = "stop turning"
+"""Stands in every advice to do so."""
 MAX_PLAN_SAMPLES = 2_000
 """Samples that a plan may take; where it takes longer, it begins anew."""
 
@@ -89,7 +91,7 @@ def _is_lost(estimate: Estimate) -> bool:
 
 def target_reached_text(target_deviation: float) -> str:
     """That the deviation over friction that was wanted is reached."""
-    return f"friction is known to {target_deviation:.1%}, stop turning"
+    return f"friction is known to {target_deviation:.1%}, {STOP}"
 
 
 def advice_text(advice: Advice, psi: float, target_deviation: float) -> str:
@@ -97,7 +99,7 @@ def advice_text(advice: Advice, psi: float, target_deviation: float) -> str:
     if advice.finished:
         return target_reached_text(target_deviation)
     if advice.stopped:
-        return f"stop turning: {advice.reason}"
+        return f"{STOP}: {advice.reason}"
     left = degrees(advice.toward - psi)
     size = f"{abs(left):.{0 if abs(left) >= 1 else 1}f}"
     return "" if size == "0.0" else f"turn {size}° more to the {'left' if left > 0 else 'right'}"

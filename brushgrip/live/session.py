@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.live.adviser import Adviser
+from brushgrip.live.adviser import STOP, Adviser
 from brushgrip.live.estimate_ring import EstimateRing, RingPoints
 from brushgrip.live.mapped_columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.row_estimation import Point, RowEstimator
-from brushgrip.live.session_state_in_words import LastUsable, State
+from brushgrip.live.session_state_in_words import LastUsable, State, without_turning
 from brushgrip.live.sources import WAIT, Source
 from brushgrip.live.timestamp_filter import TimestampFilter, arrival_time
 from observers import ESTIMATE, Estimate, Status
@@ -106,13 +106,14 @@ class Session:
         # Nobody turns any more, or no turning makes friction known.
         idle = ended or age >= OLD or not self.plausible
         idle |= estimate is not None and Status.INCONSISTENT in estimate.status
+        advice = self._adviser.text if self._adviser and not idle else ""
         counts = {**self._counts, "late": self._clock.late, "wrong time": self._clock.wrong}
         return State(
             t=self._t,
             estimate=estimate,
             usable=bool(estimate and estimate.usable and age < OLD and self.plausible),
-            status=self._words(estimate, age),
-            advice=self._adviser.text if self._adviser and not idle else "",
+            status=self._words(estimate, age, stops=STOP in advice),
+            advice=advice,
             counts={name: number for name, number in counts.items() if number},
             recording=f"{recorder.path}, {recorder.samples} samples" if recorder else "",
             ended=ended,
@@ -120,7 +121,7 @@ class Session:
             note="; ".join(filter(None, (self._remarks, self.estimator.note))),
         )
 
-    def _words(self, estimate: Estimate | None, age: float) -> str:
+    def _words(self, estimate: Estimate | None, age: float, *, stops: bool) -> str:
         parts = [self._fault, self._implausible]
         if self._ended and not self._waiting:
             parts.append(f"the source has ended: {self._last_usable.told}")
@@ -129,7 +130,8 @@ class Session:
             old = f"{age:.1f} s behind the source" if self._waiting else f"no sample for {age:.0f} s"
             parts.append(old if estimate else none)
         elif estimate is not None:
-            parts += [estimate.remedy, *self.estimator.suspicions]
+            remedy = without_turning(estimate.remedy) if stops else estimate.remedy
+            parts += [remedy, *self.estimator.suspicions]
         return "; ".join(filter(None, parts))
 
     def _read(self, source: Source) -> None:

@@ -1,5 +1,6 @@
 """State of a live session as text, and the friction that its source leaves."""
 
+import re
 from dataclasses import dataclass
 from math import isfinite, nan
 
@@ -38,6 +39,11 @@ def usability_of(state: State) -> str:
     if state.ended:
         return "ended"
     return "usable" if state.usable else "not usable"
+
+
+def without_turning(remedy: str) -> str:
+    """Causes and remedies of an estimate without a remedy by turning, of which the cause stays."""
+    return re.sub(": turn [^;]*", "", remedy)
 
 
 def state_line(state: State) -> str:

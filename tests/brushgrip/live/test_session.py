@@ -439,6 +439,22 @@ def test_advice_is_given_only_where_turning_helps() -> None:
     assert "turn 8°" not in state_line(session.state())
 
 
+@pytest.mark.parametrize(
+    "change", [{"status": Status.ACQUIRING | Status.REJECTED}, {"informed": False}, {"mu_std": math.nan}]
+)
+def test_nobody_is_told_to_turn_and_to_stop(change: dict[str, Any]) -> None:
+    session = session_of("udp:5005")
+    session._adviser = Adviser(0.02, SteeringLimits())
+    estimate = replace(KNOWN, **{"informed": False} | change)
+    for advice, is_told in (("turn 8° more to the left", True), ("stop turning: 2.0%", False)):
+        session._adviser._text = advice
+        store(session, estimate)
+        status = session.state().status
+        assert (": turn " in status) == is_told
+        assert status.split("; ")[-1].startswith(estimate.remedy.split("; ")[-1].split(":")[0])
+        assert ("raise gate" in status) == (Status.REJECTED in estimate.status)
+
+
 def test_the_weaker_direction_of_a_found_model_is_told_with_every_estimate() -> None:
     state = session_of("udp:5005", model=write_model({"asymmetric_friction.ratio": 0.85})).state()
 
