@@ -61,7 +61,7 @@ class MappedColumns:
         alternatives = (self.angles, self.torques, *(() if "rack" in self.angles else (("F_N",),)))
         lacking = [any_of[0] for any_of in alternatives if not any(c in found for c in any_of)]
         if lacking:
-            hint = map_hint(lacking, names, signals)
+            hint = map_hint(lacking, names, signals, in_python=False)
             raise InvalidInputError(f"{self._where}: {', '.join(lacking)} missing{hint}")
         return found
 

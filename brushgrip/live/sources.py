@@ -61,6 +61,8 @@ class LineParser:
             self._names, self._after_header = fields, True
             self._delimiter, self._number_of = delimiter_of(line), NumberParser(delimiter_of(line))
             return None
+        if not self._names:
+            raise ValueError("numbers before a header: the first line of CSV names the columns")
         if len(values) != len(self._names):
             raise ValueError(f"{len(values)} fields, the header has {len(self._names)}")
         if None in values:

@@ -18,6 +18,7 @@ from symbolic.array_alias import Array
 from symbolic.tables.toml_and_json_parsing import excerpt
 
 IN_PYTHON = " (in Python by signals=, or with the rig file itself as rig)"
+CAR_IN_PYTHON = " (in Python by signals=)"
 """How a caller without a command line maps channels."""
 CONSTANT_LOAD = "; a load that was not recorded needs a column too, with its value [N] in every row"
 MAX_NAMES = 20
@@ -135,6 +136,8 @@ def map_hint(
     names: Sequence[str],
     signals: SignalMap = NO_MAP,
     read: Callable[[str], ChannelSamples] | None = None,
+    *,
+    in_python: bool = True,
 ) -> str:
     """A sentence that proposes a whole map, a torque in it; names that look alike are filled in.
 
@@ -144,12 +147,11 @@ def map_hint(
         return ""
     of_steering = {*absent, *signals.signals} | ({*names} if [*absent] == ["t"] else set())
     if {"rack", "handwheel", "F_rack", "T_bar", "T_motor"} & of_steering:
-        guesses = {
-            c: _proposed_source(c, c if c in names else guess)
-            for c, guess in guess_car_channels(absent, names, signals)
-        }
+        cars = guess_car_channels(absent, names, signals)
+        guesses = {c: _proposed_source(c, c if c in names else guess) for c, guess in cars}
         given = {c: source for c, source in signals.signals.items() if c not in absent}
-        return f"; say which is which (in Python by signals=), such as {corrected_map(given, guesses)}"
+        which = f"; say which is which{CAR_IN_PYTHON * in_python}"
+        return f"{which}, such as {corrected_map(given, guesses)}"
     channels = dict(_guesses(absent, names, signals))
     guessed = {
         column: replace(_proposed_source(column, guess), ratio=signals.steering_ratio)
@@ -186,7 +188,8 @@ def map_hint(
     load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
     ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).for_ratio if of_hand else ""
     taken = "" if "M_z" in of_hand else _torque_taken(channels.get("M_z") if "M_z" in guessed else None)
-    return f"{load}{taken}; say which is which{IN_PYTHON}, such as {corrected_map({}, changed)}{ratio}"
+    which = f"; say which is which{IN_PYTHON * in_python}"
+    return f"{load}{taken}{which}, such as {corrected_map({}, changed)}{ratio}"
 
 
 def _torque_taken(channel: str | None) -> str:

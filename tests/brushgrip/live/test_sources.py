@@ -107,6 +107,12 @@ def test_hostile_lines_are_refused(line: str) -> None:
         values_of(line)
 
 
+def test_numbers_without_a_header_are_refused_with_what_is_missing() -> None:
+    values_of = LineParser()
+    with pytest.raises(ValueError, match="the first line of CSV names the columns"):
+        values_of("0.5,0.02,-0.7,560")
+
+
 def test_datagrams(udp: tuple[UdpSource, socket.socket]) -> None:
     source, sender = udp
     for datagram in (JSON_LINE, "\xff\xfe", "", "t,psi [deg],M_z,F_N\n0.6,90,-1,560\n0.7,x,1,2", "1,2"):
@@ -170,7 +176,7 @@ def test_columns_by_a_map_and_what_is_missing() -> None:
     }  # fmt: skip
     assert mapped({"time": 30.0, "Load": 0.4}) == {"t": 0.03, "F_N": 400.0}
     with pytest.raises(
-        InvalidInputError, match=r"M_z, F_N missing; .*; say which is which.*, such as --map"
+        InvalidInputError, match=r"M_z, F_N missing; .*; say which is which, such as --map M_z=Moment"
     ):
         columns()({"t": 1.0, "psi": 2.0, "Moment": 3.0})
     car = columns(car=True)({"t": 1.0, "handwheel": 0.5, "T_bar": 2.0, "speed": 0.0, "psi": 9.0})
