@@ -87,6 +87,7 @@ def main() -> None:
         while not stop.wait(PERIOD / 1000):
             before = view.newest
             view.update()
+            view.sent.text = view.sent.name  # As a browser says that shows it at once.
             if view.newest != before:
                 shown[updates] = time.monotonic() - origin - view.newest
                 updates += 1
