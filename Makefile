@@ -53,10 +53,13 @@ docs: $(ALL)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
 	$(BIN)/python -m sphinx -q -W --keep-going docs docs/_build
 
-# The page of a live estimation in the browser, on an embedded recording in real time.
-live: $(QUICK)
+# The page of a live estimation in the browser, on an embedded recording in real time, with the model that the demo finds.
+live: demo_output/model.json
 	$(PIP) -e '.[live]'
-	$(BIN)/brushgrip live examples/recordings/holdout_d.csv --rig examples/recordings/rig.toml
+	$(BIN)/brushgrip live examples/recordings/holdout_d.csv --rig examples/recordings/rig.toml --model $<
+
+demo_output/model.json: | $(QUICK)
+	$(MAKE) demo
 
 measured: $(QUICK)
 	$(BIN)/brushgrip diagnose $(TRAINING:%=$(DATA)/%.mat) \
