@@ -103,7 +103,7 @@ class PlanRequest:
         from observers import aligning_torque_for, plan
         from observers.interfaces.factory import read_vehicle_file
         from observers.planning.noisy_forecast import assumed_noise
-        from observers.planning.plan import MUS
+        from observers.planning.plan_request import MUS
 
         limits, target = chosen_limits(self.limit), parse_share(self.target)
         mus = MUS if self.mu is None else parse_frictions(self.mu)
