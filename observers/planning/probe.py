@@ -58,6 +58,12 @@ GAIN = 0.97
 class Probe:
     """Advises a steering controller, or a driver, sample by sample: `probe(sample, state)`.
 
+    Call `prepare` before the loop: it takes seconds, and raises where this load keeps the target out of
+    reach. A sample raises nothing: without a plan the advice is `stopped`, with its reason. Ten times a
+    second a sample waits for a new plan: 15 ms in the median, 85 ms in one of 100, 89 ms at most, on one
+    core of an AMD EPYC (Zen 4) at 2.6 GHz. Where samples cannot wait, call the probe in a thread or
+    process of its own.
+
     Attributes:
         observer: an `Ekf` or `Mhe` of an aligning torque or a rack force.
         target: standard deviation of mu over mu that suffices [1].
@@ -95,7 +101,14 @@ class Probe:
         self.reset()
 
     def prepare(self, F_N: float) -> Plan:
-        """Compile, and make the first plan for a load [N], what the first sample would wait for: 1 s."""
+        """Compile, and make the first plan for a load [N], for which the first sample would wait.
+
+        Its `reasons` say what the limits keep out of reach. It takes 2 s for the rig and 8 s for a car,
+        on the same core, and the first time on a machine some ten more to compile.
+
+        Raises:
+            InvalidInputError: no steering reaches the target on any ground at this load.
+        """
         self._first = plan(
             self._forecaster.observer, self.target, self.limits, F_N, mus=self.mus, dt=self.dt,
             coarse=True, quiet=True,
