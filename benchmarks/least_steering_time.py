@@ -4,8 +4,7 @@
 
 The rig's wheel of `least_steering` and a car of `least_steering_car`, led on ice, snow, wet and dry
 ground, once each by an Ekf and on the rig by an Mhe. A new plan is made every 0.1 s of steering; the
-first one is made by `Probe.prepare`, after everything is compiled. Beside them stand
-all other samples.
+first one is made by `Probe.prepare`, after everything is compiled. Beside them stand all other samples.
 """
 
 import gc

@@ -60,9 +60,9 @@ class Probe:
 
     Call `prepare` before the loop: it takes seconds, and raises where this load keeps the target out of
     reach. A sample raises nothing: without a plan the advice is `stopped`, with its reason. Ten times a
-    second a sample waits for a new plan: 15 ms in the median, 85 ms in one of 100, 89 ms at most, on one
-    core of an AMD EPYC (Zen 4) at 2.6 GHz. Where samples cannot wait, call the probe in a thread or
-    process of its own.
+    second a sample waits for a new plan: 15 ms in the median, above 85 ms in one of 100, up to 100 ms
+    on one core of an AMD EPYC (Zen 4) at 2.6 GHz. Where samples cannot wait, call the probe in a thread
+    or process of its own.
 
     Attributes:
         observer: an `Ekf` or `Mhe` of an aligning torque or a rack force.
