@@ -181,31 +181,38 @@ def report(outcomes: Sequence[tuple[float, dict[str, Reached]]]) -> None:
     for ground, (low, high) in bands:
         of = [outcome for mu, outcome in outcomes if low <= mu < high]
         cells = []
+        if not of:
+            continue
         for name in PATHS:
             travels = np.array([one[name].travel for one in of])
             # Never is the most.
             median = np.median(np.nan_to_num(travels, nan=np.inf))
             missed = int(np.isnan(travels).sum())
             cells.append(f"{median:.3f}{f' ({missed} never)' if missed else ''}")
-        ratios = [one["probe"].travel / one["known"].travel for one in of]
-        print(f"| {ground} | {len(of)} | {' | '.join(cells)} | {np.nanmedian(ratios):.2f} |"
+        ratios = np.array([one["probe"].travel / one["known"].travel for one in of])
+        both = ratios[np.isfinite(ratios)]
+        ratio = f"{np.median(both):.2f}" if both.size else "–"
+        print(f"| {ground} | {len(of)} | {' | '.join(cells)} | {ratio} |"
               f" {honesty(of, 'probe')} |")  # fmt: skip
     everything = [outcome for _, outcome in outcomes]
     for name in PATHS:
         travels = np.array([one[name].travel for one in everything])
+        known = travels[np.isfinite(travels)]
+        turned = f"{known.mean():.3f} rad, worst {known.max():.3f} rad" if known.size else "–"
         beyond = [abs(one[name].error) > 3 * one[name].predicted for one in everything]
         print(
-            f"{name}: mean travel {np.nanmean(travels):.3f} rad, worst {np.nanmax(travels):.3f} rad,"
-            f" never {np.isnan(travels).sum()}, error rms, predicted {honesty(everything, name)},"
-            f" {sum(beyond)} beyond 3 sigma"
+            f"{name}: mean travel {turned}, never {np.isnan(travels).sum()}, error rms, predicted"
+            f" {honesty(everything, name)}, {sum(beyond)} beyond 3 sigma"
         )
 
 
 def honesty(outcomes: Sequence[dict[str, Reached]], name: str) -> str:
-    """Rms of the errors beside that of the predicted deviations."""
+    """Rms of the errors beside that of the predicted deviations; a dash where none reaches it."""
     errors, predicted = (
         np.array([getattr(one[name], of) for one in outcomes]) for of in ("error", "predicted")
     )
+    if np.isnan(errors).all():
+        return "–"
     rms = [100 * np.sqrt(np.nanmean(values**2)) for values in (errors, predicted)]
     return f"{rms[0]:.1f} %, {rms[1]:.1f} %"
 

@@ -58,18 +58,22 @@ class CarWheel:
         return self.sample_of(self.t, way, force)
 
 
+def parked(drawn: FleetCar, mu: float) -> CarWheel:
+    """The wheel of a car on a friction."""
+    return CarWheel(replace(drawn, car=replace(drawn.car, mu=(mu, mu))))
+
+
 def run(seed: int, target: float) -> tuple[float, dict[str, Reached]]:
     """One car, steered in every way; its friction is drawn from the bands in turn."""
     drawn = draw_car(seed)
     low, high = [*GROUNDS.values()][seed % len(GROUNDS)]
     mu = float(np.exp(np.random.default_rng([seed, 1]).uniform(*np.log([low, high]))))
-    drawn = replace(drawn, car=replace(drawn.car, mu=(mu, mu)))
     vehicle = CarWheel(drawn).vehicle
     observer: Any = car_observer(Ekf, vehicle, brakes=drawn.brake)
     probe, load = Probe(observer, target, LIMITS, dt=DT), vehicle.wheel_load
     known = plan(observer, target, LIMITS, load, mus=(mu,), dt=DT, coarse=True)
     plans = (probe.prepare(load), probe, known)
-    return mu, in_every_way(observer, lambda: CarWheel(drawn), mu, target, *plans, pulse=0.6)
+    return mu, in_every_way(observer, lambda: parked(drawn, mu), mu, target, *plans, pulse=0.6)
 
 
 def main() -> None:
@@ -83,8 +87,11 @@ def main() -> None:
     for seed in range(given.seed, given.seed + given.cars):
         mu, reached = run(seed, given.target)
         outcomes.append((mu, reached))
-        cells = "  ".join(f"{name} {one.travel:.3f} ({one.error:+.0%})" for name, one in reached.items())
-        print(f"{seed} mu {mu:.3f}: {cells}", flush=True)
+        cells = (
+            f"{name} {one.travel:.3f} ({one.error:+.0%})" if one.travel > 0 else f"{name} never"
+            for name, one in reached.items()
+        )
+        print(f"{seed} mu {mu:.3f}: {'  '.join(cells)}", flush=True)
     report(outcomes)
 
 

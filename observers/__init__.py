@@ -17,8 +17,9 @@ from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.measurement.rack_force import RackForce
 from observers.measurement.steering_torque import SteeringTorque
+from observers.planning.advice import Advice
 from observers.planning.plan import Plan, plan
-from observers.planning.probe import Advice, Probe
+from observers.planning.probe import Probe
 from observers.planning.steering_path import SteeringLimits
 from observers.planning.uncertainty_budget import uncertainty_budget
 from observers.protocol import (

@@ -103,7 +103,7 @@ class PlanRequest:
         from observers import aligning_torque_for, plan
         from observers.interfaces.factory import read_vehicle_file
         from observers.planning.noisy_forecast import assumed_noise
-        from observers.planning.plan import MUS
+        from observers.planning.plan_request import MUS
 
         limits, target = chosen_limits(self.limit), parse_share(self.target)
         mus = MUS if self.mu is None else parse_frictions(self.mu)
@@ -150,7 +150,10 @@ class PlanRequest:
         title = f"until sigma/mu is {planned.target:.1%} (95 % band ± {2 * planned.target:.0%} of mu)"
         print_table(title, headings, rows_by_ground(planned, car), right=True)
         say("one path for all grounds: on most its first turns do; stop once friction is as good")
-        if not planned.reasons:
+        if planned.reasons:
+            runs = f"fewer than {ENOUGH} of {RUNS} simulated runs"
+            say(f"a dash: with noise in {runs}; sigma/mu is there the least without noise")
+        else:
             of_torque = "" if car else f" of {noise:.2g} N m"
             say(f"this is enough in {ENOUGH} of {RUNS} simulated runs, noise{of_torque} on the torque")
         if counts_k:

@@ -7,6 +7,7 @@ import numpy as np
 from brushgrip.wording.formatting import csv_text
 from identification import SignalSource
 from observers import Plan
+from observers.planning.forecast import percent_beside
 from symbolic import Vehicle
 from symbolic.array_alias import Array
 from symbolic.vehicle.steering import mean_angle
@@ -52,8 +53,11 @@ def rows_by_ground(plan: Plan, vehicle: Vehicle | None) -> list[list[str]]:
     table, digits = [], dict(zip(_REACHED, (3, 3, 3) if vehicle is None else (0, 1, 0), strict=True))
     for row in plan_document(plan, vehicle)["grounds"]:
         reached = ("–" if row[n] is None else f"{row[n]:.{digits[n]}f}" for n in _REACHED)
-        deviation = "–" if row["deviation"] is None else f"{row['deviation']:.1%}"
-        table.append([f"{row['mu']:g}", *reached, deviation])
+        deviation, is_missed = row["deviation"], row["travel"] is None
+        told = "–" if deviation is None else f"{deviation:.1%}"
+        if is_missed and deviation is not None:
+            told = percent_beside(deviation, plan.target)
+        table.append([f"{row['mu']:g}", *reached, told])
     return table
 
 

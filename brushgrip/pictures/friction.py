@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from brushgrip.estimation.observe_recording import FrictionTrack
-from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, picture
+from brushgrip.pictures.style import AFTER, MEASURED, QUIET, TRACKS, legend_above, picture
 from identification.loop_plot import matplotlib_text
 from observers.estimates import BAND_STDS
 
@@ -92,10 +92,20 @@ def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle, row: int) ->
         axes.axhline(track.reference, color=MEASURED, lw=1.0, zorder=1.5)
 
 
-def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTrack]]) -> None:
-    """Draw one panel per ground with a line for each recording, bold where the estimate is usable."""
+def draw_overview(
+    path: Path,
+    tracks_by_ground: Mapping[str, Sequence[FrictionTrack]],
+    bands: Mapping[str, tuple[float, float]],
+) -> None:
+    """Draw one panel per ground with a line for each recording, bold where the estimate is usable.
+
+    A bar at the last usable sample is its 95 % band; `bands` are the middle and half-width of a ground.
+    """
     grounds = list(tracks_by_ground.items())[:MAX_GROUNDS]
     colours = cycle(RECORDINGS)
+    shown = [track for _, tracks in grounds for track in tracks]
+    ends = [bands[ground] for ground, _ in grounds if ground in bands]
+    limits = _limits(shown, [mu + side * half for mu, half in ends for side in (-1, 1)])
     with picture(path, 0.7 + 2.2 * len(grounds), OVERVIEW_WIDTH) as figure:
         panels = figure.subplots(len(grounds), 1, squeeze=False, sharex=True)[:, 0]
         for axes, (ground, tracks) in zip(panels, grounds, strict=True):
@@ -105,7 +115,11 @@ def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTr
             if ground or not named:
                 count = "" if named else f", {len(tracks)} recordings"
                 axes.set_title(matplotlib_text(ground or "all grounds") + count)
-            axes.set(ylabel="friction μ_eff [1]", ylim=_limits(tracks))
+            axes.set(ylabel="friction μ_eff [1]", ylim=limits)
+            if ground in bands:
+                middle, half = bands[ground]
+                axes.axhspan(middle - half, middle + half, color=QUIET, alpha=0.35, lw=0, zorder=0.5)
+                axes.axhline(middle, color=MEASURED, lw=1.0, ls=CHANGE, zorder=1.5)
             axes.margins(x=0.01)
             if named:
                 axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, handlelength=1.2)
@@ -114,9 +128,10 @@ def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTr
 
 
 def _overview_line(axes: Axes, track: FrictionTrack, colour: str) -> None:
-    t, half = track.t - track.t[0], BAND_STDS * track.mu_std
-    low, high = track.mu - half, track.mu + half
-    axes.fill_between(t, low, high, where=track.usable.tolist(), color=colour, alpha=0.13, lw=0)
+    t, at = track.t - track.t[0], track.last_usable
+    if at is not None:
+        half = BAND_STDS * track.mu_std[at]
+        axes.errorbar(t[at], track.mu[at], half, fmt="o", ms=4, color=colour, lw=1.3, capsize=3)
     # Before the first usable sample a line tells nothing.
     shown = np.where(np.logical_or.accumulate(track.usable), track.mu, np.nan)
     axes.plot(t, shown if track.usable.any() else track.mu, color=colour, lw=1.3, alpha=0.45)
@@ -124,9 +139,9 @@ def _overview_line(axes: Axes, track: FrictionTrack, colour: str) -> None:
     axes.plot(t, usable, color=colour, lw=2.0, label=matplotlib_text(track.name))
 
 
-def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
-    """Limits of the axis for the usable estimates; the wide band before may be cut off."""
-    ends: list[float] = []
+def _limits(tracks: Sequence[FrictionTrack], beside: Sequence[float] = ()) -> tuple[float, float]:
+    """Limits of the axis for the usable estimates and these values; a wide band may be cut off."""
+    ends = [*beside]
     for track in tracks:
         chosen = track.usable if track.usable.any() else np.ones(track.t.size, dtype=bool)
         chosen = chosen & np.isfinite(track.mu)

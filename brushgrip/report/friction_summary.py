@@ -185,7 +185,7 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, float, str, str]] = {
         " either side.",
     ),
     "reference_coverage": (
-        "bands around the fitted value",
+        "bands that hold the fitted value (no check)",
         *(100, "{:.0f} %"),
         "Share of the informed samples whose 95 % band holds the friction that was afterwards fitted to"
         " the whole recording, which is no independent measurement. Far below 95 % they are too narrow,"

@@ -133,7 +133,8 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
     digits, more = band_decimals(half), one.further_with(2 * count)
     return [
         f"record {ground} {count} more times, at the load that you need friction for: ±"
-        f" {half:.{digits}f} would come to about ± {more:.{digits}f} if they differ as much as these"
+        f" {half:.{digits}f} would come to about ± {more:.{digits}f} if they differ as much as these,"
+        " to less if these differ by their load"
     ]
 
 

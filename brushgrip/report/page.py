@@ -126,7 +126,8 @@ def _draw_pictures(
     if outcome:
         own = outcome.tracks_of()
         by_ground = {g: [own[n] for n in names if n in own] for g, names in outcome.grounds.items()}
-        pictures["overview"] = draw_overview, [by_ground]
+        ends = {g: (one.mu_eff, one.further or 0.0) for g, one in outcome.bands().items()}
+        pictures["overview"] = draw_overview, [by_ground, ends]
     if any(family.curve for family in diagnosis.families):
         pictures["mechanisms"] = draw_mechanisms, [diagnosis]
     wanted = sum(series.t.size for series in diagnosis.series) <= _MAX_LINE_SAMPLES

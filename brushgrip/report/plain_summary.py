@@ -80,11 +80,11 @@ def lines_to_send(
     *sure, caution = _holds(told, "force" if diagnosis.of_car else "torque")
     if provisional:
         sure.insert(0, doubt)
-        benefit += " Whether it is right rests on what is to do first." * bool(benefit)
+        benefit = f"Whether it is right rests on what is to do first. {benefit}" * bool(benefit)
     mail = {
         "Note": [warning],
         **(friction if outcome else finding),
-        "How sure": [" ".join(sure)] if known else [*cases[:1], *reserved[:-1]],
+        "How sure": [" ".join(filter(None, [*sure, trend]))] if known else [*cases[:1], *reserved[:-1]],
         "To do first": [sentence(first)] if first else [],
         **finding,
         "Error": [error_to_quote(diagnosis)],
@@ -92,9 +92,9 @@ def lines_to_send(
     }
     details = {
         "Provisional because" if provisional else "Stiffness": cases[not known :],
-        "More on how sure": [caution, trend, *also] if known else [],
+        "More on how sure": [caution, *also] if known else [],
         "To do then": [f"After {one}, {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
-        "Friction known": [benefit],
+        "Recordings with a value": [benefit],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
@@ -113,15 +113,17 @@ def _doubt_of_stiffness(
     if if_wrong and not (diagnosis.of_car and ratio < 1):
         times, wrong = max(ratio, 1 / ratio), "high" if ratio > 1 else "low"
         told_else = (
-            f"but {if_wrong[0]} if the {read} reads {times:.2f} times too {wrong}, as it may: specify"
-            f" nothing before the {whole} is checked (± and {read} together reach from"
-            f" {_possible(outcome, ratio)}; other errors come on top)"
+            f" Specify nothing before the {whole} is checked: if the {read} reads {times:.2f} times too"
+            f" {wrong}, as it may, it is {if_wrong[0]}."
         )
     doubt = (
-        f"Not sure before the {whole} is checked{', so specify nothing until then' * (not told_else)}:"
+        f"Not sure until the {whole} is checked{', so specify nothing before' * (not told_else)}:"
         f" {comes} out {ratio:.2f} times as stiff as declared{' at the farthest' * several}, and these"
         " recordings do not tell why."
     )
+    if told_else:
+        reach = _possible(outcome, ratio)
+        doubt += f" With the ± that may be anything from {reach}; other errors come on top."
     return told_else, doubt
 
 
@@ -135,19 +137,18 @@ def _friction(outcome: FrictionOutcome, else_friction: str = "") -> str:
     """Friction of every ground, what it may be else, and which grounds may be one."""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     bands = outcome.bands().values()
-    count, of, each, more = str(len(outcome.before)), "from", "", ""
+    count, of, each = str(len(outcome.before)), "from", ""
     if bands and len(bands) == len(outcome.grounds):
         counts = [str(one.recordings) for one in bands]
         count = listed(counts) if len(set(counts)) > 1 else counts[0]
-        of, each, more = "mean of", " each" * (len(bands) > 1), "; ± holds one further recording"
+        of, each = "mean of", " each" * (len(bands) > 1)
     if outcome.slide_rate:
         each += f", turning at {outcome.slide_rate:.2g} rad/s"
-    line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{each}{more})"
+    line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{each})"
     line += f", all told{at_common_load(outcome)}, as friction changes with it" * (
         outcome.load is not None
     )
-    line += f", {else_friction}" * bool(else_friction)
-    return f"{sentence(line)}{grounds_alike(outcome)}"
+    return f"{sentence(line)}{else_friction}{grounds_alike(outcome)}"
 
 
 def _if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:

@@ -215,6 +215,12 @@ def irreducible_mu_std(observer: ModelObserver, mu: float, F_N: float) -> dict[s
     return causes
 
 
+def percent_beside(value: float, target: float) -> str:
+    """A share in per cent, with the digits that tell it from a target."""
+    told = (f"{value:.{n}%}" for n in range(1, 5) if f"{value:.{n}%}" != f"{target:.{n}%}")
+    return next(told, f"{value:.1%}")
+
+
 def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:
     """Why no steering at all reaches a target at a friction; empty where one may."""
     causes = irreducible_mu_std(observer, mu, F_N)
@@ -224,5 +230,5 @@ def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) 
     return (
         f"{target:.1%} cannot be reached by any steering: {cause} alone"
         f" {'leave' if cause[:10] == 'tolerances' else 'leaves'} {causes[cause]:.1%}, all that no"
-        f" measurement lowers {floor:.1%}"
+        f" measurement lowers {percent_beside(floor, target)}"
     )

@@ -25,8 +25,10 @@ from observers.planning.forecast import (
     Forecaster,
     irreducible_mu_std,
     out_of_reach,
+    percent_beside,
 )
 from observers.planning.noisy_forecast import RUNS, NoisyForecaster
+from observers.planning.plan_request import MUS, check_plan_request
 from observers.planning.steering_path import (
     RAMP,
     SteeringLimits,
@@ -38,14 +40,10 @@ from observers.planning.steering_path import (
 from observers.planning.uncertainty_budget import largest_part
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
-from symbolic import InvalidInputError
 from symbolic.array_alias import Array
-from symbolic.parameters import FRICTION
 
 Objective = Literal["travel", "time", "angle"]
 Over = Literal["worst", "mean"]
-MUS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.2)
-"""Prior of mu: a car's grounds from ice to dry asphalt [1]."""
 REST = 0.5
 """Time before the first turn in which the torque tells its zero [s]."""
 LEGS = 4
@@ -55,8 +53,6 @@ NEVER = 1e3
 CLOSE, GOES_ON = 0.9, 0.1
 """Share of the target from which on what no steering lowers leaves little to the limits; travel beyond
 that until the target is reached, over that [1]."""
-MIN_SAMPLES, MIN_TARGET = 10, 1e-3
-"""Least number of samples of a path; least target that makes sense [1]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -125,16 +121,13 @@ def plan(
         The plan; its `reasons` say what is not reached and why.
 
     Raises:
-        InvalidInputError: a target, friction or load is out of range, or the limits leave no rate.
+        InvalidInputError: a target, friction or load is out of range, the limits leave no rate, or no
+            steering reaches the target on any ground.
     """
-    _check(target, mus, F_N)
-    if limits.time < (least := MIN_SAMPLES * dt):
-        raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
+    check_plan_request(observer, target, limits, mus, dt, F_N)
     search = _Search(
         Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi, quiet
     )
-    if all(search.hopeless.values()):
-        raise InvalidInputError(f"mu = {mus[-1]:g}: {search.hopeless[mus[-1]]}: ask for well above that")
     floors = [hypot(*irreducible_mu_std(observer, mu, F_N).values()) for mu in mus]
     coarse = coarse or min(floors) > CLOSE * target
     for i, swing in enumerate(paths := swing_family(limits, coarse=coarse)):
@@ -252,13 +245,15 @@ class _Search:
         at = forecast.best(self.limits.torque)
         known = "never usable on the best path"
         if at is not None:
-            known = f"{forecast.deviation[at]:.1%} at best, after {path.t[at]:.3g} s"
+            best = percent_beside(float(forecast.deviation[at]), self.target)
+            known = f"{best} at best, after {path.t[at]:.3g} s"
             cause, part, floor = largest_part(self.forecaster.observer, path, forecast, self.F_N, at)
             by_noise = f", with noise within {self.target:.1%} in {count} of {RUNS} runs"
             within = forecast.deviation[at] <= self.target
             known += by_noise if within else f"; its largest part is {cause}, {part:.1%}"
             if floor > CLOSE * self.target:
-                return f"{known}; all that no measurement lowers is {floor:.1%}: ask for well above that"
+                lowest = percent_beside(floor, self.target)
+                return f"{known}; all that no measurement lowers is {lowest}: ask for well above that"
         allowed = forecast.allowed(self.limits.torque)
         if is_limited := allowed < forecast.torque.size:
             known = f"{known}, beyond the limit of the torque from {path.t[allowed]:.3g} s on"
@@ -284,16 +279,3 @@ class _Search:
         )  # fmt: skip
         # The first path that reaches it will do.
         return any(wide.attempt(swing) < NEVER for swing in swing_family(limits, coarse=True))
-
-
-def _check(target: float, mus: Sequence[float], F_N: float) -> None:
-    if not MIN_TARGET <= target < 1:
-        raise InvalidInputError(
-            f"target must be a share of mu from {MIN_TARGET:g} to below 1, got {target:g}"
-        )
-    if not mus or not all(FRICTION[0] <= mu <= FRICTION[1] for mu in mus):
-        raise InvalidInputError(
-            f"frictions must be from {FRICTION[0]:g} to {FRICTION[1]:g}, got {list(mus)}"
-        )
-    if not 0 < F_N < NO_LIMIT:
-        raise InvalidInputError(f"the load must be greater than 0 N, got {F_N:g}")

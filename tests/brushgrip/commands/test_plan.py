@@ -5,11 +5,13 @@ import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import observers
+from brushgrip.outputs import plan_texts
 from symbolic import Model, Rig
 from tests.brushgrip.helpers import Outcome, Run, table_of
 from tests.each_once import each_once
@@ -70,6 +72,28 @@ def test_says_the_path_in_the_angle_that_the_rig_file_maps(planning: PlanRun, ri
     assert rest == f" turns the wheel, as below, {plain.removeprefix('turn ')}"
 
 
+def test_a_missed_target_has_the_digits_that_tell_it_from_the_deviation(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    reached, missed = (
+        {"travel": 0.1, "time": 1.0, "angle": 0.05},
+        dict.fromkeys(("travel", "time", "angle")),
+    )
+    grounds = [
+        {"mu": 0.4, **reached, "deviation": 0.0498},
+        {"mu": 0.1, **missed, "deviation": 0.0504},
+        {"mu": 0.05, **missed, "deviation": None},
+    ]
+    monkeypatch.setattr(plan_texts, "plan_document", lambda *_: {"grounds": grounds})
+    rows = plan_texts.rows_by_ground(SimpleNamespace(target=0.05), None)
+
+    assert rows == [
+        ["0.4", "0.100", "1.000", "0.050", "5.0%"],
+        ["0.1", "–", "–", "–", "5.04%"],
+        ["0.05", "–", "–", "–", "–"],
+    ]
+
+
 @pytest.mark.long
 def test_says_why_a_target_is_out_of_reach(planning: PlanRun) -> None:
     planning("--mu", "0.8", "--target", "0.02").refused(
@@ -81,6 +105,7 @@ def test_says_why_a_target_is_out_of_reach(planning: PlanRun) -> None:
     assert told["grounds"][1]["travel"] is None
     assert told["unreached"][0] in partly.out
     assert partly.status == 1
+    assert "a dash: with noise in fewer than 18 of 20 simulated runs; sigma/mu is there" in partly.out
     assert "no path within the limits reaches 5.0% on mu = " in partly.err
     assert "0.8; the best one was found" in partly.err
 

@@ -74,9 +74,9 @@ def test_two_observers_that_agree_are_both_visible(tracks: list[FrictionTrack]) 
 
 def test_the_overview_has_a_line_for_each_recording() -> None:
     path = Path("overview.png")
-    draw_overview(path, {"ice": TRACKS[:1], "steel": TRACKS[1:2]})
+    draw_overview(path, {"ice": TRACKS[:1], "steel": TRACKS[1:2]}, {"ice": (1.2, 0.3)})
     alone = matplotlib.image.imread(path)
-    draw_overview(path, {"": TRACKS[:2]})
+    draw_overview(path, {"": TRACKS[:2]}, {})
     together = matplotlib.image.imread(path)
 
     # A colour means one recording, on all grounds.
@@ -84,6 +84,8 @@ def test_the_overview_has_a_line_for_each_recording() -> None:
         assert min(share(picture, RECORDINGS[i]) for i in (0, 1)) > 5e-4
         assert share(picture, RECORDINGS[2]) < 1e-4
     assert alone.shape[0] > 1.5 * together.shape[0]
+    # Ice has a band, in light grey.
+    assert share(alone, "#e6e8ea") > share(together, "#e6e8ea") + 0.05
 
 
 @pytest.mark.parametrize("load", [0.0, 30.0], ids=["held", "changed"])

@@ -42,10 +42,8 @@ def test_when_friction_is_known_is_no_gain_where_it_is_known_later() -> None:
     outcome = make_outcome("c", tracks=(replace(TRACKS[0], label=EKF_DECLARED), later))
     text = mail(make_diagnosis(), outcome)
 
-    assert (
-        "\nFriction known: A value of friction comes out in 1 of 1 recordings (first after 10.0 s"
-        in text
-    )
+    assert "\nRecordings with a value: A value of friction comes out in 1 of 1 recordings (" in text
+    assert "(first after 10.0 s" in text
     assert "Gain" not in text
 
 
@@ -124,7 +122,7 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     alone = replace(judged, grounds={"ice": ("a", "b", "c")})
     text = mail(make_diagnosis(("a", "b"), ("c",)), replace(alone, slide_rate=0.1))
     motion = ", turning at 0.1 rad/s"
-    assert f"on ice (mean of 3 recordings{motion}; ± holds one further recording).\n" in text
+    assert f"on ice (mean of 3 recordings{motion}).\n" in text
     assert f"{within}\n" in text, "one meaning of 95 of 100, on top and in the paragraph"
     assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
     assert judged.to_dict()["before"]["further"] == {}
@@ -284,14 +282,15 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         ((label, (told,)), (how, (sure,)), *_), ((why, cases), *_) = lines_to_send(diagnosis, outcome)
         assert label == "Friction between tyre and ground, provisional"
         high = "1.60 times too high" if ratio > 1 else "2.00 times too low"
-        assert f", but {ways[0]} if the torque reads {high}, as it may: specify nothing before" in told
+        assert told.endswith(
+            "). Specify nothing before the rig is checked: if the torque reads"
+            f" {high}, as it may, it is {ways[0]}."
+        )
         # From the lower end over the ratio to the upper end: 1.20 with a band of 0.51.
         ends = "0.43 to 1.71" if ratio > 1 else "0.69 to 3.42"
-        assert told.endswith(
-            f" checked (± and torque together reach from {ends} on ice; other errors come on top)."
-        )
+        assert f" With the ± that may be anything from {ends} on ice; other errors come on top." in sure
         times = f"{ratio:.2f} times as stiff"
-        assert sure.startswith(f"Not sure before the rig is checked: the tyre comes out {times} as decl")
+        assert sure.startswith(f"Not sure until the rig is checked: the tyre comes out {times} as decl")
         assert (how, why) == ("How sure", "Provisional because")
         assert cases == [
             "The fitted stiffness k, how steeply the torque rises before anything slides, is 1·10⁶ N/m²,"
@@ -304,15 +303,15 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
     unnamed = mail(diagnosis, alone)
     assert "reads too high, A. If the declared" in unnamed
-    assert "sure: Not sure before the rig is checked, so specify nothing until then: the tyre" in unnamed
+    assert "sure: Not sure until the rig is checked, so specify nothing before: the tyre" in unnamed
     other_ground = replace(tracks[0], name="d")
     two = replace(outcome, tracks=(*tracks, other_ground), grounds={**outcome.grounds, "snow": ("d",)})
-    assert "together reach from 0.69 to 3.42 on ice;" in mail(diagnosis, two), "snow has no band"
+    assert "anything from 0.69 to 3.42 on ice;" in mail(diagnosis, two), "snow has no band"
     for ratio in (0.625, 1.6):
         car = replace(diagnosis, of_car=True, stiffness_ratio=np.float64(ratio))
         told = mail(car, outcome)
         assert "provisional" in told, "a force that reads too low looks like a soft column"
-        assert ("if the force reads 1.60 times too high, as it may: specify" in told) == (ratio > 1)
+        assert ("if the force reads 1.60 times too high, as it may, it is" in told) == (ratio > 1)
         assert "checked" * (ratio > 1) + ": tyres and what yields beside them come out" in told
     other = note.replace("1·10⁶", "2·10⁶")
     both = mail(replace(diagnosis, notes=(note, other)), outcome)

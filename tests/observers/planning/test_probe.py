@@ -88,23 +88,16 @@ def test_a_wheel_that_does_not_follow_gets_the_advice_from_where_it_stands(acqui
 
 
 @pytest.mark.parametrize(
-    ("target", "limits", "words"),
+    ("limits", "words"),
     [
-        (
-            0.02,
-            {},
-            "2.0% of mu cannot be reached by any steering: 3.1% remains, most of it by tolerances",
-        ),
-        (0.05, {"time": 0.2}, "the time of 0.2 s is over at"),
-        pytest.param(
-            0.05, {"torque": 0.4}, "torque's limit of 0.4 N m keeps the wheel", marks=pytest.mark.long
-        ),
+        ({"time": 0.2}, "the time of 0.2 s is over at"),
+        ({"angle": 0.015, "time": 2.0}, "; as planned for mu = 0.8: never usable on the best path; twice"
+         " the limit of angle would do"),
+        pytest.param({"torque": 0.4}, "limit of 0.4 N m keeps the wheel", marks=pytest.mark.long),
     ],
-)
-def test_it_stops_and_says_why(
-    acquiring: Ekf, target: float, limits: dict[str, float], words: str
-) -> None:
-    last = follow(acquiring, 0.8, target, replace(LIMITS, **limits))[-1][1]
+)  # fmt: skip
+def test_it_stops_and_says_why(acquiring: Ekf, limits: dict[str, float], words: str) -> None:
+    last = follow(acquiring, 0.8, 0.05, replace(LIMITS, **limits))[-1][1]
 
     assert last.stopped
     assert not last.finished
@@ -175,16 +168,52 @@ def test_an_estimate_that_moved_by_more_than_its_deviation_is_believed_half_as_m
     assert probe._known(later, tracked())
 
 
-def test_what_the_stiffness_adds_no_steering_lowers(acquiring: Ekf) -> None:
+def test_what_the_stiffness_adds_no_steering_of_this_run_lowers(acquiring: Ekf) -> None:
     probe, sample = Probe(acquiring, 0.05, LIMITS), Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=0.01)
 
     assert probe._floor(sample, acquiring.prior, tracked(excess=0.03, phase=OVER)) == ""
     assert (
-        "6.8% remains, most of it by a stiffness that is not the declared one, or not known better"
+        "5.0% of mu cannot be reached in this run: by its estimate 6.8% remains, most of it by a"
+        " stiffness that is not the declared one, or not known better; begin anew"
         in probe._floor(sample, acquiring.prior, tracked(excess=0.06, phase=OVER))
     )
     # While the search for the torque's scale goes on, it may still fall.
     assert probe._floor(sample, acquiring.prior, tracked(excess=0.06)) == ""
+
+
+@pytest.mark.parametrize(
+    ("target", "limits", "words"),
+    [
+        (0.02, {}, "mu = 1.2: 2.0% cannot be reached by any steering: tolerances of half-length"),
+        (nan, {}, "target must be a share"),
+        (0.05, {"time": 0.05}, "limit time must be at least 0.1 s"),
+        (0.05, {"rate": 0.06}, "limit rate must be at least 0.1 rad/s"),
+    ],
+)
+def test_what_no_load_allows_is_refused_at_once(
+    acquiring: Ekf, target: float, limits: dict[str, float], words: str
+) -> None:
+    with pytest.raises(InvalidInputError, match=words):
+        Probe(acquiring, target, replace(LIMITS, **limits))
+
+
+def test_what_this_load_keeps_out_of_reach_stops_the_first_sample(acquiring: Ekf) -> None:
+    stiff = replace(acquiring, rig=replace(acquiring.rig, dry_friction=2.0))
+    loop, probe = Loop(stiff), Probe(stiff, 0.1, LIMITS)
+    with pytest.raises(InvalidInputError, match=r"steering: dry friction alone leaves 24\.7%"):
+        probe.prepare(LOAD)
+    sample = Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=0.01, M_z=0.0)
+    loop(sample)
+    without_load = replace(sample, F_N=0.0)
+    assert not probe(without_load, loop.state).stopped
+    advice = probe(sample, loop.state)
+
+    assert advice.stopped
+    assert not advice.finished
+    assert advice.psi == sample.psi
+    assert "by any steering: 24.9% remains, most of it by dry friction" in advice.reason
+    # An estimate beyond the prior may do with what no friction of the prior allows.
+    assert "by any steering: dry friction alone leaves 24.7%" in probe._follow(sample)
 
 
 def test_it_waits_for_the_observer(acquiring: Ekf) -> None:
