@@ -27,7 +27,8 @@ def friction_of_directions(
 ) -> tuple[dict[str, float | str], str]:
     """The known ones of `OF_DIRECTIONS`, and a line, by the last usable sample of each direction.
 
-    A sample counts for the direction of its mu, if that has more than half the torque of full slide.
+    A sample counts for the direction of its mu, if that has more than half the torque of full slide; the
+    last usable one counts in any case.
     Beside them `direction`, that of mu_eff, empty where none has loaded the patch yet, and `weaker`, the
     share of mu_eff that the weaker one holds less, NaN while one is not known. Takes the measured angle
     [rad] and torque [N m], shape (n,), and how the observer takes them.
@@ -45,6 +46,7 @@ def friction_of_directions(
     for way, sign in DIRECTIONS.items():
         loads = (side == sign) & (-sign * estimates.M_z_predicted > estimates.M_slide / 2)
         usable = loads & estimates.usable
+        usable[at] = side[at] == sign  # What is told first is told here, too.
         own = np.flatnonzero(usable[begin : at + 1])
         if own.size:
             i = int(begin + own[-1])

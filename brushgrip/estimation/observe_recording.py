@@ -47,6 +47,10 @@ Aligning = AligningTorque | DirectionalFriction
 """How an observer of a wheel on a rig measures M_z."""
 
 
+HOLD = 0.5
+"""Time for which a usable friction is kept between torques, as the loop of a controller does [s]."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrictionTrack:
     """The effective friction that one observer estimated over a recording; arrays of shape (n,).
@@ -260,6 +264,12 @@ def torque_channel(recording: Recording) -> str:
     return "M_z" if has_aligning_torque(recording) else "M"
 
 
+def _held_usable(estimates: Estimates) -> NDArray[np.bool_]:
+    """Where friction is usable, between torques that come more slowly than angles too, as for `Loop`."""
+    last = np.maximum.accumulate(np.where(estimates.measured, np.arange(estimates.t.size), 0))
+    return estimates.usable[last] & (estimates.t - estimates.t[last] <= HOLD)
+
+
 def friction_track(
     observer: ObserverName, recording: Recording, estimates: Estimates, model: str
 ) -> FrictionTrack:
@@ -271,7 +281,7 @@ def friction_track(
         t=estimates.t,
         mu=mu_eff_or_mu(estimates),
         mu_std=estimates.mu_eff_std,
-        usable=estimates.usable,
+        usable=_held_usable(estimates),
         changes=estimates.t[estimates.status & Status.RESET != 0],
         inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.measured,
         turn=estimates.turn,

@@ -142,13 +142,13 @@ def inconsistency_remedy(
     if not (of_rig and isinstance(observer, Ekf | Mhe)):
         return ""
     innovation, inconsistent = recording.M_z - estimates.M_z_predicted, Status.INCONSISTENT
-    residual = np.where(estimates.status & inconsistent, innovation, np.nan)
-    known = np.isfinite(residual)
-    if known.any() and np.median(np.abs(residual[known])) / 0.6745 > BEYOND * white_noise(residual) > 0:
+    known = np.isfinite(recording.M_z)
+    residual = np.where(estimates.status & inconsistent, innovation, np.nan)[known]
+    shown = np.abs(residual[np.isfinite(residual)])
+    if shown.size and np.median(shown) / 0.6745 > BEYOND * white_noise(residual) > 0:
         if of_found and without_directional_friction(observer) is not observer:
             return f"leave --by-direction out, or {lacking}; more noise would not explain it"
         return f"{lacking}; more noise would not explain it"
-    known = np.isfinite(recording.M_z)
     rate = np.abs(recording.psi_dot[known])
     seen = white_noise(np.where(rate <= np.median(rate), recording.M_z[known], np.nan))
     seen *= min(1.0, float(np.median(np.diff(recording.t[known])) / REFERENCE_STEP)) ** 0.5

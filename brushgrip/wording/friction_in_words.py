@@ -203,13 +203,14 @@ def estimates_summary(
     if np.isnan(estimates.mu_std).all():
         return f"{line}; {UNCHECKED}"
     line += f"; {rates}" * bool(rates)
-    number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
+    number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car, way=way)
     return f"{line}; {number} {_plural(number, 'sample')} not usable: {why}" if number else line
 
 
 def unusable_samples_and_remedy(
-    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
-) -> tuple[int, str]:
+    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False,
+    way: str = "",
+) -> tuple[int, str]:  # fmt: skip
     """How many samples the gravest or most frequent fault kept from use, and its remedy; as above."""
     if np.isnan(estimates.mu_std).all():
         return estimates.t.size, UNCHECKED
@@ -236,6 +237,8 @@ def unusable_samples_and_remedy(
     wide = estimates.wide if estimates.wide.any() else -1
     share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
     told = _on_command_line(flag.remedy or uninformed_remedy(share), of_car=of_car)
+    if way:
+        told = told.replace(", try --by-direction", "")
     return counts[flag], _with_time(estimates, told)
 
 

@@ -84,7 +84,9 @@ def unexplained(
         errors.append(rmse_of(np.sqrt(loss(share**2)[0])))
         counted = influence(loss, share)
         shares.append(_share_of_lines(counted))
-        floor = min(white_noise(recording.M_z) / span, white_noise(share))
+        # Torques may come more slowly than the samples.
+        known = np.isfinite(recording.M_z)
+        floor = min(white_noise(recording.M_z[known]) / span, white_noise(share[known]))
         # A fast oscillation has large second differences too, but is predictable.
         noise.append(min(floor, _innovation(counted)) if shares[-1] > MAX_LINES else floor)
         samples.append(autocorrelation_time(counted))

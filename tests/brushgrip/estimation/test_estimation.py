@@ -167,5 +167,11 @@ def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recordi
     np.testing.assert_array_equal(track.changes, recording.t[[12, 40]])
     assert (track.name, track.label, track.reference) == ("run", "EKF, assumed model", 1.2)
     assert track.reference_label == "declared μ"
+    # Between torques that come more slowly than angles a usable value is kept for half a second.
+    rare = np.full(n, int(Status.MISSING))
+    rare[::50] = 0
+    kept = make_estimates(rare, t=0.02 * np.arange(n), usable=rare == 0)
+    usable = friction_track(ObserverName.EKF, recording, kept, "assumed model").usable
+    np.testing.assert_array_equal(usable, np.arange(n) % 50 <= 25)
     # What an observer does not state is its mu.
     assert (track.mu[0], track.mu[1], track.mu_std[1]) == (1.0, 0.9, 0.3)

@@ -109,11 +109,15 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     assert "mu_eff_negative" not in row
     assert row["direction"] == "positive"
     assert math.isnan(float(row["weaker"]))
-    # A torque about zero tells nothing of the direction that it has, and a wheel that rests has none.
+    # A torque about zero tells nothing of a direction but of the one that is told, and a wheel that
+    # rests has none.
     small = replace(seen, M_z_predicted=0.4 * seen.M_z_predicted)
-    for angle, way in ((psi, "positive"), (np.zeros(20), "")):
-        row, line = friction_of_directions(small, angle, M_z, aligning)
-        assert (list(row), row["direction"], line) == (["direction", "weaker"], way, "")
+    row, line = friction_of_directions(small, psi, M_z, aligning)
+    told = "1.25 ± 0.08 turning to positive psi, at 0.19 s; never usable turning to negative psi"
+    assert line.endswith(f": {told}")
+    assert (row["direction"], row["mu_eff_positive"]) == ("positive", seen.mu_eff[-1])
+    row, line = friction_of_directions(small, np.zeros(20), M_z, aligning)
+    assert (list(row), row["direction"], line) == (["direction", "weaker"], "", "")
 
 
 @pytest.mark.parametrize(

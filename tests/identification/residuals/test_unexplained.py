@@ -143,6 +143,15 @@ def test_missing_samples(recording: Recording) -> None:
         assert said.present is present
 
 
+def test_the_noise_of_a_torque_that_comes_more_slowly_than_the_angle(recording: Recording) -> None:
+    rare = np.arange(recording.t.size) % 5 > 0
+    noise = np.where(rare, np.nan, noise_of(recording))
+    said = said_of(with_torque(recording, recording.M_z + noise), noise)
+
+    assert "white noise of the torque channel about 0.4" in said.evidence
+    assert said.structured < 1.5e-3
+
+
 def test_outliers_hide_no_structure_from_a_robust_loss(recording: Recording) -> None:
     slow = 0.02 * torque_range(recording) * np.sin(2 * np.pi * 0.3 * recording.t)
     spiked = slow + noise_of(recording)
