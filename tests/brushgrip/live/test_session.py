@@ -399,6 +399,27 @@ def test_a_sound_rate_is_sound_after_minutes() -> None:
     assert "psi_dot" in estimator.implausible(np.column_stack([t, psi, still + 400, still, -rate]))
 
 
+class SilentSource(ListSource):
+    """Says nothing more after its rows."""
+
+    def read(self) -> list[dict[str, float]]:
+        time.sleep(0.01)
+        return super().read() if self._rows else []
+
+
+def test_a_session_that_is_stopped_tells_the_last_friction_as_at_the_end_of_its_source() -> None:
+    told: list[str] = []
+    session = session_of("udp:5005")
+    session._open = lambda: SilentSource(rows_of(300))
+    session._listeners = (lambda state: told.append(state.status),)
+    session.start()
+    wait_for(lambda: session._newest is not None)
+    session.stop()
+
+    assert told[-1] == "stopped: friction was never usable"
+    assert session.state().ended
+
+
 def test_nothing_is_read_before_the_page_is_there(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "bokeh", None)
     outcome = run("live", RECORDINGS / "train_a.csv", "--rig", RIG, "--no-browser")
