@@ -33,7 +33,7 @@ from observers.protocol import MAX_SAMPLE_PERIOD
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.tuning import REFERENCE_STEP
 from symbolic.array_alias import Array
-from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_direction_deficit
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
 """How the note on it begins in a diagnosis."""
@@ -197,7 +197,7 @@ def weaker_direction(
 
     They tell the lower end of its 95 % band where mu_eff and its standard deviation [1] are given.
     """
-    below = weaker_share(values)
+    below = weaker_direction_deficit(values)
     told = f"{100 * below:.0f} % less than mu_eff turning to "
     told += f"{'positive' if values.get(ASYMMETRY_RATIO, 1.0) < 1 else 'negative'} psi"
     if isfinite(mu_eff + mu_eff_std):

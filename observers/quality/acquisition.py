@@ -21,7 +21,12 @@ from observers.quality.hypotheses_verdict import (
     build_hypotheses_verdict,
     build_mu_std_from_torque_scale,
 )
-from observers.quality.hysteresis_branches import START, TRACK, build_mu_sensitivity, build_track_update
+from observers.quality.hysteresis_branches import (
+    START,
+    TRACK,
+    build_relative_mu_sensitivity,
+    build_track_update,
+)
 from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
@@ -160,7 +165,7 @@ def build_acquisition_handover(
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
     given = (inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
-    by_error = error / build_mu_sensitivity()(*given) ** 2
+    by_error = error / build_relative_mu_sensitivity()(*given) ** 2
     sample = {"M_z": inputs["M_z"], "added": inputs["added"], "error": error}
     told = (own, verdict, output, limits, sample, verdict["variance"] + by_error)
     zero, gear = is_scaled * verdict["zero"], "gear" in states
