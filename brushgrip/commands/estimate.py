@@ -95,7 +95,7 @@ class EstimateRequest(GroundRequest):
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
         from brushgrip.estimation.observe_recording import aligning_torque_model, observer_factory
-        from brushgrip.inputs.command_inputs import staged_tables
+        from brushgrip.inputs.command_inputs import staged_files_with_provenance
         from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
         from brushgrip.running.batch import (
@@ -103,7 +103,7 @@ class EstimateRequest(GroundRequest):
             estimate_all,
             other_outputs,
             summary_csv,
-            task_submission,
+            task_executor,
         )
         from symbolic import InvalidInputError
 
@@ -138,12 +138,12 @@ class EstimateRequest(GroundRequest):
         }
         if self.summary and any(is_same_file(self.summary, table) for table in tables):
             raise InvalidInputError(f"{self.summary}: --summary and --out must name different files")
-        with staged_tables(inputs, finals, settings, tables) as stages:
+        with staged_files_with_provenance(inputs, finals, settings, tables) as stages:
             if alone:
                 # There may be a picture without a table, but no table without its picture.
                 own = dict(zip(("picture", "out"), reversed(stages), strict=False))
                 tasks = [replace(tasks[0], out=own.get("out"), picture=own.get("picture"))]
-            with task_submission(inputs, tasks, self.jobs, self.scheduler) as (submit, report):
+            with task_executor(inputs, tasks, self.jobs, self.scheduler) as (submit, report):
                 outcomes = estimate_all(tasks, submit, report)
             if alone and (fault := outcomes[0].fault):
                 raise fault

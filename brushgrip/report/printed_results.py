@@ -26,7 +26,7 @@ from brushgrip.wording.formatting import (
     candidate_parameters,
     candidate_reason,
     effect_words,
-    judged_errors,
+    judging_error_before_and_after,
     listed,
     parameter_list,
     percent,
@@ -120,7 +120,7 @@ def print_diagnosis(
 def rejected_user_effects(diagnosis: Diagnosis) -> list[str]:
     """A line for each effect of the user's own that was not added: what it is worth, and why not."""
     added = {effect.name for effect in diagnosis.effects}
-    _, before, _ = judged_errors(diagnosis)
+    _, before, _ = judging_error_before_and_after(diagnosis)
     return [
         f"{effect_words(c.name)}, of your own, was not added. In the refitted model, without the effects"
         f" found: {candidate_parameters(c) or 'by recording'}; error {percent(before)} →"

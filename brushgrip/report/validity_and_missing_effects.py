@@ -14,7 +14,7 @@ from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, unexplained_is_larger
-from brushgrip.wording.formatting import effect_words, judged_error_name, listed, percent, sentence
+from brushgrip.wording.formatting import effect_words, judging_error_name, listed, percent, sentence
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
@@ -260,7 +260,7 @@ def adjusted_values(diagnosis: Diagnosis) -> str:
 def error_to_quote(diagnosis: Diagnosis) -> str:
     """The torque error stage by stage in a sentence: with nothing adjusted, if that is known."""
     bare = diagnosis.after.unrefitted
-    (kind, judging), count = judged_error_name(diagnosis), len(bare or diagnosis.holdout)
+    (kind, judging), count = judging_error_name(diagnosis), len(bare or diagnosis.holdout)
     judged = {
         "validation": f"{count} recording{'s' * (count != 1)} to which no shared value was fitted, but"
         " by which the effects were chosen (no independent test)",

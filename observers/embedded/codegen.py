@@ -18,6 +18,7 @@ import numpy as np
 
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_codegen import compact_body, compact_patch
+from observers.embedded.constant_substitution import Tunable
 from observers.embedded.generated_files import mark, require_usable, version, write_generated
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.own_names import with_prefix
@@ -25,7 +26,6 @@ from observers.embedded.reference_samples import reference_csv
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
 from observers.embedded.scalar_expansion import with_meanings
 from observers.embedded.scalar_type import SINGLE, Real, code_in_type
-from observers.embedded.tunable_constants import Tunable
 from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.causal_yaw_rate import FILTER_TIME_CONSTANT
 from observers.measurement.directional_friction import OTHER

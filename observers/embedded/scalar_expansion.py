@@ -133,8 +133,8 @@ def inputs_used(function: ca.Function) -> frozenset[str]:
     )
 
 
-def without_inputs(function: ca.Function, names: Collection[str]) -> ca.Function:
-    """The same Function of scalars without inputs that no output depends on."""
+def drop_unused_inputs(function: ca.Function, names: Collection[str]) -> ca.Function:
+    """The same Function of scalars without these inputs, on which no output depends."""
     symbols = {name: ca.SX.sym(name, *function.size_in(name)) for name in function.name_in()}
     inputs = {name: symbol for name, symbol in symbols.items() if name not in names}
     return named_function(function.name(), inputs, outputs_of(function, *symbols.values()))

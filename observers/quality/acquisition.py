@@ -146,7 +146,7 @@ def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
 
 
 @cache
-def build_acquisition_handover(
+def build_acquisition_decision(
     patch: EquivalentPatch, measurement_model: MeasurementModel
 ) -> ca.Function:
     """A sample while friction is acquired.
@@ -278,6 +278,6 @@ def build_acquisition_step(patch: EquivalentPatch, measurement_model: Measuremen
         *dry,
     )  # fmt: skip
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
-    conclude = build_acquisition_handover(patch, measurement_model)
+    conclude = build_acquisition_decision(patch, measurement_model)
     results = conclude(own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

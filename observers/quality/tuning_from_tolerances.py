@@ -28,7 +28,7 @@ def tuning_with_tolerances(tuning: Tuning, rig: Rig, stiffness: float) -> Tuning
     """The tuning with the floor of mu and the deviation of the stiffness that tolerances make.
 
     They add to its own in quadrature; where no tolerance is declared, `symbolic.parameters.USUAL`
-    counts. Its limit of the torque is within the range of the sensor. stiffness is k as declared [N/m^2].
+    counts. Its limit of the torque is within the range of the sensor. stiffness is the rig's k [N/m^2].
     """
     tolerance = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / stiffness
     patch = relative_std_by_lengths(lambda a, e: unit_corner_moment(0.0, a, e), rig)

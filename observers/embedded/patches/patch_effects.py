@@ -30,7 +30,7 @@ TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "tor
 
 
 @dataclass(frozen=True, eq=False)
-class EffectExpressions:
+class PatchEffects:
     """The effects of an observer's model on its patch."""
 
     observer: ModelObserver  # The parameters of its model enter as numbers.
