@@ -83,7 +83,7 @@ def table(
     print("| method | " + " | ".join(one.name for one in tests) + " |\n|---|" + "---|" * len(tests))
     tracks = []
     for test in tests:
-        learnt = [{method.name: method.estimate(test) for method in seed} for seed in taught]
+        learnt = [{method.name: method.estimate_mu_eff(test) for method in seed} for seed in taught]
         tracks.append([one | others(test) for one in learnt])
     for name in tracks[0][0]:
         cells = []

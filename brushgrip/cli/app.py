@@ -134,7 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _run(arguments: Sequence[str]) -> int:
     """The exit status of a command line, in a context of its own; what went wrong is said."""
     # A command line without anything asks what there is.
-    given = flags_first(repeat_lists(arguments)) or ["--help"]
+    given = flags_first(repeat_flag_per_value(arguments)) or ["--help"]
     COMMAND_LINE.set(tuple(arguments))
     REMARKS.set(set())
     try:
@@ -174,7 +174,7 @@ def _print_error(message: str) -> None:
     print(f"brushgrip: {one_line(' '.join(message.split()))}", file=sys.stderr)
 
 
-def repeat_lists(arguments: Sequence[str]) -> list[str]:
+def repeat_flag_per_value(arguments: Sequence[str]) -> list[str]:
     """The arguments with `--holdout A B` written as `--holdout A --holdout B`, and so all of `LISTS`."""
     spread: list[str] = []
     rest = list(arguments)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from brushgrip.commands.options import (
-    GroundRequest,
     Jobs,
+    ModelRunRequest,
     ObserverUsed,
     Scheduler,
     StiffnessState,
@@ -29,7 +29,7 @@ MAX_PRINTED = 20
 
 
 @dataclass(frozen=True, kw_only=True)
-class EstimateRequest(GroundRequest):
+class EstimateRequest(ModelRunRequest):
     """Estimate friction over time, causally, one row a sample.
 
     Friction by the last usable sample is printed; --out writes all samples, and a picture beside them.

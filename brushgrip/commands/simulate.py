@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from brushgrip.commands.options import GroundRequest, file_option, option
+from brushgrip.commands.options import ModelRunRequest, file_option, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulateRequest(GroundRequest):
+class SimulateRequest(ModelRunRequest):
     """Simulate the aligning torque for the angle and the load of recordings: t,M_z.
 
     No M_z is needed. mu, a and e are those of the model file where it was fitted to this very file, else

@@ -43,7 +43,7 @@ class Method(Protocol):
     def gives_deviation(self) -> bool:
         """Whether the method gives a standard deviation."""
 
-    def estimate(self, recording: Recording) -> Array:
+    def estimate_mu_eff(self, recording: Recording) -> Array:
         """Effective friction at every sample, from this and earlier samples alone, shape (n,) [1].
 
         That of the declared model is its mu. Each call is timed; work done once per recording, such as
@@ -61,8 +61,8 @@ class ObserverMethod:
     works_beyond_five_zones: bool = True
     gives_deviation: bool = True
 
-    def estimate(self, recording: Recording) -> Array:
-        """See `Method.estimate`."""
+    def estimate_mu_eff(self, recording: Recording) -> Array:
+        """See `Method.estimate_mu_eff`."""
         observer = self.factory(recording, self.found)
         return mu_eff_or_mu(run(observer, **run_arguments(recording), one_by_one=True))
 
@@ -76,8 +76,8 @@ class CompiledEkf:
     works_beyond_five_zones: bool = True
     gives_deviation: bool = True
 
-    def estimate(self, recording: Recording) -> Array:
-        """See `Method.estimate`."""
+    def estimate_mu_eff(self, recording: Recording) -> Array:
+        """See `Method.estimate_mu_eff`."""
         ekf = model_observer(Ekf, recording, self.found)
         code = _compiled_ekf(
             ekf.model, tuple(ekf.values.items()), ekf.rig, ekf.measurement_model, ekf.tuning

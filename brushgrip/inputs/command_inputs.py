@@ -42,8 +42,8 @@ from identification import (
 from identification.reading.checked_file_reading import read_bytes
 from identification.reading.map_for_recording import with_steering_ratio
 from identification.reading.readers import files_beside
-from identification.reading.shortened_recordings import trimmed
 from identification.reading.signal_map import parse_maps
+from identification.reading.trimming_and_thinning import trimmed
 from symbolic import Effect, InvalidInputError
 from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, toml_of
 from symbolic.tables.vehicle_from_tables import VEHICLE

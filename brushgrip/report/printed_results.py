@@ -42,7 +42,7 @@ from identification.steering.gear_friction_on_plates import (
     PlatesResult,
     full_slide_rack_force,
 )
-from identification.thesis import DecrementFit
+from identification.thesis import DecrementIdentification
 from symbolic import CANDIDATES, Vehicle
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 
@@ -131,7 +131,7 @@ def rejected_user_effects(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def print_free_decay(result: FreeDecay, decrement: DecrementFit) -> None:
+def print_free_decay(result: FreeDecay, decrement: DecrementIdentification) -> None:
     """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
     rough_k, with_J_A, as_printed = (
         value_with_std(ParameterEstimate(value=value, std=None, unit=unit))

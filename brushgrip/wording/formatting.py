@@ -14,7 +14,7 @@ from identification import Candidate, Diagnosis, FreeDecay, ParameterEstimate, T
 from identification.diagnosis.graded_effects import UNRECORDED_LOAD
 from identification.free_decay.results import IdentifiedParameter
 from identification.residuals.partial_correlations import MIN_STRUCTURE_SHARE
-from identification.thesis import DecrementFit
+from identification.thesis import DecrementIdentification
 from symbolic import EFFECTS
 
 TWO_DECIMALS_FROM = 0.02
@@ -257,7 +257,7 @@ def _finite(content: Any) -> Any:
     return content
 
 
-def free_decay_document(result: FreeDecay, decrement: DecrementFit) -> dict[str, Any]:
+def free_decay_document(result: FreeDecay, decrement: DecrementIdentification) -> dict[str, Any]:
     """The result file of `identify`: the identification, and the method of [Györök 2022] beside it."""
     document = result.to_dict()
     for recording, vibration in zip(document["recordings"], decrement.vibrations, strict=True):

@@ -10,7 +10,7 @@ import casadi as ca
 from observers.embedded.scalar_type import Real
 from observers.layout import outputs_of
 from symbolic.casadi_functions import named_function
-from symbolic.compilation.c_comments import Comments
+from symbolic.compilation.comment_placement import Comments
 from symbolic.compilation.scalar_c import c_function
 
 VECTORS = frozenset({"x", "mean", "factor", "P", "costate", "newest", "slopes", "own"})

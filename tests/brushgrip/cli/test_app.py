@@ -9,7 +9,7 @@ import pytest
 import brushgrip
 from brushgrip import commands
 from brushgrip.cli import own_packages_shadowed
-from brushgrip.cli.app import COMMANDS, app, command_of, found_commands, repeat_lists
+from brushgrip.cli.app import COMMANDS, app, command_of, found_commands, repeat_flag_per_value
 from brushgrip.cli.own_packages_shadowed import BEGINNINGS, shadowed_packages_message
 from brushgrip.published.fetch import FetchError
 from symbolic import InvalidInputError
@@ -34,7 +34,7 @@ from tests.contributing import example
     ],
 )
 def test_repeat_lists(given: str, spread: str) -> None:
-    assert repeat_lists(given.split()) == spread.split()
+    assert repeat_flag_per_value(given.split()) == spread.split()
 
 
 @pytest.mark.parametrize(
